@@ -88,6 +88,11 @@ def test_a_letter_that_keeps_levels_is_proposed_as_the_field_beside_a_position()
     assert plan.command().endswith('--field "V" --position "x"')
 
 
+@pytest.mark.parametrize("name", ["q_motor", "DailyAverageAngleDelta"])
+def test_a_position_of_something_else_is_not_proposed_as_the_only_motion(name: str) -> None:
+    assert "--position" not in planned({"t": TIME, name: TURN, "tau": TORQUE}).command()
+
+
 def test_a_letter_that_keeps_levels_is_no_speed_where_nothing_moves() -> None:
     plan = planned({"t": TIME, "F": TORQUE, "V": 2.0 * CURRENT})
     assert '--slip "V"' not in plan.command()

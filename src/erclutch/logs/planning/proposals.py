@@ -286,8 +286,8 @@ def _position_instead(seen: SeenColumns, taken: Sequence[str], slips: Sequence[s
         moving: list[str] = []
         for name in positions:
             returns = not seen.columns[name].shape.rises and not _is_switched(seen.columns[name])
-            is_of_a_drive = not _NOT_FIRST.isdisjoint(seen.columns[name].spoken.stem_words)
-            if returns and not is_of_a_drive and plain(name) != "y":  # an output, of anything
+            is_short = has_short_name(seen.columns[name], "position")
+            if returns and is_short and plain(name) != "y":  # an output, of anything
                 moving.append(name)
         return moving[0] if len(moving) == 1 else ""
     numbers = {part for effort in efforts[:1] for part in _parts(effort) if part.isdecimal()}
