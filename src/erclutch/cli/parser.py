@@ -163,9 +163,7 @@ def first(*words: Annotated[str, Parameter(show=False)]) -> int:
         import difflib
 
         near = difflib.get_close_matches(words[0], _COMMANDS, n=1)
-        hint = (
-            f"Did you mean {near[0]}? erclutch --help lists all." if near else f"Commands are {', '.join(_COMMANDS)}."
-        )
+        hint = f"Did you mean {near[0]}? erclutch --help lists all" if near else f"Commands are {', '.join(_COMMANDS)}"
         return failed(f"there is no command {words[0]!r}. {hint}.", 2)
     sys.stdout.write(first_steps(_COMMANDS))
     return 0

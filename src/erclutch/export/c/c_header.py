@@ -194,7 +194,7 @@ def _header_comment(step: ExportedStep) -> str:
     model = step.model
     inputs = ["input            unit       trained on                    held within"]
     for place, (name, unit) in enumerate(zip(step.inputs, step.units, strict=True)):
-        inputs.append(f"[{place}] {name:<12.12} {unit:<11.11}{_ranges(step, place)}")
+        inputs.append(f"[{place}] {name:<12.32} {unit:<11.11}{_ranges(step, place)}")
     if step.elements == 2:
         inputs.append(f"slips w1 = theta_dot - alpha_dot and w2 = -theta_dot - alpha_dot: {_window(step.slip)}")
     angles: list[str] = []
