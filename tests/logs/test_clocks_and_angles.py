@@ -45,11 +45,13 @@ def test_a_clock_by_which_a_slip_is_the_rate_of_its_position_is_proposed(
     np.testing.assert_allclose(recording.signals["slip"], SPEED, atol=1e-8)
 
 
-def test_a_doubt_on_milliseconds_that_settles_it_is_no_second_question(tmp_path: Path) -> None:
+def test_milliseconds_that_the_motion_tells_are_taken_and_not_asked_about(tmp_path: Path) -> None:
     columns = [TIME * 1e3, PLACE * 1e3, SPEED * 1e3, FORCE, CURRENT]
     plan = plan_of(read_table(written(tmp_path / "log.csv", "time,x_mm,v_mm_s,F_N,I_A", columns)), ColumnMap())
     assert not plan.questions
-    assert plan.command().endswith(' --time "time [ms]"')
+    assert plan.clock is not None
+    assert (plan.clock.unit, plan.clock.doubt) == ("ms", "")
+    assert "taken as ms, in which the speed is the rate of the position" in plan.clock.sentence
 
 
 @pytest.mark.parametrize("factor", [1e3, 1e2])
