@@ -157,8 +157,9 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
         raise MappingError(
             f"the file's name does not match the pattern '{pattern}'",
             remedy=(
-                "Rename the file or correct the name pattern ({...} stands for a number, x or p for its decimal point), "
-                f"or give the number of this log: --constant, or {_in_a_mapping(keys[0])} in a mapping file beside it"
+                "Rename the file or correct the name pattern ({...} stands for a number, x or p for its decimal "
+                f"point), or give the number of this log: --constant, or {_in_a_mapping(keys[0])} in a mapping file "
+                "beside it"
             ),
         )
 
