@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError
-from erclutch.logs import read_table, recordings_in
+from erclutch.logs import Table, read_table, recordings_in
+from erclutch.logs.log_file import tables_in
+from erclutch.logs.readers import text_tables
 from tests.support.examples import examples
 
 TIME = np.arange(50) / 100
@@ -159,3 +162,24 @@ def test_blocks_whose_time_begins_anew_or_in_other_units_are_recordings_of_their
     assert recordings_in(file_of(tmp_path, anew)) == ["table 1", "table 2", "table 3"]
     other = block(0, header, TIME) + block(1, header.replace("mm", "in"), TIME + 0.5)
     assert recordings_in(file_of(tmp_path, other)) == ["table 1", "table 2"]
+
+
+def test_a_text_of_many_tables_is_searched_once_for_all_of_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """`inspect` of an export of some hundred short steps searched the text anew for each of them, for minutes."""
+    searched: list[int] = []
+
+    def counted(lines: list[str]) -> list[int]:
+        searched.append(len(lines))
+        return headers(lines)
+
+    headers: Callable[[list[str]], list[int]] = text_tables._headers
+    monkeypatch.setattr(text_tables, "_headers", counted)
+    rows = "\n".join(f"{k / 10},{k % 7},{k % 5}" for k in range(30))
+    path = tmp_path / "steps.txt"
+    path.write_text("\n\n".join(f"Step {k}\nt [s],w{k} [rad/s],M [N*m]\n{rows}" for k in range(9)) + "\n")
+    tables = tables_in(path, recordings_in(path))
+    assert len(tables) == 9
+    assert all(isinstance(table, Table) for table in tables.values())
+    assert len(searched) <= 1

@@ -14,6 +14,7 @@ from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import read
 from erclutch.logs.dataset import build_dataset
 from erclutch.report.html.report_page import report_html, write_report
+from erclutch.report.numbers.error_map import ErrorMap
 from erclutch.report.numbers.number_text import scale_for
 from erclutch.report.numbers.run_material import Material, material_of
 from erclutch.runs.run_folder import read_run
@@ -83,9 +84,13 @@ def test_points_have_no_seconds_and_no_rest(points: Material) -> None:
 
 
 @pytest.mark.parametrize("name", ["without_field", "points"])
-def test_no_sequence_is_offered_that_cannot_be_made(name: str, request: pytest.FixtureRequest) -> None:
-    page = report_html(request.getfixturevalue(name))
-    assert "of the field and slip range holds no row" in page
+def test_no_sequence_is_offered_that_cannot_be_made(
+    name: str, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    material = request.getfixturevalue(name)
+    monkeypatch.setattr(ErrorMap, "empty_share_at_its_fields", 0.9)
+    page = report_html(material)
+    assert "range holds no row (error map)" in page
     assert "erclutch excite" not in page
 
 

@@ -32,7 +32,7 @@ def test_more_than_half_of_the_range_empty_is_followed_by_the_command_that_fills
     good("fit", "empty.csv", "--models", "bingham", "--lag", "none", "--out", "a run", cwd=tmp_path)
     good("report", "a run", cwd=tmp_path)
     text = unescape((tmp_path / "a run" / "report.html").read_text(encoding="utf-8"))
-    assert "More than half of the field and slip range holds no row" in text
+    assert "At the fields of the log more than half of the slip's range holds no row" in text
     command = re.search(r"erclutch (excite --run [^<\n]*)", text)
     assert command is not None
     good(*shlex.split(command[1]), "--seconds", "20", cwd=tmp_path)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import NamedTuple
@@ -138,7 +139,13 @@ def _tables_in(source: LogSource) -> dict[str, _Part]:
     """Tables by name."""
     if len(source.data) > _LARGEST:
         return {}
-    lines = LINE_END.split(decode(source.data))
+    return dict(_tables_of(source.data))
+
+
+@lru_cache(maxsize=1)  # each table of a text is read by a call of its own
+def _tables_of(data: bytes) -> Mapping[str, _Part]:
+    """The tables of a text by name."""
+    lines = LINE_END.split(decode(data))
     heads = _headers(lines)
     tables: dict[str, _Part] = {}
     before = rows_before = -1  # lines of the header before, and of its last row

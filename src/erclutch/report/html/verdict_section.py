@@ -275,10 +275,11 @@ def next_steps(material: Material) -> list[dict[str, str]]:
     if not body["settings"]["blocks"] and "chosen_by" not in body:
         text = f"Ranking on the rows held out flatters the winner a little. Cross-validate{where}:"
         steps.append((text, _fit_again(body, {"blocks": 5})))
-    empty = float(np.mean([cells.empty_share for cells in material.error_maps]))
+    empty = float(np.mean([cells.empty_share_at_its_fields for cells in material.error_maps]))
     if empty > 0.5:
         text = (
-            "More than half of the field and slip range holds no row (error map): log there too, or keep away from it."
+            "At the fields of the log more than half of the slip's range holds no row (error map): log there too, or "
+            "keep away from it."
         )
         # The command is a wing's. It needs a law of the run, a field and a motion: else there is none to give.
         has_law = any(not entry["fit"]["weights"] for entry in body["ranking"])

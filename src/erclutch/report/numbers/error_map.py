@@ -50,6 +50,13 @@ class ErrorMap:
         """Share of cells without any training row."""
         return 1.0 - np.count_nonzero(self.train) / self.train.size
 
+    @property
+    def empty_share_at_its_fields(self) -> float:
+        """The same among the fields that the training rows have: a supply that is switched has none between levels."""
+        has_rows = self.train.any(axis=1)
+        at_its_fields = self.train[has_rows]
+        return 1.0 - np.count_nonzero(at_its_fields) / max(at_its_fields.size, 1)
+
     def worst(self) -> tuple[int, int] | None:
         """The cell with the largest error among those that hold enough rows to say so."""
         fewest = max(20, int(self.test.sum()) // 2000)
