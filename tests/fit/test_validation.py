@@ -296,10 +296,13 @@ def test_a_refit_keeps_the_numbers_that_are_held() -> None:
 def test_a_yield_effort_that_saturates_is_tried_where_logs_have_fields_of_their_own() -> None:
     data = bench((0.25, 0.5, 0.75, 1.0), rows=300, saturates_at=0.5)
     compared = compare(data, Settings(("bingham",)))
-    taken = compared.entry("bingham/tanh+dahl/field")
+    # The memory has a share without a field: a form with two numbers says that better than a tanh, and is sound where
+    # friction, which these rows cannot tell, is left out.
+    taken = compared.entry("bingham/saturating+dahl/field")
     assert compared.recommended == taken.name
     assert taken.test.rmse.value < 0.6 * compared.entry("bingham+dahl/field").test.rmse.value
-    assert taken.sound  # friction is next to nothing here: no slip can be told over which it turns, so it is left out
+    assert taken.test.rmse.value < 0.011  # the noise is 0.01
+    assert taken.sound
 
 
 @pytest.mark.slow

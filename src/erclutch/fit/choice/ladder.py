@@ -62,6 +62,8 @@ _DEVIATION_OF_BEND = 1.0 / (0.6745 * 6.0**0.5)
 #: Of the largest field: what is no field; and the share of rows without any that tells what a memory does there.
 _NO_FIELD = 0.02
 _TOLD = 0.02
+#: Times the largest field: a yield effort that saturates from there on is straight over all fields of the log.
+_FAR = 5.0
 #: Correlation from which a column is the effort, or the power that the effort makes, in other numbers.
 _OF_THE_EFFORT = 0.999
 
@@ -128,7 +130,8 @@ def grown(
         new = worthy[taken]
         rungs.append(_bent(folds, new) if len(rungs) == 1 else new)
         left.remove(taken)
-    rungs[-1] = _without_idle(folds, rungs[-1], base)
+    last = _without_idle(folds, rungs[-1], base)
+    rungs[-1] = _straightened(folds, last, base)
     return rungs
 
 
@@ -198,6 +201,22 @@ def _bent(folds: Sequence[Fold], rung: Rung) -> Rung:
     other = rung_of(folds, bent, rung.numbers)
     worth = max(WORTH, by_chance(rung, other))
     return other if other.error < (1.0 - worth) * rung.error else rung
+
+
+def _straightened(folds: Sequence[Fold], rung: Rung, base: Structure) -> Rung:
+    """The rung with the power of the field that the base has, where unseen rows do not miss the bend any more.
+
+    Before anything told of a lag, say, a bend took some of its effort for its own.
+    """
+    was_bent = rung.structure.law.yield_form is SATURATING and base.law.yield_form is POWER
+    if not was_bent:
+        return rung
+    law_of_base = replace(rung.structure, specification=base.specification, law=base.law)
+    straight = rung_of(folds, law_of_base, rung.numbers)
+    if rung.numbers["E_s"] > _FAR:
+        return straight
+    worth = max(WORTH, by_chance(straight, rung))
+    return straight if rung.error >= (1.0 - worth) * straight.error else rung
 
 
 def _without_field(data: Dataset) -> bool:
