@@ -262,15 +262,9 @@ def _each_once(fitted: Sequence[Fitted]) -> list[Fitted]:
     """
     best: dict[str, Fitted] = {}
     for each in fitted:
-        other = best.get(each.outcome.name)
-        if other is None or _worth(each.outcome) < _worth(other.outcome):
-            best[each.outcome.name] = each
+        of_one_name = [best.get(each.outcome.name, each), each]
+        best[each.outcome.name] = min(of_one_name, key=lambda fit: (not fit.outcome.sound, fit.outcome.train_cost))
     return list(best.values())
-
-
-def _worth(outcome: AnyOutcome) -> tuple[bool, float]:
-    """Of two fits with one name the smaller is kept."""
-    return (not outcome.sound, outcome.train_cost)
 
 
 def _of(plugin: Plugin, answer: Any, *question: Any) -> Any:

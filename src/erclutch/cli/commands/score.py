@@ -191,8 +191,8 @@ def _words_on(scores: Sequence[_Scored], data: Dataset, *, all_new: bool) -> lis
             if all_new and error.low > at_home.high and error.value > _WORSE * at_home.value:
                 command = f"erclutch recalibrate {shell_word(str(each.run))} LOG --out NEW"
                 lines.append(
-                    "That is far more than there. Lines below say where it guesses; if the device itself has changed, "
-                    f"adapt the model: {command}"
+                    "That is far more than on those rows. Lines below say where it guesses; if the device itself has "
+                    f"changed, adapt the model: {command}"
                 )
     worst = "second" if len(data.sources) == 1 else "log"
     lines.append(
