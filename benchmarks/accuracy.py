@@ -41,7 +41,12 @@ UTFSM = {
     "columns": {"slip": "c3 [mm/s]", "effort": "c4 [N]"},
     "name_pattern": "{amplitude}mm{frequency}Hz{field}A",
 }
-JOINTS = {"S": 3, "luoxuan": 2, "yuanhu": 1, "zhixian": 3}  # which joint a file of the FAIRINO robot is of
+JOINTS = {
+    "S": 3,
+    "luoxuan": 2,
+    "yuanhu": 1,
+    "zhixian": 3,
+}  # which joint a file of the FAIRINO robot is of
 FRANKA = {3: 2, 4: 7}  # which joint a case of the Franka robot is of
 _CHANCE = ("LightGBM, 50 lags", "GRU, 16 units")
 _VALIDATION = 0.2  # of each stretch, its end
@@ -81,10 +86,22 @@ def cases(data: Path, public: Path) -> list[Case]:
     ]
     for motion, joint in JOINTS.items():
         file = public / "FAIRINO Robot" / f"verify_robot_{motion}_slow_processed.csv"
-        found.append(Case(f"FAIRINO joint {joint}, {motion}, last 30 %", [file], _joint(joint), 0.3))
+        found.append(
+            Case(f"FAIRINO joint {joint}, {motion}, last 30 %", [file], _joint(joint), 0.3)
+        )
     for case, joint in FRANKA.items():
-        files = [public / "Franka Robot" / f"case{case}_{speed}.csv" for speed in ("slow", "middle", "high")]
-        found.append(Case(f"Franka joint {joint}, fast left out", files, _joint(joint), (f"case{case}_high.csv",)))
+        files = [
+            public / "Franka Robot" / f"case{case}_{speed}.csv"
+            for speed in ("slow", "middle", "high")
+        ]
+        found.append(
+            Case(
+                f"Franka joint {joint}, fast left out",
+                files,
+                _joint(joint),
+                (f"case{case}_high.csv",),
+            )
+        )
     return [case for case in found if case.files and all(file.is_file() for file in case.files)]
 
 
@@ -101,7 +118,9 @@ def _joint(number: int) -> dict[str, Any]:
     }
 
 
-def stretches_of(data: Dataset, rows: NDArray[np.bool_], train: NDArray[np.bool_], lead: int = 0) -> list[Stretch]:
+def stretches_of(
+    data: Dataset, rows: NDArray[np.bool_], train: NDArray[np.bool_], lead: int = 0
+) -> list[Stretch]:
     """Some rows as stretches, standardised by the training rows; each begins a few rows earlier."""
     inputs = np.column_stack([data.elements[0].field, data.elements[0].slip, *data.extras.values()])
     wide = inputs[train].std(axis=0)
@@ -113,7 +132,9 @@ def stretches_of(data: Dataset, rows: NDArray[np.bool_], train: NDArray[np.bool_
         if own.size > 50:
             begin = max(span.start, int(own[0]) - lead)
             at = slice(begin, int(own[-1]) + 1)
-            found.append(Stretch(scaled[at], effort[at], span.period or data.period, int(own[0]) - begin))
+            found.append(
+                Stretch(scaled[at], effort[at], span.period or data.period, int(own[0]) - begin)
+            )
     return found
 
 
@@ -123,7 +144,9 @@ def parted(stretches: list[Stretch]) -> Rows:
         held = stretches[3::4]
         return Rows([s for i, s in enumerate(stretches) if i % 4 != 3], held)
     cuts = [int((1.0 - _VALIDATION) * len(s.effort)) for s in stretches]
-    first = [Stretch(s.inputs[:k], s.effort[:k], s.period) for s, k in zip(stretches, cuts, strict=True)]
+    first = [
+        Stretch(s.inputs[:k], s.effort[:k], s.period) for s, k in zip(stretches, cuts, strict=True)
+    ]
     leads = [min(_LEAD, k) for k in cuts]
     last = [
         Stretch(s.inputs[k - lead :], s.effort[k - lead :], s.period, lead)
@@ -132,7 +155,9 @@ def parted(stretches: list[Stretch]) -> Rows:
     return Rows(first, last)
 
 
-def measured(case: Case, seconds: float, seeds: int, peers: Sequence[str]) -> dict[str, tuple[float, float]]:
+def measured(
+    case: Case, seconds: float, seeds: int, peers: Sequence[str]
+) -> dict[str, tuple[float, float]]:
     """RMSE in the effort's unit and CPU seconds of erclutch and of the peers."""
     data = case.logs()
     start = time.process_time()
@@ -158,13 +183,19 @@ def measured(case: Case, seconds: float, seeds: int, peers: Sequence[str]) -> di
 
 def main() -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("data", type=Path)
     parser.add_argument("public", type=Path)
-    parser.add_argument("--seconds", type=float, default=12.0, help="CPU s of a GRU, of Bouc-Wen, of Spencer")
+    parser.add_argument(
+        "--seconds", type=float, default=12.0, help="CPU s of a GRU, of Bouc-Wen, of Spencer"
+    )
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--only", default="", help="cases with this in their name")
-    parser.add_argument("--peers", nargs="+", default=[""], help="words that a peer's name begins with")
+    parser.add_argument(
+        "--peers", nargs="+", default=[""], help="words that a peer's name begins with"
+    )
     asked = parser.parse_args()
     peers = [name for name in PEERS if any(name.startswith(word) for word in asked.peers)]
     names = ["erclutch fit", *peers]
@@ -174,7 +205,10 @@ def main() -> int:
             continue
         found = measured(case, asked.seconds, asked.seeds, peers)
         best = min(error for error, _ in found.values())
-        cells = [f"{found[n][0]:.4g}{' *' if found[n][0] <= 1.02 * best else ''} ({found[n][1]:.0f} s)" for n in names]
+        cells = [
+            f"{found[n][0]:.4g}{' *' if found[n][0] <= 1.02 * best else ''} ({found[n][1]:.0f} s)"
+            for n in names
+        ]
         lines.append(f"| {case.name} | {' | '.join(cells)} |")
         print(lines[-1], flush=True)
     print("\n".join(["", *lines]))

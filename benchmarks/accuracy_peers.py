@@ -58,7 +58,9 @@ Peer = Callable[[Rows, int, float], Free]
 def rms_error(free: Free, stretches: Sequence[Stretch]) -> float:
     """Root mean square error over all rows of some stretches."""
     efforts = free(stretches)
-    errors = np.concatenate([(e - s.effort)[s.lead :] for e, s in zip(efforts, stretches, strict=True)])
+    errors = np.concatenate(
+        [(e - s.effort)[s.lead :] for e, s in zip(efforts, stretches, strict=True)]
+    )
     return float(np.sqrt(np.mean(errors**2)))
 
 
@@ -144,7 +146,10 @@ def gru(rows: Rows, seed: int, seconds: float) -> Free:
 
     def free(stretches: Sequence[Stretch]) -> list[Array]:
         with torch.no_grad():
-            return [run(torch.tensor(s.inputs[None], dtype=torch.float32))[0].numpy().astype(float) for s in stretches]
+            return [
+                run(torch.tensor(s.inputs[None], dtype=torch.float32))[0].numpy().astype(float)
+                for s in stretches
+            ]
 
     def batch() -> tuple[Any, Any]:
         chosen = rng.choice(len(long), _BATCH, p=share / share.sum())
@@ -265,10 +270,15 @@ def _bouc_wen(rows: Rows, seed: int, seconds: float, *, spencer: bool) -> Free:
     best: tuple[float, Array] = (np.inf, first)
     while time.process_time() - start < seconds:
         guess = first + rng.normal(size=first.size) * np.r_[1.5, 1.5, 1.5, 1.0, np.full(9, 0.3)]
-        found = least_squares(missed, guess, x_scale="jac", method="trf", max_nfev=60, loss="linear")
+        found = least_squares(
+            missed, guess, x_scale="jac", method="trf", max_nfev=60, loss="linear"
+        )
 
         def free(stretches: Sequence[Stretch], q: Array = found.x) -> list[Array]:
-            return [np.clip(np.nan_to_num(_run_bouc_wen(s.inputs, s.period, q, spencer)), -4, 4) for s in stretches]
+            return [
+                np.clip(np.nan_to_num(_run_bouc_wen(s.inputs, s.period, q, spencer)), -4, 4)
+                for s in stretches
+            ]
 
         error = rms_error(free, rows.validation)
         if error < best[0]:
@@ -284,7 +294,9 @@ def _bouc_wen(rows: Rows, seed: int, seconds: float, *, spencer: bool) -> Free:
 def _shortened(stretch: Stretch, rows: int) -> Stretch:
     """A stretch's middle, so that each evaluation is quick."""
     begin = max(0, (len(stretch.effort) - rows) // 2)
-    return Stretch(stretch.inputs[begin : begin + rows], stretch.effort[begin : begin + rows], stretch.period)
+    return Stretch(
+        stretch.inputs[begin : begin + rows], stretch.effort[begin : begin + rows], stretch.period
+    )
 
 
 def bouc_wen(rows: Rows, seed: int, seconds: float) -> Free:

@@ -27,10 +27,14 @@ _CALLS, _ROUNDS = 500, 15
 
 def model_of(task: Task) -> NetworkModel:
     """A network with random weights: the time does not depend on them."""
-    weights = tables_of(first_weights(np.random.default_rng(task.seed), (3, HIDDEN, 1)), (3, HIDDEN, 1))
+    weights = tables_of(
+        first_weights(np.random.default_rng(task.seed), (3, HIDDEN, 1)), (3, HIDDEN, 1)
+    )
     data = task.train.data
     span = np.zeros((3, 2))
-    return NetworkModel(network_from_name(NETWORK), task.scaling, weights, {}, data.units, range_of(data), span)
+    return NetworkModel(
+        network_from_name(NETWORK), task.scaling, weights, {}, data.units, range_of(data), span
+    )
 
 
 def erclutch(task: Task, model: NetworkModel) -> Call:
@@ -52,7 +56,9 @@ def scikit_learn(task: Task, model: NetworkModel) -> Call:
     net = MLPRegressor(hidden_layer_sizes=(HIDDEN,), activation="tanh", random_state=0)
     net.partial_fit(task.train.x[:9], task.train.y[:9])
     net.coefs_, net.intercepts_ = [w["W1"].T, w["W_out"].T], [w["b1"], w["b_out"]]
-    return lambda: float(net.predict(((raw - s.offset) / s.scale)[None])[0] * s.effort_scale + s.effort_offset)
+    return lambda: float(
+        net.predict(((raw - s.offset) / s.scale)[None])[0] * s.effort_scale + s.effort_offset
+    )
 
 
 def torch(task: Task, model: NetworkModel) -> Call:
@@ -69,7 +75,10 @@ def torch(task: Task, model: NetworkModel) -> Call:
 
     def call() -> float:
         with t.inference_mode():
-            return net(t.from_numpy((raw - s.offset) / s.scale)).item() * s.effort_scale + s.effort_offset
+            return (
+                net(t.from_numpy((raw - s.offset) / s.scale)).item() * s.effort_scale
+                + s.effort_offset
+            )
 
     return call
 

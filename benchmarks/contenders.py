@@ -51,11 +51,18 @@ _BY_GROUP: dict[str, tuple[tuple[str, str], ...]] = {
         ("torch-levenberg-marquardt", "torch torch-levenberg-marquardt"),
         ("jax-sysid", "jax jaxlib jax-sysid"),
     ),
-    "rbfm": (("erclutch", ""), ("scipy lsq_linear trf", ""), ("scipy lsq_linear bvls", ""), ("scipy SLSQP", "")),
+    "rbfm": (
+        ("erclutch", ""),
+        ("scipy lsq_linear trf", ""),
+        ("scipy lsq_linear bvls", ""),
+        ("scipy SLSQP", ""),
+    ),
     "hem": _LAW,
     "seo-seo": _LAW,
     "cho-choi-jhon": _LAW,
     "call": (("erclutch", ""), ("scikit-learn", "scikit-learn"), ("torch", "torch")),
 }
 
-CONTENDERS = tuple(Contender(group, *entry) for group, entries in _BY_GROUP.items() for entry in entries)
+CONTENDERS = tuple(
+    Contender(group, *entry) for group, entries in _BY_GROUP.items() for entry in entries
+)

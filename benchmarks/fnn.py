@@ -23,7 +23,9 @@ Array = NDArray[np.float64]
 def erclutch(task: Task, polish: bool = False) -> Predict:
     """Erclutch's own fit: 4 starts, coarse to fine."""
     structure = network_from_name(NETWORK)
-    found = fit_network(task.train.data, structure, seed=task.seed, polish=polish, workers=task.threads)
+    found = fit_network(
+        task.train.data, structure, seed=task.seed, polish=polish, workers=task.threads
+    )
     task.notes.append(f"{found.stop}, {found.iterations} steps")
     return lambda split: found.model.predict(split.data)
 
@@ -90,7 +92,9 @@ def scipy_least_squares(task: Task, method: Any) -> Predict:
         task.watch.look(of_theta(task, theta))
         return jacobian(theta, x)
 
-    found = least_squares(lambda theta: output(theta, x) - y, start(task), jac=slopes, method=method)
+    found = least_squares(
+        lambda theta: output(theta, x) - y, start(task), jac=slopes, method=method
+    )
     task.notes.append(f"status {found.status}, {found.nfev} evaluations")
     return of_theta(task, found.x)
 
@@ -136,7 +140,11 @@ def sklearn_adam(task: Task) -> Predict:
     from sklearn.neural_network import MLPRegressor
 
     net = MLPRegressor(
-        hidden_layer_sizes=(HIDDEN,), activation="tanh", solver="adam", alpha=0.0, random_state=task.seed
+        hidden_layer_sizes=(HIDDEN,),
+        activation="tanh",
+        solver="adam",
+        alpha=0.0,
+        random_state=task.seed,
     )
     task.watch.start()
     while True:
@@ -154,12 +162,19 @@ def _torch_net(task: Task, kind: str) -> tuple[Any, Any, Any, Any]:
     torch.set_num_threads(task.threads)
     torch.manual_seed(task.seed)
     dtype = getattr(torch, kind)
-    net = torch.nn.Sequential(torch.nn.Linear(3, HIDDEN), torch.nn.Tanh(), torch.nn.Linear(HIDDEN, 1)).to(dtype)
+    net = torch.nn.Sequential(
+        torch.nn.Linear(3, HIDDEN), torch.nn.Tanh(), torch.nn.Linear(HIDDEN, 1)
+    ).to(dtype)
     spare = torch.nn.Linear(1, 1)
     spare(torch.ones(1, 1)).sum().backward()
     torch.optim.Adam(spare.parameters()).step()  # the first step loads more of torch
     task.watch.start()
-    return torch, net, torch.tensor(task.train.x, dtype=dtype), torch.tensor(task.train.y[:, None], dtype=dtype)
+    return (
+        torch,
+        net,
+        torch.tensor(task.train.x, dtype=dtype),
+        torch.tensor(task.train.y[:, None], dtype=dtype),
+    )
 
 
 def _torch_predict(task: Task, torch: Any, net: Any) -> Predict:
@@ -208,7 +223,9 @@ def torch_lm(task: Task) -> Predict:
     import torch_levenberg_marquardt as tlm
 
     torch, net, x, y = _torch_net(task, "float32")
-    module = tlm.training.LevenbergMarquardtModule(net, loss_fn=tlm.loss.MSELoss(), solve_method="solve")
+    module = tlm.training.LevenbergMarquardtModule(
+        net, loss_fn=tlm.loss.MSELoss(), solve_method="solve"
+    )
     predict = _torch_predict(task, torch, net)
     for step in range(1000):
         _, _, stop, _ = module.training_step(x, y)

@@ -50,10 +50,15 @@ def model_of(specification: str) -> NetworkModel:
     """A network of the paper's rig with random weights: the time does not depend on them."""
     structure = network_from_name(specification, "coaxial")
     rng = np.random.default_rng(0)
-    weights = {name: rng.normal(size=shape) / np.sqrt(shape[-1]) for name, shape in table_shapes(structure).items()}
+    weights = {
+        name: rng.normal(size=shape) / np.sqrt(shape[-1])
+        for name, shape in table_shapes(structure).items()
+    }
     scaling = Scaling(np.array([0.0, 1.0, -2.0]), np.array([0.5, 120.0, 80.0]), 0.01, 0.1)
     ranges = Range((0.0, 0.5), (-200.0, 200.0), (-0.14, 0.13))
-    return NetworkModel(structure, scaling, weights, {}, Units("N*m", "", "rad/s"), ranges, np.zeros((3, 2)))
+    return NetworkModel(
+        structure, scaling, weights, {}, Units("N*m", "", "rad/s"), ranges, np.zeros((3, 2))
+    )
 
 
 def law_of(name: str, device: DeviceName) -> TorqueModel:
@@ -65,7 +70,9 @@ def law_of(name: str, device: DeviceName) -> TorqueModel:
     shape.update({name: 2e-3 for name in shape if name.startswith("tau")})
     gains = {g.name: 0.02 for g in structure.gains()}
     ranges = Range((0.0, 0.5), (-200.0, 200.0), (-0.14, 0.13))
-    return TorqueModel(structure, Reference(0.5, 100.0, 1e-3), shape, gains, Units("N*m", "", "rad/s"), ranges)
+    return TorqueModel(
+        structure, Reference(0.5, 100.0, 1e-3), shape, gains, Units("N*m", "", "rad/s"), ranges
+    )
 
 
 @dataclass(frozen=True)
@@ -86,7 +93,11 @@ def _loop(call: Callable[[], Any], calls: int) -> float:
 
 def in_python(name: str, call: Callable[[], float]) -> Contender:
     """A callable of Python, less an empty one: the least of three, as a busy machine only ever makes it longer."""
-    return Contender(name, lambda calls: _loop(call, calls) - min(_loop(lambda: None, calls) for _ in range(3)), call())
+    return Contender(
+        name,
+        lambda calls: _loop(call, calls) - min(_loop(lambda: None, calls) for _ in range(3)),
+        call(),
+    )
 
 
 _LOOP = """
@@ -114,12 +125,24 @@ double timed(long steps, double *last)
 """
 
 
-def in_c(name: str, text: str, sources: list[Path], work: Path, level: str, *flags: str) -> Contender:
+def in_c(
+    name: str, text: str, sources: list[Path], work: Path, level: str, *flags: str
+) -> Contender:
     """A loop in C."""
     main, library = work / "loop.c", work / f"loop{abs(hash((text, level)))}.so"
     main.write_text(text, encoding="ascii")
     files = [str(main), *map(str, sources), "-o", str(library)]
-    command = [*native().command, *EXACT, level, "-shared", "-fPIC", "-I", str(work), *files, *flags]
+    command = [
+        *native().command,
+        *EXACT,
+        level,
+        "-shared",
+        "-fPIC",
+        "-I",
+        str(work),
+        *files,
+        *flags,
+    ]
     subprocess.run(command, check=True, capture_output=True)
     loop = ctypes.CDLL(str(library)).timed
     loop.restype, loop.argtypes = ctypes.c_double, (ctypes.c_long, ctypes.POINTER(ctypes.c_double))
@@ -156,7 +179,9 @@ def exported(program: ExportedStep, work: Path, level: str) -> Contender:
 def from_python(program: ExportedStep) -> Contender:
     """The compiled step as a function of Python."""
     step = compile_model(program).step
-    return in_python(f"erclutch compiled step from Python, {program.precision.name}", lambda: step(*SAMPLE))
+    return in_python(
+        f"erclutch compiled step from Python, {program.precision.name}", lambda: step(*SAMPLE)
+    )
 
 
 # --- peers -----------------------------------------------------------------------------------------------------------
@@ -170,7 +195,10 @@ def raw() -> np.ndarray:
 def numpy_effort(model: NetworkModel) -> Callable[[], float]:
     """The model's own NumPy, from fields and slips."""
     e1, e2, theta, alpha = (np.array([v]) for v in SAMPLE)
-    elements, clock = [Element(e1, theta - alpha), Element(e2, -theta - alpha)], Clock(np.zeros(1), (Span(0, 1, 1e-3),))
+    elements, clock = (
+        [Element(e1, theta - alpha), Element(e2, -theta - alpha)],
+        Clock(np.zeros(1), (Span(0, 1, 1e-3),)),
+    )
     return lambda: float(model.effort(elements, clock)[0])
 
 
@@ -200,7 +228,9 @@ def scikit_learn(model: NetworkModel) -> Callable[[], float]:
     net.partial_fit(rng.normal(size=(9, 3)), rng.normal(size=9))
     net.coefs_ = [*(w[f"W{i + 1}"].T for i in range(len(hidden))), w["W_out"].T]
     net.intercepts_ = [*(w[f"b{i + 1}"] for i in range(len(hidden))), w["b_out"]]
-    return lambda: float(net.predict(((x - s.offset) / s.scale)[None])[0] * s.effort_scale + s.effort_offset)
+    return lambda: float(
+        net.predict(((x - s.offset) / s.scale)[None])[0] * s.effort_scale + s.effort_offset
+    )
 
 
 def pytorch(model: NetworkModel) -> Callable[[], float]:
@@ -231,7 +261,10 @@ def onnx_runtime(model: NetworkModel) -> Callable[[], float]:
     s, f = model.scaling, np.float32
     tables = {"offset": s.offset[None], "scale": s.scale[None]}
     tables |= {"gain": np.array([[s.effort_scale]]), "shift": np.array([[s.effort_offset]])}
-    nodes = [helper.make_node("Sub", ["x", "offset"], ["x0"]), helper.make_node("Div", ["x0", "scale"], ["a0"])]
+    nodes = [
+        helper.make_node("Sub", ["x", "offset"], ["x0"]),
+        helper.make_node("Div", ["x0", "scale"], ["a0"]),
+    ]
     count = len(model.structure.hidden)
     for i in range(1, count + 1):
         tables |= {f"W{i}": model.weights[f"W{i}"].T, f"b{i}": model.weights[f"b{i}"][None]}
@@ -239,8 +272,13 @@ def onnx_runtime(model: NetworkModel) -> Callable[[], float]:
         nodes += [helper.make_node("Tanh", [f"z{i}"], [f"a{i}"])]
     tables |= {"W": model.weights["W_out"].T, "b": model.weights["b_out"][None]}
     nodes += [helper.make_node("Gemm", [f"a{count}", "W", "b"], ["u"])]
-    nodes += [helper.make_node("Mul", ["u", "gain"], ["v"]), helper.make_node("Add", ["v", "shift"], ["y"])]
-    initial = [numpy_helper.from_array(np.ascontiguousarray(v, f), name) for name, v in tables.items()]
+    nodes += [
+        helper.make_node("Mul", ["u", "gain"], ["v"]),
+        helper.make_node("Add", ["v", "shift"], ["y"]),
+    ]
+    initial = [
+        numpy_helper.from_array(np.ascontiguousarray(v, f), name) for name, v in tables.items()
+    ]
     inputs = [helper.make_tensor_value_info("x", TensorProto.FLOAT, [1, 3])]
     outputs = [helper.make_tensor_value_info("y", TensorProto.FLOAT, [1, 1])]
     graph = helper.make_graph(nodes, "step", inputs, outputs, initial)
@@ -248,7 +286,9 @@ def onnx_runtime(model: NetworkModel) -> Callable[[], float]:
     onnx.checker.check_model(made)
     options = ort.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
-    session = ort.InferenceSession(made.SerializeToString(), options, providers=["CPUExecutionProvider"])
+    session = ort.InferenceSession(
+        made.SerializeToString(), options, providers=["CPUExecutionProvider"]
+    )
     feed = {"x": raw().astype(f)[None]}
     return lambda: float(session.run(None, feed)[0][0, 0])
 
@@ -288,7 +328,9 @@ def contenders(model: NetworkModel, work: Path) -> tuple[list[Contender], list[s
     """All that are installed, and what is missing."""
     made: list[Contender] = []
     for precision in ("float32", "float64"):
-        program = step_of(model, ExportOptions("net32" if precision == "float32" else "net64", precision))  # type: ignore[arg-type]
+        program = step_of(
+            model, ExportOptions("net32" if precision == "float32" else "net64", precision)
+        )  # type: ignore[arg-type]
         made += [exported(program, work, level) for level in ("-O2", "-O3")]
         made.append(from_python(program))
     calls: list[tuple[str, Callable[[NetworkModel], Callable[[], float]], str]] = [
@@ -324,13 +366,19 @@ def main() -> None:
         found, missing = contenders(model, Path(folder))
         laws = beside(asked.law, Path(folder))
         for c in found:
-            assert abs(c.result - expected) < 1e-5 * max(1.0, abs(expected)), (c.name, c.result, expected)
+            assert abs(c.result - expected) < 1e-5 * max(1.0, abs(expected)), (
+                c.name,
+                c.result,
+                expected,
+            )
             c.round(_CALLS // 10)
         found += laws
         times = np.array([[c.round(_CALLS) for c in found] for _ in range(_ROUNDS)])
     middle, least = np.median(times, axis=0), times.min(axis=0)
     load = ", ".join(f"{x:.1f}" for x in os.getloadavg())
-    print(f"One step of {model.name}, normalisation included; {platform.machine()}, {native().name}, one thread.")
+    print(
+        f"One step of {model.name}, normalisation included; {platform.machine()}, {native().name}, one thread."
+    )
     print(f"{_ROUNDS} interleaved rounds of {_CALLS} calls each; load {load}.")
     print(f"{'ns a step':52}{'median':>12}{'least':>12}{'times ours':>12}{'off NumPy':>12}")
     for c, m, s in zip(found, 1e9 * middle, 1e9 * least, strict=True):

@@ -32,7 +32,9 @@ def structure_of(task: Task) -> Structure:
     return Structure("coaxial", name, law_from_name(name, "coaxial"))
 
 
-def matrix(structure: Structure, split: Split, reference: Reference, q: Sequence[float] = ()) -> Array:
+def matrix(
+    structure: Structure, split: Split, reference: Reference, q: Sequence[float] = ()
+) -> Array:
     """Columns of the law, shape (n, gains)."""
     return np.column_stack(structure.columns(split.data.elements, split.data.clock, reference, q))
 
@@ -100,7 +102,11 @@ def scipy_slsqp(task: Task) -> Predict:
     task.watch.start()
     structure, reference = structure_of(task), reference_of(task.train.data)
     columns, y = matrix(structure, task.train, reference), task.train.data.effort
-    square, right, power = columns.T @ columns / y.size, columns.T @ y / y.size, float(y @ y) / y.size
+    square, right, power = (
+        columns.T @ columns / y.size,
+        columns.T @ y / y.size,
+        float(y @ y) / y.size,
+    )
     found = minimize(
         lambda c: float(c @ square @ c - 2.0 * c @ right) + power,
         np.zeros(right.size),
@@ -126,7 +132,10 @@ class Whole:
         gains = len(self.structure.gains())
         self.lower = np.concatenate([[s.lower for s in self.shapes], _lower(self.structure)])
         self.upper = np.concatenate([[s.upper for s in self.shapes], np.full(gains, np.inf)])
-        middle = [np.sqrt(s.lower * s.upper) if s.scale == "log" else 0.5 * sum(s.scanned) for s in self.shapes]
+        middle = [
+            np.sqrt(s.lower * s.upper) if s.scale == "log" else 0.5 * sum(s.scanned)
+            for s in self.shapes
+        ]
         self.start = np.concatenate([middle, np.ones(gains)])
 
     def effort(self, p: Array, split: Split) -> Array:

@@ -60,7 +60,10 @@ def contend(arguments: argparse.Namespace) -> dict[str, Any]:
     task = Task(arguments.group, train, scaling, watch, arguments.seed, arguments.threads)
     try:
         if arguments.group == "call":
-            return {"microseconds": calls.microseconds(task, arguments.name), "peak": peak_megabytes()}
+            return {
+                "microseconds": calls.microseconds(task, arguments.name),
+                "peak": peak_megabytes(),
+            }
         fits = fnn.FITS if arguments.group == "fnn" else laws.FITS
         return measure(task, fits[arguments.name])
     except ModuleNotFoundError as error:

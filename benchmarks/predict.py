@@ -32,14 +32,18 @@ def main() -> None:
         if is_network(name):
             model: Any = fit_network(data, network_from_name(name)).model
         else:
-            model = fit_structure(data, Structure("coaxial", name, law_from_name(name, "coaxial"))).model
+            model = fit_structure(
+                data, Structure("coaxial", name, law_from_name(name, "coaxial"))
+            ).model
         times: dict[bool, float] = {True: float("inf"), False: float("inf")}
         for _ in range(asked.rounds):
             for exactly in times:
                 began = process_time()
                 model.effort(data.elements, data.clock, exactly=exactly)
                 times[exactly] = min(times[exactly], process_time() - began)
-        print(f"{name:10}{1e3 * times[True]:10.1f}{1e3 * times[False]:10.1f}{times[True] / times[False]:8.2f}")
+        print(
+            f"{name:10}{1e3 * times[True]:10.1f}{1e3 * times[False]:10.1f}{times[True] / times[False]:8.2f}"
+        )
 
 
 if __name__ == "__main__":

@@ -43,13 +43,18 @@ class Split:
 def save(path: Path, seconds: float, seed: int) -> None:
     """Make training and test rows with the twin and write them."""
     runs = twin_runs(SPLITS, seed=seed, seconds=seconds)
-    np.savez(path, **{f"{name}/{key}": value for name in SPLITS for key, value in _tables(runs[name]).items()})
+    np.savez(
+        path,
+        **{f"{name}/{key}": value for name in SPLITS for key, value in _tables(runs[name]).items()},
+    )
 
 
 def load(path: Path) -> tuple[Split, Split, Scaling]:
     """Training rows, test rows, and the normalisation that both share."""
     with np.load(path) as stored:
-        train, test = (_dataset({key: stored[f"{name}/{key}"] for key in _KEYS}, name) for name in SPLITS)
+        train, test = (
+            _dataset({key: stored[f"{name}/{key}"] for key in _KEYS}, name) for name in SPLITS
+        )
     scaling = scaling_of(_inputs(train), train.effort, "fnn")
     return _split(train, scaling), _split(test, scaling), scaling
 
@@ -71,9 +76,18 @@ def _tables(data: Dataset) -> dict[str, Any]:
 
 def _dataset(tables: dict[str, Any], name: str) -> Dataset:
     elements = tuple(Element(f, s) for f, s in zip(tables["field"], tables["slip"], strict=True))
-    spans = tuple(Span(int(a), int(b), None if np.isnan(p) else float(p)) for a, b, p in tables["spans"])
+    spans = tuple(
+        Span(int(a), int(b), None if np.isnan(p) else float(p)) for a, b, p in tables["spans"]
+    )
     units = Units(*(str(unit) for unit in tables["units"]))
-    return Dataset("coaxial", elements, tables["effort"], Clock(tables["time"], spans), units, (f"twin {name}",))
+    return Dataset(
+        "coaxial",
+        elements,
+        tables["effort"],
+        Clock(tables["time"], spans),
+        units,
+        (f"twin {name}",),
+    )
 
 
 def _inputs(data: Dataset) -> Array:

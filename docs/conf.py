@@ -57,7 +57,9 @@ html_copy_source = False
 html_show_sourcelink = False
 # Summaries would be fetched, which a page opened as a file may not do.
 html_show_search_summary = False
-html_search_scorer = str(Path(__file__).parent / "_static" / "scorer.js")  # Sphinx looks for it where it was started
+html_search_scorer = str(
+    Path(__file__).parent / "_static" / "scorer.js"
+)  # Sphinx looks for it where it was started
 html_baseurl = ""
 html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#005a8f", "color-brand-content": "#005a8f"},

@@ -71,7 +71,9 @@ def healthy(device: CompiledModel, library: Path, hours: float, first_seed: int)
             episodes[name] += int(np.count_nonzero(np.diff(raised.astype(int), prepend=0) > 0))
     ran = count * length / 3600.0
     seeds = f"seeds from {first_seed} on"
-    print(f"TWIN, healthy, {ran:.2f} accelerated hours in sessions of {length} s, {seeds}: {', '.join(KNOWN)}")
+    print(
+        f"TWIN, healthy, {ran:.2f} accelerated hours in sessions of {length} s, {seeds}: {', '.join(KNOWN)}"
+    )
     print(f"{'alarm':<12}{'share of rows':>15}{'episodes':>10}{'in 24 h':>10}{'95 % below':>12}")
     for name in LAYERS:
         seen = episodes[name]
@@ -95,7 +97,9 @@ def first(flags: NDArray[np.int64]) -> float | None:
     return (float(raised[0]) + 1.0) / SECOND if raised.size else None
 
 
-def faults(library: Path, largest: float, seed: int, program: str, seconds: int) -> Iterator[tuple[str, Array]]:
+def faults(
+    library: Path, largest: float, seed: int, program: str, seconds: int
+) -> Iterator[tuple[str, Array]]:
     """Rows of a session with each fault."""
     rig = default_rig()
     rows = session(rig, library, program, seed, seconds)
@@ -107,10 +111,15 @@ def faults(library: Path, largest: float, seed: int, program: str, seconds: int)
     weaker = rig.changed({path: 0.9 * rig.value(path) for path in rated})
     yield "yield -10 %", session(weaker, library, program, seed, seconds)
     warm = math.exp(-20.0 * rig.value("thermal.thinning")) * rig.value("fluid.viscosity")
-    yield "20 K warmer", session(rig.changed({"fluid.viscosity": warm}), library, program, seed, seconds)
+    yield (
+        "20 K warmer",
+        session(rig.changed({"fluid.viscosity": warm}), library, program, seed, seconds),
+    )
 
 
-def delays(device: CompiledModel, library: Path, largest: float, seeds: range, seconds: int) -> None:
+def delays(
+    device: CompiledModel, library: Path, largest: float, seeds: range, seconds: int
+) -> None:
     """Seconds from the start of a session with a fault to the alarm."""
     for program in KNOWN:
         delays_of: dict[str, list[float]] = {}  # s, by fault
@@ -119,7 +128,9 @@ def delays(device: CompiledModel, library: Path, largest: float, seeds: range, s
                 delay = first(flags_of(device, rows)) or math.inf
                 delays_of.setdefault(name, []).append(delay)
         listed = f"seeds {seeds.start} to {seeds.stop - 1}"
-        print(f"\nTWIN, {program}, {listed}, sessions of {seconds} s: seconds to the alarm of a drift")
+        print(
+            f"\nTWIN, {program}, {listed}, sessions of {seconds} s: seconds to the alarm of a drift"
+        )
         print(f"{'fault':<16}{'told':>8}{'10 %':>8}{'median':>8}{'90 %':>8}")
         for name, of_seeds in delays_of.items():
             raised = np.mean(np.isfinite(of_seeds))
@@ -130,10 +141,16 @@ def delays(device: CompiledModel, library: Path, largest: float, seeds: range, s
 
 def main() -> None:
     """Print rates of false alarms and times to alarms."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--hours", type=float, default=5.0, help="accelerated hours of a healthy device")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument(
+        "--hours", type=float, default=5.0, help="accelerated hours of a healthy device"
+    )
     parser.add_argument("--seeds", type=int, default=100, help="sessions with each fault")
-    parser.add_argument("--first-seed", type=int, default=20_000, help="of the sessions; those below 10,000 chose")
+    parser.add_argument(
+        "--first-seed", type=int, default=20_000, help="of the sessions; those below 10,000 chose"
+    )
     parser.add_argument("--seconds", type=int, default=30, help="length of a session with a fault")
     asked = parser.parse_args()
     from rich.console import Console

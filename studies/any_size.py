@@ -38,7 +38,9 @@ def fitted(train: Dataset, name: str) -> tuple[AnyOutcome, float]:
 
 def main() -> None:
     """Print a line for each model."""
-    parser = argparse.ArgumentParser(description="Fits to stretches of a log beside fits to all of its rows.")
+    parser = argparse.ArgumentParser(
+        description="Fits to stretches of a log beside fits to all of its rows."
+    )
     parser.add_argument("log", type=Path)
     parser.add_argument("--memory", type=float, default=1.5, help="GB, as of erclutch fit")
     parser.add_argument("--models", nargs="+", default=["hem+lag", "casson+lag+dahl/field"])
@@ -54,13 +56,21 @@ def main() -> None:
     print(
         f"{label}, {whole.rows:,} rows, {held_out.sum():,} held out; fitted on {kept.rows:,} and on {all_rows.rows:,}"
     )
-    print(f"{'model':44}{'RMSE kept':>12}{'RMSE all':>12}{'kept over all':>15}{'CPU s':>8}{'CPU s':>8}", flush=True)
+    print(
+        f"{'model':44}{'RMSE kept':>12}{'RMSE all':>12}{'kept over all':>15}{'CPU s':>8}{'CPU s':>8}",
+        flush=True,
+    )
     for name in asked.models:
-        (of_kept, seconds), (of_all, more_seconds) = (fitted(train, name) for train in (kept, all_rows))
+        (of_kept, seconds), (of_all, more_seconds) = (
+            fitted(train, name) for train in (kept, all_rows)
+        )
         models = {"kept": of_kept.model, "all": of_all.model}
         figures = score_every_row(replace(plan, run=""), models, how, Tasks(None))
         one, other = (figures.test[key].rmse.value for key in ("kept", "all"))
-        print(f"{name:44}{one:12.6f}{other:12.6f}{one / other - 1:+15.2%}{seconds:8.1f}{more_seconds:8.1f}", flush=True)
+        print(
+            f"{name:44}{one:12.6f}{other:12.6f}{one / other - 1:+15.2%}{seconds:8.1f}{more_seconds:8.1f}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

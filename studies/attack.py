@@ -49,7 +49,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 ROOT = Path(__file__).resolve().parents[1]
 #: Parts that are tests: what pytest runs of each. The pairs of commands are a part of their own.
 TESTS = {
-    "runs": ("tests/report/test_bad_runs.py", "tests/models/test_model_file.py", "tests/runs/test_run_json.py"),
+    "runs": (
+        "tests/report/test_bad_runs.py",
+        "tests/models/test_model_file.py",
+        "tests/runs/test_run_json.py",
+    ),
     "mujoco": ("tests/wings/exporters/test_mujoco_actuator.py",),
     "app": ("tests/wings/app/test_app.py", "tests/wings/live/page/test_page.py"),
     "loop": (
@@ -58,7 +62,11 @@ TESTS = {
         "tests/wings/live/page/test_recording.py",
         *("-k", "clock or disk"),
     ),
-    "places": ("tests/test_files.py", "--deselect", "tests/test_files.py::test_of_two_commands_at_once_one_is_told"),
+    "places": (
+        "tests/test_files.py",
+        "--deselect",
+        "tests/test_files.py::test_of_two_commands_at_once_one_is_told",
+    ),
 }
 #: Where damage to the numbers is seen, as `LogReader.tells_damage` says: there no other number may come in silence.
 SEEN = ("xlsx", "ods", "csv gz", "mat 5", "hdf5 checked", "parquet checked", "mcap")
@@ -89,8 +97,15 @@ WEIGHTS = {
     "races": 400,
 }
 SHARE_OF_WRITERS = 0.2  # of the time of their races
-DEAR = ("calibrate-twin", "live", "demo")  # a pair takes a second or more: both processors share the pairs
-LEAST_OF_TESTS, MOST_TO_END = 60.0, 60.0  # s for tests, however late it is, and to end in when their time is over
+DEAR = (
+    "calibrate-twin",
+    "live",
+    "demo",
+)  # a pair takes a second or more: both processors share the pairs
+LEAST_OF_TESTS, MOST_TO_END = (
+    60.0,
+    60.0,
+)  # s for tests, however late it is, and to end in when their time is over
 _COUNTS = re.compile(r"(\d+) (passed|failed|error|errors)")
 
 
@@ -115,7 +130,9 @@ def races(until: float, count: int) -> Iterator[Row]:
         # A recording grows in its place, so that a power cut leaves it: it has no writer that moves it there.
         moved = [task for task in tasks if task[0] not in EACH_ITS_OWN]
         now = time.monotonic()
-        yield from at_once(_pairs_of_writers, moved, now + (until - now) * SHARE_OF_WRITERS, _begin())
+        yield from at_once(
+            _pairs_of_writers, moved, now + (until - now) * SHARE_OF_WRITERS, _begin()
+        )
         parts = [(*task, part) for task in tasks for part in ((1, 2) if task[0] in DEAR else (0,))]
         for row in joined(at_once(_pairs_of_commands, parts, until, _begin())):
             row.was_to_try(PAIRS)
@@ -168,7 +185,9 @@ def bombs(until: float, count: int) -> Iterator[Row]:
     from tests.support.bombs import BOMBS
 
     each = list(at_once(_one_bomb, [(name,) for name in BOMBS], until, _begin()))
-    row = Row("bombs", sum(one.tries for one in each), [what for one in each for what in one.failures])
+    row = Row(
+        "bombs", sum(one.tries for one in each), [what for one in each for what in one.failures]
+    )
     most_mib, most_ms = (max(one.counts[unit] for one in each) for unit in ("MiB", "ms"))
     row.note = f"at most {most_mib} MiB, {1e-3 * most_ms:.1f} s"
     yield row
@@ -214,7 +233,9 @@ def _one_format(name: str, count: int, kept: str, *, until: float) -> Row:
         told_by_child = said.startswith("crash: signal") and FORMATS[name][0] in IN_CHILD
         silent += times if unseen else 0
         of_name = name in UNCHECKED_NAMES and "names or units" in said
-        if (said.startswith(("crash", "hang")) and not told_by_child) or (unseen and name in SEEN and not of_name):
+        if (said.startswith(("crash", "hang")) and not told_by_child) or (
+            unseen and name in SEEN and not of_name
+        ):
             row.fail(f"{said} ({times})")
     if peak > MOST_MIB:
         row.fail(f"{peak} MiB")
@@ -222,7 +243,11 @@ def _one_format(name: str, count: int, kept: str, *, until: float) -> Row:
         row.fail(f"{seconds:.1f} s of processor time")
     of_what = "names or units" if name in UNCHECKED_NAMES else "numbers"
     row.note = f"at most {peak} MiB, {seconds:.1f} s"
-    row.note += f"; {silent} other {of_what} in silence: the format has no checksum of them" if silent else ""
+    row.note += (
+        f"; {silent} other {of_what} in silence: the format has no checksum of them"
+        if silent
+        else ""
+    )
     row.was_to_try(count)
     return row
 
@@ -254,7 +279,14 @@ def sensors(until: float, count: int) -> Iterator[Row]:
     from tests.support.sensor_faults import CONTROLS
 
     seeds = range(FIRST, FIRST + max(count // 250, 1))
-    rows = list(at_once(_faults, [(control, seed) for seed, control in product(seeds, CONTROLS)], until, _begin()))
+    rows = list(
+        at_once(
+            _faults,
+            [(control, seed) for seed, control in product(seeds, CONTROLS)],
+            until,
+            _begin(),
+        )
+    )
     for control in CONTROLS:
         row, strictly = Row(f"faults of sensors, {control}"), Counter[str]()
         for part in rows:
@@ -288,7 +320,9 @@ def compilers(until: float, count: int) -> Iterator[Row]:
     from erclutch.export.c.compilers import natives
 
     places = range(len(natives()))
-    yield from at_once(_one_language, list(product(places, ("C", "C++"), (True, False))), until, _begin())
+    yield from at_once(
+        _one_language, list(product(places, ("C", "C++"), (True, False))), until, _begin()
+    )
 
 
 def _one_language(place: int, language: str, guarded: bool, *, until: float) -> Row:
@@ -313,7 +347,10 @@ def _one_language(place: int, language: str, guarded: bool, *, until: float) -> 
     answers, by_precision = Counter[int](), Counter[str]()
     with tempfile.TemporaryDirectory() as folder:
         made = list(product(MODELS, PRECISIONS))
-        files = [written(MADE[label], Path(folder) / label / precision, precision) for label, precision in made]
+        files = [
+            written(MADE[label], Path(folder) / label / precision, precision)
+            for label, precision in made
+        ]
         for file in files:
             if not guarded:
                 without_macros_and_pragmas(file)
@@ -332,7 +369,9 @@ def _one_language(place: int, language: str, guarded: bool, *, until: float) -> 
             if said not in (RIGHT, REFUSED):
                 row.fail(f"{options}: {said}")
     row.note = f"{answers[RIGHT]} right, {answers[REFUSED]} refused; "
-    row.note += ", ".join(f"{times} of {precision}" for precision, times in sorted(by_precision.items()))
+    row.note += ", ".join(
+        f"{times} of {precision}" for precision, times in sorted(by_precision.items())
+    )
     if language == "C++" and not guarded:
         row.note += f"; not tried: {', '.join(ALWAYS_TOLD_IN_CPP)}, which each compiler of C++17 tells by a macro"
     return row
@@ -382,7 +421,18 @@ def _one_case(name: str, *, until: float) -> Row:
 def tested(name: str, until: float) -> Iterator[Row]:
     """A part that is tests: each is a try. When the time is over, those that have ended count."""
     row = Row(name)
-    words = [sys.executable, "-m", "pytest", "-q", "-n", str(CORES), "-p", "no:cacheprovider", "-rfE", *TESTS[name]]
+    words = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-n",
+        str(CORES),
+        "-p",
+        "no:cacheprovider",
+        "-rfE",
+        *TESTS[name],
+    ]
     pipe = subprocess.PIPE
     with subprocess.Popen(words, cwd=ROOT, stdout=pipe, text=True, start_new_session=True) as tests:
         try:
@@ -421,18 +471,26 @@ PARTS |= {"races": races, "formats": formats}
 def main() -> int:
     """Run the parts and print the table."""
     global FIRST, PAIRS
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("parts", nargs="*", metavar="PART", help=f"of {', '.join(WEIGHTS)}; none: all")
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument(
+        "parts", nargs="*", metavar="PART", help=f"of {', '.join(WEIGHTS)}; none: all"
+    )
     parser.add_argument("--minutes", type=float, default=19.0, help="for all parts together")
     parser.add_argument("--count", type=int, default=1000, help="damaged files of a format")
     parser.add_argument("--pairs", type=int, default=PAIRS, help="that race for a command")
-    parser.add_argument("--first", type=int, default=0, help="number of the first damaged file, and first seed")
+    parser.add_argument(
+        "--first", type=int, default=0, help="number of the first damaged file, and first seed"
+    )
     asked = parser.parse_args()
     FIRST, PAIRS = asked.first, asked.pairs
     if wrong := set(asked.parts) - set(WEIGHTS):
         parser.error(f"there is no part {', '.join(sorted(wrong))}")
     parts = [part for part in WEIGHTS if part in asked.parts or not asked.parts]
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job ignores it, and tests would too
+    signal.signal(
+        signal.SIGINT, signal.default_int_handler
+    )  # a shell's background job ignores it, and tests would too
     end = time.monotonic() + 60.0 * asked.minutes
     print("| row | tries | failures | |\n| --- | --- | --- | --- |", flush=True)
     rows: list[Row] = []
@@ -447,7 +505,9 @@ def main() -> int:
         rows += of_part
         taken[part] = sum(os.times()[:4]) - used  # of this process and of those that it waited for
         clock = time.monotonic() - began
-        print(f"{part}: {clock:.0f} s, {taken[part]:.0f} s of processors", file=sys.stderr, flush=True)
+        print(
+            f"{part}: {clock:.0f} s, {taken[part]:.0f} s of processors", file=sys.stderr, flush=True
+        )
     print("\n| part | s of processors |\n| --- | ---: |")
     for part, seconds in (*taken.items(), ("all", sum(taken.values()))):
         print(f"| {part} | {seconds:.0f} |", flush=True)

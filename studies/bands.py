@@ -72,7 +72,9 @@ def judge(models: tuple[str, ...], fits: int, logs: int) -> dict[str, list[HeldB
     """How the band of each model does on each fresh log."""
     bands: dict[str, list[HeldBand]] = {}  # by model
     for fit in range(fits):
-        comparison = compare(made_up(TRAINING_S, fit), Settings(models=models, lag="none", seed=fit))
+        comparison = compare(
+            made_up(TRAINING_S, fit), Settings(models=models, lag="none", seed=fit)
+        )
         fresh = [made_up(FRESH_S, 1000 + k) for k in range(fit, logs, fits)]
         for entry in comparison.entries:
             model = entry.outcome.model
@@ -80,7 +82,9 @@ def judge(models: tuple[str, ...], fits: int, logs: int) -> dict[str, list[HeldB
                 continue
             for data in fresh:
                 all_rows = np.ones(data.rows, np.bool_)
-                figures = judged(data, all_rows, model.predict(data), model.band, entry.band.plain, sensor=True)
+                figures = judged(
+                    data, all_rows, model.predict(data), model.band, entry.band.plain, sensor=True
+                )
                 bands.setdefault(entry.name, []).append(figures)
     return bands
 
@@ -89,7 +93,9 @@ def of_motions(folder: Path, model: str) -> Iterator[tuple[str, HeldBand]]:
     """How the band of a model does on motions that were left out of the training logs, and on the test."""
     paths = sorted(folder.glob("*mm*.txt"))
     data = build_dataset([read(path, UTFSM) for path in paths])
-    seen = build_dataset([read(path, UTFSM) for path in paths if not any(path.match(name) for name in TEST)])
+    seen = build_dataset(
+        [read(path, UTFSM) for path in paths if not any(path.match(name) for name in TEST)]
+    )
     for motion in MOTIONS:
         entry = compare(seen, Settings((model,), "none", (f"{motion}*",))).entries[0]
         assert entry.band is not None
@@ -100,7 +106,10 @@ def of_motions(folder: Path, model: str) -> Iterator[tuple[str, HeldBand]]:
     test = hold_out(data, TEST)
     best = calibrated(data, test, [data.effort - entry.predicted], [0])[0]
     assert best is not None
-    yield "test, calibrated on itself", judged(data, test, entry.predicted, best[0], entry.band.plain, sensor=True)
+    yield (
+        "test, calibrated on itself",
+        judged(data, test, entry.predicted, best[0], entry.band.plain, sensor=True),
+    )
 
 
 def of_stretches(path: Path, models: tuple[str, ...]) -> Iterator[tuple[str, HeldBand]]:
@@ -137,12 +146,20 @@ def print_bands(title: str, bands: Iterator[tuple[str, HeldBand]]) -> None:
 
 def main() -> int:
     """Print a line a model; 1 where a band misses."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--logs", type=int, default=100, help="fresh logs")
     parser.add_argument("--fits", type=int, default=5, help="training logs")
-    parser.add_argument("--models", nargs="+", help="default: three; casson+dahl/field of UTFSM; all of NEES")
-    parser.add_argument("--utfsm", type=Path, metavar="FOLDER", help="logs of the UTFSM damper: judge other motions")
-    parser.add_argument("--stretches", type=Path, metavar="FILE", help="log of the NEES damper: judge its stretches")
+    parser.add_argument(
+        "--models", nargs="+", help="default: three; casson+dahl/field of UTFSM; all of NEES"
+    )
+    parser.add_argument(
+        "--utfsm", type=Path, metavar="FOLDER", help="logs of the UTFSM damper: judge other motions"
+    )
+    parser.add_argument(
+        "--stretches", type=Path, metavar="FILE", help="log of the NEES damper: judge its stretches"
+    )
     asked = parser.parse_args()
     if asked.utfsm:
         for model in asked.models or ["casson+dahl/field"]:
@@ -152,14 +169,20 @@ def main() -> int:
         print_bands("held out", of_stretches(asked.stretches, tuple(asked.models or ["all"])))
         return 0
     asked.models = asked.models or ["bingham+lag", "casson+lag+dahl", "fnn-16+lag"]
-    print(f"{asked.logs} fresh logs of {FRESH_S:g} s, {asked.fits} fits on {TRAINING_S:g} s (SYNTHETIC)")
+    print(
+        f"{asked.logs} fresh logs of {FRESH_S:g} s, {asked.fits} fits on {TRAINING_S:g} s (SYNTHETIC)"
+    )
     print(f"{'model':<20} {'sensor':<8} {'inside':>8} {'logs from .. to':>18} {'over plain':>11}")
     missed = False
     for name, figures in judge(tuple(asked.models), asked.fits, asked.logs).items():
         for sensor in ("without", "with"):
             held = [each.held if sensor == "without" else each.with_sensor for each in figures]
             shares = np.array([each.share for each in held if each is not None])
-            widths = [each.width / f.plain for each, f in zip(held, figures, strict=True) if each is not None]
+            widths = [
+                each.width / f.plain
+                for each, f in zip(held, figures, strict=True)
+                if each is not None
+            ]
             low, high = np.quantile(shares, (0.025, 0.975))
             missed |= abs(float(np.mean(shares)) - TARGET) > TOLERANCE
             print(

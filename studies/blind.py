@@ -87,7 +87,9 @@ def utfsm_cases(folder: Path) -> Iterator[Case]:
     for current in CURRENTS:
         yield Case(f"{current.replace('x', '.')} A", logs, (f"*Hz{current}A.txt",))
     for sine in SINES:
-        yield Case(sine.replace("x", ".").replace("mm", " mm ").replace("Hz", " Hz"), logs, (f"{sine}*",))
+        yield Case(
+            sine.replace("x", ".").replace("mm", " mm ").replace("Hz", " Hz"), logs, (f"{sine}*",)
+        )
     yield Case("slow to fast", logs, FAST)
 
 
@@ -97,7 +99,10 @@ def nees_cases(file: Path) -> Iterator[Case]:
     for begin in BEGIN:
         held = np.zeros(data.rows, np.bool_)
         held[round(begin * data.rows) : round((begin + LENGTH) * data.rows)] = True
-        parts = [replace(data.take(rows), sources=(name,)) for rows, name in ((~held, "known"), (held, "held"))]
+        parts = [
+            replace(data.take(rows), sources=(name,))
+            for rows, name in ((~held, "known"), (held, "held"))
+        ]
         yield Case(f"NEES {begin:.0%} to {begin + LENGTH:.0%}", joined(parts), ("held",))
 
 
@@ -136,7 +141,10 @@ def print_case(blind: Blind, comparison: Comparison, *, every: bool) -> None:
         flush=True,
     )
     for entry in comparison.entries if every else ():
-        print(f"    {entry.name:<60} {entry.test.rmse.value:>8.4g} {unit} {entry.test.share.value:>6.1%}", flush=True)
+        print(
+            f"    {entry.name:<60} {entry.test.rmse.value:>8.4g} {unit} {entry.test.share.value:>6.1%}",
+            flush=True,
+        )
 
 
 def print_seeds(found: Sequence[Blind]) -> None:
@@ -146,7 +154,8 @@ def print_seeds(found: Sequence[Blind]) -> None:
     away = np.abs(errors / errors.mean() - 1.0).max()
     worst = max(blind.ratio for blind in found)
     print(
-        f"    {len(found)} seeds: {usual} {count} times, RMSE within {away:.1%}, at most {worst:.2f} times", flush=True
+        f"    {len(found)} seeds: {usual} {count} times, RMSE within {away:.1%}, at most {worst:.2f} times",
+        flush=True,
     )
 
 
@@ -154,17 +163,23 @@ def print_count(found: Sequence[Blind]) -> None:
     """How many cases keep to the limits."""
     near, most = sum(blind.ratio <= NEAR for blind in found), max(blind.ratio for blind in found)
     held, limits = sum(blind.band_holds for blind in found), f"{HELD[0]:.0%} to {HELD[1]:.0%}"
-    print(f"\n{near} of {len(found)} at most {NEAR} times the best ranked, the largest {most:.2f} times (limit {FAR})")
+    print(
+        f"\n{near} of {len(found)} at most {NEAR} times the best ranked, the largest {most:.2f} times (limit {FAR})"
+    )
     print(f"{held} of {len(found)} bands hold {limits}, and {WORST:.0%} of the worst log or second")
 
 
 def main() -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--utfsm", type=Path, help="folder with the logs of the UTFSM damper")
     parser.add_argument("--nees", type=Path, help="log of the NEES damper")
     parser.add_argument("--models", nargs="+", default=["all"])
-    parser.add_argument("--cases", nargs="+", default=[], help="words that a case's name begins with; none: all")
+    parser.add_argument(
+        "--cases", nargs="+", default=[], help="words that a case's name begins with; none: all"
+    )
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--every", action="store_true", help="print every model of a case")
     asked = parser.parse_args()

@@ -73,9 +73,16 @@ class Case:
 
 CASES = {
     "all told": Case((0.0, 0.3, 0.5, 0.8, 1.0), 0.0, {**TRUTH, "T_f": 0.2, "T_0": 0.05}),
-    "one way": Case((0.0, 0.3, 0.5, 0.8, 1.0), 6.0, {"T_y": 0.8, "eta": 0.05, "n": 1.5, "T_0": 0.2}),
+    "one way": Case(
+        (0.0, 0.3, 0.5, 0.8, 1.0), 6.0, {"T_y": 0.8, "eta": 0.05, "n": 1.5, "T_0": 0.2}
+    ),
     "two fields": Case((0.2, 1.0), 0.0, {**TRUTH, "T_0": 0.05}),
-    "memory": Case((0.0, 0.3, 0.5, 0.8, 1.0), 0.0, {"T_z1": 0.8, "eta": 0.05, "n": 1.5, "r_1": TRAVEL}, remembers=True),
+    "memory": Case(
+        (0.0, 0.3, 0.5, 0.8, 1.0),
+        0.0,
+        {"T_z1": 0.8, "eta": 0.05, "n": 1.5, "r_1": TRAVEL},
+        remembers=True,
+    ),
 }
 
 
@@ -137,7 +144,9 @@ def held_by(case: Case, data: Dataset) -> dict[str, bool]:
 
 def main() -> int:
     """Print a line a case."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--logs", type=int, default=200)
     parser.add_argument("--cases", nargs="+", default=list(CASES), choices=list(CASES))
     parser.add_argument("--rows", type=int, default=1500)

@@ -49,7 +49,11 @@ _LETTERS = "0123456789.,;\t -+eE\"'[]{}:|#xN"
 def curves(path: Path) -> tuple[dict[str, Array], tuple[str, ...]]:
     """Rates and stresses of all curves of a file."""
     file = read_flow_curves(path)
-    columns = {f"{i} {name}": getattr(each, name) for i, each in enumerate(file.curves) for name in ("rate", "stress")}
+    columns = {
+        f"{i} {name}": getattr(each, name)
+        for i, each in enumerate(file.curves)
+        for name in ("rate", "stress")
+    }
     return columns, file.notes
 
 
@@ -80,7 +84,10 @@ SAMPLES: dict[str, tuple[str, str, Reads]] = {
     "kinexus semicolon": ("a.csv", kinexus(";", ","), curves),
     "rheowin": ("a.txt", rheowin(), curves),
     "two tables": ("a.csv", two(), tables),
-    **{f"json {form}": ("a.json", json.dumps(document), one_table) for form, document in FORMS.items()},
+    **{
+        f"json {form}": ("a.json", json.dumps(document), one_table)
+        for form, document in FORMS.items()
+    },
 }
 
 
@@ -96,7 +103,9 @@ def changed(text: str, chance: random.Random) -> tuple[str, int]:
         return text[:at] + text[at] + text[at:], 0
     whole = text.splitlines(keepends=True)
     line = chance.randrange(len(whole))
-    return "".join(whole[:line] + whole[line : line + 1] * (2 * (kind == "line twice")) + whole[line + 1 :]), 1
+    return "".join(
+        whole[:line] + whole[line : line + 1] * (2 * (kind == "line twice")) + whole[line + 1 :]
+    ), 1
 
 
 def outcome(found: Columns, right: Columns, rows: int, said: bool) -> str:
@@ -105,7 +114,9 @@ def outcome(found: Columns, right: Columns, rows: int, said: bool) -> str:
     new = [name for name in found if name not in right]
     gone = [name for name in right if name not in found]
     renamed = dict(zip(new, gone, strict=False))
-    found = {renamed.get(name, name): values for name, values in found.items()}  # a name that changed is seen
+    found = {
+        renamed.get(name, name): values for name, values in found.items()
+    }  # a name that changed is seen
     for name, values in found.items():
         if name not in right:
             return "told" if said else "MOVED"
@@ -123,7 +134,9 @@ def outcome(found: Columns, right: Columns, rows: int, said: bool) -> str:
 
 def main() -> int:
     """Print a row a sample; see the module."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
@@ -151,9 +164,14 @@ def main() -> int:
                     print(f"{name} {number}: {error!r}", file=sys.stderr)
                 if seen in ("MOVED", "TRACEBACK"):
                     bad += 1
-                    Path(tempfile.gettempdir(), f"mutation {name} {number}{path.suffix}").write_text(copy, "utf-8")
+                    Path(
+                        tempfile.gettempdir(), f"mutation {name} {number}{path.suffix}"
+                    ).write_text(copy, "utf-8")
                 counts[seen] += 1
-            print(f"{name}: " + ", ".join(f"{word} {count}" for word, count in counts.most_common()), flush=True)
+            print(
+                f"{name}: " + ", ".join(f"{word} {count}" for word, count in counts.most_common()),
+                flush=True,
+            )
     print(f"{bad} moved or broke")
     return int(bad > 0)
 

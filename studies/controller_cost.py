@@ -91,11 +91,19 @@ def bench(program: ExportedStep, observer: str, small: bool, folder: Path) -> Si
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    models = parser.add_argument("--models", nargs="+", default=MODELS) and parser.parse_args().models
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    models = (
+        parser.add_argument("--models", nargs="+", default=MODELS) and parser.parse_args().models
+    )
     if shutil.which("arm-none-eabi-gcc") is None:
-        parser.error("needs arm-none-eabi-gcc and qemu-system-arm: apt-get install gcc-arm-none-eabi qemu-system-arm")
-    print("| model | observer | M4F at 0.3 | M4F at 1.2 | M7 at 0.3 | M7 at 1.2 | stack B | flash B |")
+        parser.error(
+            "needs arm-none-eabi-gcc and qemu-system-arm: apt-get install gcc-arm-none-eabi qemu-system-arm"
+        )
+    print(
+        "| model | observer | M4F at 0.3 | M4F at 1.2 | M7 at 0.3 | M7 at 1.2 | stack B | flash B |"
+    )
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for name in models:
         path = twin_models(default_rig(), (name,), terminal.console())[0]
@@ -108,7 +116,10 @@ def main() -> None:
                         named = bench(program, observer, small, Path(folder))
                         found = run_board(board, named, Path(folder), Path(folder))  # pyright: ignore
                         counts.append(f"{found.instructions:.0f}")
-            print(f"| {name} | {observer} | {' | '.join(counts)} | {found.stack} | {found.flash} |", flush=True)
+            print(
+                f"| {name} | {observer} | {' | '.join(counts)} | {found.stack} | {found.flash} |",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

@@ -66,7 +66,9 @@ def fitted(rows: Dataset, laws: Sequence[str] = LAWS, stages: str = "lag") -> To
     chosen: FitOutcome[TorqueModel] | None = None
     for name in laws:
         single = rows.device == "single"
-        structure = Structure(rows.device, name, law_from_name(name, rows.device), stages, single, single)
+        structure = Structure(
+            rows.device, name, law_from_name(name, rows.device), stages, single, single
+        )
         tried = fit_structure(rows, structure, intervals=False)
         if chosen is None or tried.train_cost < _BETTER**2 * chosen.train_cost:
             chosen = tried
@@ -112,20 +114,27 @@ def played(commands: Commands, seed: int) -> Dataset:
         measured = twin.sense()
     field, position, effort = rows.T
     columns = {"field": field, "position": position, "effort": effort}
-    log = recording_from_arrays(columns, rate=RATE, units={"field": "", "position": "rad", "effort": "N*m"})
+    log = recording_from_arrays(
+        columns, rate=RATE, units={"field": "", "position": "rad", "effort": "N*m"}
+    )
     return build_dataset(log)
 
 
 def random_steps(limits: RigLimits, seconds: float, seed: int) -> Commands:
     """Field and speed step to even draws every 0.1 to 1 s."""
-    return _stepwise(limits, seconds, np.random.default_rng(seed), lambda rng, share: rng.uniform(-1.0, 1.0, 2))
+    return _stepwise(
+        limits, seconds, np.random.default_rng(seed), lambda rng, share: rng.uniform(-1.0, 1.0, 2)
+    )
 
 
 def chirp(limits: RigLimits, seconds: float, seed: int) -> Commands:
     """Field and speed are sines whose frequencies grow from 0.3 to 20 and from 0.2 to 5 Hz."""
 
     def at(_: np.random.Generator, share: float) -> Array:
-        turns = [seconds * low / math.log(high / low) * ((high / low) ** share - 1.0) for low, high in _CHIRPS]
+        turns = [
+            seconds * low / math.log(high / low) * ((high / low) ** share - 1.0)
+            for low, high in _CHIRPS
+        ]
         return np.sin(2.0 * math.pi * np.array(turns))
 
     return _stepwise(limits, seconds, np.random.default_rng(seed), at, rows=1)
@@ -147,8 +156,12 @@ def _stepwise(
     while sequence.left > 0:
         field, speed = at(rng, sequence.rows / bounds.rows)
         hold = rows or int(rng.uniform(0.1, 1.0) * RATE)
-        fields = course(sequence.field, [(round(bounds.field * abs(float(field))), bounds.field_step, hold)])[:hold]
-        speeds = course(sequence.speed, [(round(bounds.speed * float(speed)), bounds.speed_step, hold)])[:hold]
+        fields = course(
+            sequence.field, [(round(bounds.field * abs(float(field))), bounds.field_step, hold)]
+        )[:hold]
+        speeds = course(
+            sequence.speed, [(round(bounds.speed * float(speed)), bounds.speed_step, hold)]
+        )[:hold]
         safe = sequence.safe(fields, speeds)
         if safe < min(hold, sequence.left):
             fields, speeds = sequence.stop()
@@ -167,7 +180,9 @@ def papers(limits: RigLimits, seconds: float, seed: int) -> Commands:
     return papers_sequence(limits, RATE, seconds, np.random.default_rng(seed))
 
 
-def by_model(limits: RigLimits, seconds: float, seed: int, laws: Sequence[str], *, believed: bool) -> Dataset:
+def by_model(
+    limits: RigLimits, seconds: float, seed: int, laws: Sequence[str], *, believed: bool
+) -> Dataset:
     """Some seconds that fill, a fit, and the rest chosen by that law: as `erclutch excite --run` does, or D-optimal."""
     first = played(filling(limits, FIRST, seed), seed)
     law = fitted(first, laws, _MEMORY)
@@ -246,7 +261,9 @@ def print_rows(
         print(f"| {name} | " + " | ".join([*cells, after]) + " |", flush=True)
 
 
-def twin(seeds: range, long: float, lengths: Sequence[float], laws: Sequence[str], out: Path | None) -> None:
+def twin(
+    seeds: range, long: float, lengths: Sequence[float], laws: Sequence[str], out: Path | None
+) -> None:
     """Print errors over seconds of log as multiples of those of a long log of both kinds that are tested."""
     scenario = build_dataset(prepare("brake", seconds=long, seed=1).recording())
     limits = RigLimits(**(limits_of_log(scenario) | {"rest": 0.1}))
@@ -266,19 +283,32 @@ def twin(seeds: range, long: float, lengths: Sequence[float], laws: Sequence[str
         "below: medians as multiples of it"
     )
     print(
-        "| sequence | " + " | ".join(f"{seconds:g} s" for seconds in lengths) + f" | within {AS_GOOD:g} of both after |"
+        "| sequence | "
+        + " | ".join(f"{seconds:g} s" for seconds in lengths)
+        + f" | within {AS_GOOD:g} of both after |"
     )
     print("|---|" + "---:|" * (len(lengths) + 1))
     makers: list[tuple[str, Callable[[float, int], Dataset]]] = [
         ("excite, filling", lambda seconds, seed: played(filling(limits, seconds, seed), seed)),
-        ("excite, by model", lambda seconds, seed: by_model(limits, seconds, seed, laws, believed=False)),
-        ("a law that is believed (D)", lambda seconds, seed: by_model(limits, seconds, seed, laws, believed=True)),
+        (
+            "excite, by model",
+            lambda seconds, seed: by_model(limits, seconds, seed, laws, believed=False),
+        ),
+        (
+            "a law that is believed (D)",
+            lambda seconds, seed: by_model(limits, seconds, seed, laws, believed=True),
+        ),
         ("the paper's draws", lambda seconds, seed: played(papers(limits, seconds, seed), seed)),
-        ("scenario brake", lambda s, seed: build_dataset(prepare("brake", seconds=s, seed=10 + seed).recording())),
+        (
+            "scenario brake",
+            lambda s, seed: build_dataset(prepare("brake", seconds=s, seed=10 + seed).recording()),
+        ),
         ("random steps", lambda seconds, seed: played(random_steps(limits, seconds, seed), seed)),
         ("chirp", lambda seconds, seed: played(chirp(limits, seconds, seed), seed)),
     ]
-    print_rows("brake", makers, tests, best, seeds=seeds, long=long, lengths=lengths, laws=laws, out=out)
+    print_rows(
+        "brake", makers, tests, best, seeds=seeds, long=long, lengths=lengths, laws=laws, out=out
+    )
 
 
 def exchanged(
@@ -301,7 +331,11 @@ def exchanged(
         here = list(start)
         better = True
         while better:
-            near = [[*here[:place], other, *here[place + 1 :]] for place in range(len(here)) for other in range(count)]
+            near = [
+                [*here[:place], other, *here[place + 1 :]]
+                for place in range(len(here))
+                for other in range(count)
+            ]
             best = min((numbers for numbers in near if len(set(numbers)) == len(numbers)), key=of)
             better = of(best) < of(here)
             here = best if better else here
@@ -313,11 +347,15 @@ def exchanged(
 def files(folder: Path, draws: int, least: int, most: int, *, search: bool) -> None:
     """Print the error on the files that were not chosen, over the number that were."""
     data, motions, of_row = utfsm(folder)
-    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "dahl/field", False, True)
+    structure = Structure(
+        "single", "bingham", law_from_name("bingham", "single"), "dahl/field", False, True
+    )
     logs = [data.take(of_row == number) for number in range(len(motions))]
 
     def fitted(numbers: Sequence[int]) -> TorqueModel:
-        return fit_structure(joined([logs[number] for number in numbers]), structure, intervals=False).model
+        return fit_structure(
+            joined([logs[number] for number in numbers]), structure, intervals=False
+        ).model
 
     def rest(model: TorqueModel, numbers: Sequence[int]) -> float:
         errors = [error(model, log) for number, log in enumerate(logs) if number not in numbers]
@@ -325,9 +363,16 @@ def files(folder: Path, draws: int, least: int, most: int, *, search: bool) -> N
 
     whole = fitted(range(len(logs)))
     # The first file is the one that a rig would begin with: the largest field at the fastest motion.
-    chosen = [max(range(len(logs)), key=lambda number: (motions[number].current, np.abs(logs[number].effort).max()))]
+    chosen = [
+        max(
+            range(len(logs)),
+            key=lambda number: (motions[number].current, np.abs(logs[number].effort).max()),
+        )
+    ]
     rng = np.random.default_rng(0)
-    print(f"UTFSM damper, 30 files; bingham+dahl/field; random: {draws} draws; RMSE on the files not chosen, N")
+    print(
+        f"UTFSM damper, 30 files; bingham+dahl/field; random: {draws} draws; RMSE on the files not chosen, N"
+    )
     print(
         "| files | by what the earlier ones taught | of all 30, on the same | random: median (best - worst) | beaten |"
     )
@@ -335,16 +380,29 @@ def files(folder: Path, draws: int, least: int, most: int, *, search: bool) -> N
     while len(chosen) <= most:
         model = fitted(chosen)
         ours, all_files = rest(model, chosen), rest(whole, chosen)
-        drawn = [sorted(rng.choice(len(logs), len(chosen), replace=False).tolist()) for _ in range(draws)]
-        random = [rest(fitted(numbers), numbers) for numbers in drawn if len(chosen) >= least] or [math.nan]
-        names = ", ".join(f"{motions[number].name} {motions[number].current:g} A" for number in chosen)
+        drawn = [
+            sorted(rng.choice(len(logs), len(chosen), replace=False).tolist()) for _ in range(draws)
+        ]
+        random = [rest(fitted(numbers), numbers) for numbers in drawn if len(chosen) >= least] or [
+            math.nan
+        ]
+        names = ", ".join(
+            f"{motions[number].name} {motions[number].current:g} A" for number in chosen
+        )
         shares = f"{np.median(random):.1f} ({min(random):.1f} - {max(random):.1f})"
         beaten = f"{np.mean([ours < other for other in random]):.0%}"
-        print(f"| {len(chosen)} | {ours:.1f}: {names} | {all_files:.1f} | {shares} | {beaten} |", flush=True)
+        print(
+            f"| {len(chosen)} | {ours:.1f}: {names} | {all_files:.1f} | {shares} | {beaten} |",
+            flush=True,
+        )
         if search and len(chosen) == most:
             starts = [chosen, drawn[int(np.argmin(random))]]
-            best, error_of_best, fits = exchanged(starts, len(logs), lambda numbers: rest(fitted(numbers), numbers))
-            found = ", ".join(f"{motions[number].name} {motions[number].current:g} A" for number in best)
+            best, error_of_best, fits = exchanged(
+                starts, len(logs), lambda numbers: rest(fitted(numbers), numbers)
+            )
+            found = ", ".join(
+                f"{motions[number].name} {motions[number].current:g} A" for number in best
+            )
             share = ours / error_of_best
             of_all = rest(whole, best)
             print(
@@ -363,7 +421,9 @@ _DEVICE_NOISE = 0.03  # of the RMS of the first log's effort
 
 def devices(count: int, first_seed: int) -> None:
     """Print how intervals that were foretold compare with those that were got, over made-up devices (SYNTHETIC)."""
-    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "lag", True, True)
+    structure = Structure(
+        "single", "bingham", law_from_name("bingham", "single"), "lag", True, True
+    )
     ratios: dict[str, list[float]] = {}
     for seed in range(first_seed, first_seed + count):
         rng = np.random.default_rng(seed)
@@ -374,7 +434,9 @@ def devices(count: int, first_seed: int) -> None:
         first = _logged(first_commands, truth, noise, rng)
         outcome = fit_structure(first, structure)
         law = LawOfRun(outcome.model.name, outcome.model, outcome.estimates, first)
-        commands, expected = designed_for(law, _DEVICE, _DEVICE_RATE, _DEVICE_SECONDS, seed, criterion="D")
+        commands, expected = designed_for(
+            law, _DEVICE, _DEVICE_RATE, _DEVICE_SECONDS, seed, criterion="D"
+        )
         both = fit_structure(joined([first, _logged(commands, truth, noise, rng)]), structure)
         foretold = expected.half_widths(law.estimates)
         for estimate, (_, half) in zip(both.estimates, foretold, strict=True):
@@ -399,10 +461,16 @@ def _made_up(commands: Commands, structure: Structure, rng: np.random.Generator)
     drawn = {"w_s": 0.02, "n": 1.5, "delay": 0.004, "tau": 0.010}  # of a reference; s
     shape = {name: drawn[name] * math.exp(rng.uniform(-0.4, 0.4)) for name in law.shape}
     gains = {"T_y": 1.0, "eta": 0.02, "T_f": 0.1, "T_0": 0.05}
-    return replace(law, shape=shape, gains={name: gains[name] * math.exp(rng.uniform(-0.7, 0.7)) for name in law.gains})
+    return replace(
+        law,
+        shape=shape,
+        gains={name: gains[name] * math.exp(rng.uniform(-0.7, 0.7)) for name in law.gains},
+    )
 
 
-def _logged(commands: Commands, truth: TorqueModel, noise: float, rng: np.random.Generator) -> Dataset:
+def _logged(
+    commands: Commands, truth: TorqueModel, noise: float, rng: np.random.Generator
+) -> Dataset:
     """What a device of a law gives, with white noise of a standard deviation."""
     rows = _rows_of(commands, np.zeros(commands.speed.size))
     effort = truth.predict(rows)
@@ -429,25 +497,43 @@ def limits(draws: int) -> None:
             continue
         kinds += bool(broken(commands, drawn, rate))
     took = time.process_time() - start
-    print(f"{draws} random limits: {refused} refused, {kinds} sequences that break a limit; {took:.0f} s of CPU")
+    print(
+        f"{draws} random limits: {refused} refused, {kinds} sequences that break a limit; {took:.0f} s of CPU"
+    )
 
 
 def main() -> None:
     """Run one part."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("part", choices=("twin", "files", "devices", "limits"))
     parser.add_argument("folder", nargs="?", type=Path)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--first", type=int, default=0, help="seed")
-    parser.add_argument("--lengths", type=float, nargs="+", default=[3.0, 6.0, 10.0], help="seconds of the short logs")
+    parser.add_argument(
+        "--lengths",
+        type=float,
+        nargs="+",
+        default=[3.0, 6.0, 10.0],
+        help="seconds of the short logs",
+    )
     parser.add_argument("--long", type=float, default=30.0, help="seconds of the long log")
     parser.add_argument("--law", nargs="+", default=LAWS, help="among which each log chooses")
-    parser.add_argument("--out", type=Path, help="keeps each error of the TWIN, to go on where a run was ended")
-    parser.add_argument("--draws", type=int, default=10, help="random choices of files, or random limits")
+    parser.add_argument(
+        "--out", type=Path, help="keeps each error of the TWIN, to go on where a run was ended"
+    )
+    parser.add_argument(
+        "--draws", type=int, default=10, help="random choices of files, or random limits"
+    )
     parser.add_argument("--devices", type=int, default=5, help="made-up devices")
-    parser.add_argument("--least", type=int, default=1, help="files, from which on random choices stand beside")
+    parser.add_argument(
+        "--least", type=int, default=1, help="files, from which on random choices stand beside"
+    )
     parser.add_argument("--most", type=int, default=4, help="files, at most")
-    parser.add_argument("--search", action="store_true", help="also the best choice that an exchange of files finds")
+    parser.add_argument(
+        "--search", action="store_true", help="also the best choice that an exchange of files finds"
+    )
     asked = parser.parse_args()
     with one_thread():
         if asked.part == "twin":

@@ -26,7 +26,17 @@ from erclutch.wings.design.limits import RigLimits, limits_of_log
 from erclutch.wings.rig.interface import RigCommand
 from erclutch.wings.rig.twin.scenarios import prepare
 from erclutch.wings.rig.twin.twin import Twin
-from studies.excite import AS_GOOD, LAWS, RATE, Servo, chirp, error, fitted, print_rows, random_steps
+from studies.excite import (
+    AS_GOOD,
+    LAWS,
+    RATE,
+    Servo,
+    chirp,
+    error,
+    fitted,
+    print_rows,
+    random_steps,
+)
 
 TEST_SECONDS = 20.0
 Played = tuple[str, Callable[[float, int], Dataset]]
@@ -34,7 +44,9 @@ Played = tuple[str, Callable[[float, int], Dataset]]
 
 def scenario(seconds: float, seed: int) -> Dataset:
     """The paper's excitation of the pair."""
-    return build_dataset(prepare("training", seconds=seconds, seed=seed).recording(), device="coaxial")
+    return build_dataset(
+        prepare("training", seconds=seconds, seed=seed).recording(), device="coaxial"
+    )
 
 
 def played(commands: Commands, seed: int) -> Dataset:
@@ -69,21 +81,30 @@ def sequences(limits: RigLimits) -> list[Played]:
     """What each sequence makes of some seconds and a seed."""
 
     def filling(seconds: float, seed: int) -> Dataset:
-        return played(chosen_sequence(limits, RATE, seconds, np.random.default_rng(seed), signed=True), seed)
+        return played(
+            chosen_sequence(limits, RATE, seconds, np.random.default_rng(seed), signed=True), seed
+        )
 
     def papers(seconds: float, seed: int) -> Dataset:
-        return played(papers_sequence(limits, RATE, seconds, np.random.default_rng(seed), signed=True), seed)
+        return played(
+            papers_sequence(limits, RATE, seconds, np.random.default_rng(seed), signed=True), seed
+        )
 
     return [
         ("excite, filling", filling),
         ("the paper's draws", papers),
         ("the paper's scenario", lambda seconds, seed: scenario(seconds, 10 + seed)),
-        ("random steps", lambda seconds, seed: played(signed(random_steps(limits, seconds, seed), seed), seed)),
+        (
+            "random steps",
+            lambda seconds, seed: played(signed(random_steps(limits, seconds, seed), seed), seed),
+        ),
         ("chirp", lambda seconds, seed: played(signed(chirp(limits, seconds, seed), seed), seed)),
     ]
 
 
-def study(seeds: range, long: float, lengths: Sequence[float], laws: Sequence[str], out: Path | None) -> None:
+def study(
+    seeds: range, long: float, lengths: Sequence[float], laws: Sequence[str], out: Path | None
+) -> None:
     """Print medians of errors over those of the fit to a long log of both kinds that are tested."""
     whole = scenario(long, 1)
     limits = RigLimits(**(limits_of_log(whole) | {"rest": 0.1}))
@@ -102,20 +123,32 @@ def study(seeds: range, long: float, lengths: Sequence[float], laws: Sequence[st
         "below: medians over it"
     )
     print(
-        "| sequence | " + " | ".join(f"{seconds:g} s" for seconds in lengths) + f" | within {AS_GOOD:g} of both after |"
+        "| sequence | "
+        + " | ".join(f"{seconds:g} s" for seconds in lengths)
+        + f" | within {AS_GOOD:g} of both after |"
     )
     print("|---|" + "---:|" * (len(lengths) + 1))
 
     makers = sequences(limits)
-    print_rows("pair", makers, tests, best, seeds=seeds, long=long, lengths=lengths, laws=laws, out=out)
+    print_rows(
+        "pair", makers, tests, best, seeds=seeds, long=long, lengths=lengths, laws=laws, out=out
+    )
 
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--first", type=int, default=0, help="seed")
-    parser.add_argument("--lengths", type=float, nargs="+", default=[5.0, 10.0, 20.0], help="seconds of the short logs")
+    parser.add_argument(
+        "--lengths",
+        type=float,
+        nargs="+",
+        default=[5.0, 10.0, 20.0],
+        help="seconds of the short logs",
+    )
     parser.add_argument("--long", type=float, default=60.0, help="seconds of the long log")
     parser.add_argument("--law", nargs="+", default=LAWS, help="among which each log chooses")
     parser.add_argument("--out", type=Path, help="keeps each error, to go on where a run was ended")

@@ -42,28 +42,43 @@ def numpys_own(program: ExportedStep) -> float:
     rows = ordinary(program, np.random.default_rng(0), 2000)
     _, elements, extras = held_signals(program, made, named(made, rows))
     clock = Clock(np.linspace(0.0, 1.999, 2000), (Span(0, 2000, 1e-3),))
-    own, other = (program.model.effort(elements, clock, extras, exactly=flag) for flag in (True, False))
+    own, other = (
+        program.model.effort(elements, clock, extras, exactly=flag) for flag in (True, False)
+    )
     return ulps(program, float(np.max(np.abs(own - other))))
 
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
     parser.add_argument("folder", metavar="RUN", help="a run folder")
     folder = parser.parse_args().folder
     if shutil.which("arm-none-eabi-gcc") is None:
-        parser.error("needs arm-none-eabi-gcc and qemu-system-arm: apt-get install gcc-arm-none-eabi qemu-system-arm")
+        parser.error(
+            "needs arm-none-eabi-gcc and qemu-system-arm: apt-get install gcc-arm-none-eabi qemu-system-arm"
+        )
     run = read_run(folder)
-    print("| model | NumPy | ulp float64 | ulp float32 | M4F instructions | M7 | stack B | flash B |")
+    print(
+        "| model | NumPy | ulp float64 | ulp float32 | M4F instructions | M7 | stack B | flash B |"
+    )
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for name in sorted(run.names):
         model = run.model(name)
-        wide, program = (step_of(model, ExportOptions("m", p, 1e-3)) for p in ("float64", "float32"))
-        far = [f"{numpys_own(wide):.3g}", *(f"{ulps(p, measured(p, 2000)[0]):.3g}" for p in (wide, program))]
+        wide, program = (
+            step_of(model, ExportOptions("m", p, 1e-3)) for p in ("float64", "float32")
+        )
+        far = [
+            f"{numpys_own(wide):.3g}",
+            *(f"{ulps(p, measured(p, 2000)[0]):.3g}" for p in (wide, program)),
+        ]
         try:
             refuse_noise(program)
         except ExportError:
-            print(f"| {name} | {' | '.join(far[:2])} | refused: no digits left | | | | |", flush=True)
+            print(
+                f"| {name} | {' | '.join(far[:2])} | refused: no digits left | | | | |", flush=True
+            )
             continue
         with tempfile.TemporaryDirectory() as scratch:
             work = Path(scratch)

@@ -22,7 +22,10 @@ SMOOTHED = {
     "columns": {"position": "2 [mm]", "slip": "3 [mm/s]", "effort": "4 [N]"},
     "name_pattern": "{amplitude}mm{frequency}Hz{field}A",
 }
-RAW = {"columns": {"position": "CHANNEL0 [cm]", "effort": "CHANNEL1 [980.665 N]"}, "constants": {"field": "0.5 A"}}
+RAW = {
+    "columns": {"position": "CHANNEL0 [cm]", "effort": "CHANNEL1 [980.665 N]"},
+    "constants": {"field": "0.5 A"},
+}
 SEEDS = range(5)
 LEFT_OUT = "left out and the log cut there"
 

@@ -21,12 +21,16 @@ from tests.support.figures import HERE, KEPT, LISTED, moved, printed
 def main() -> None:
     """Run the commands, keep what they print, say what moved."""
     listed = tomllib.loads(LISTED.read_text(encoding="utf-8"))
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(listed))
     parser.add_argument("--data", type=Path, default=HERE.parent / "shared" / "data")
     asked = parser.parse_args()
     if unknown := set(asked.names) - set(listed):
-        parser.error(f"no figures named {', '.join(sorted(unknown))}; there are {', '.join(listed)}")
+        parser.error(
+            f"no figures named {', '.join(sorted(unknown))}; there are {', '.join(listed)}"
+        )
     KEPT.mkdir(exist_ok=True)
     for name in asked.names or listed:
         file = KEPT / f"{name}.txt"

@@ -23,7 +23,14 @@ from tests.support.dask_cluster import dask_cluster, kill_a_worker, peak
 
 MODELS = (
     *("quadratic", "on-off", "herschel-bulkley", "rbfm-2"),
-    *("bingham", "bingham/square", "bingham/critical", "casson", "casson/square", "casson/critical"),
+    *(
+        "bingham",
+        "bingham/square",
+        "bingham/critical",
+        "casson",
+        "casson/square",
+        "casson/critical",
+    ),
 )
 
 
@@ -36,7 +43,9 @@ def measured(logs: Path, out: Path, cluster: str | None, workers: int, kill_at: 
 
     before, began = resource.getrusage(resource.RUSAGE_CHILDREN), monotonic()
     settings = Settings(lag="none")
-    fleet = fit_many(logs, MODELS, out=out, settings=settings, cluster=cluster, workers=workers, progress=killed)
+    fleet = fit_many(
+        logs, MODELS, out=out, settings=settings, cluster=cluster, workers=workers, progress=killed
+    )
     wall, after = monotonic() - began, resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     words = f"{len(fleet.fits)} fits, {len(fleet.failed)} failed, {wall:.1f} s, children {cpu:.1f} CPU s"
@@ -51,7 +60,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--logs", type=int, default=100)
     parser.add_argument("--seconds", type=float, default=1.0)
-    parser.add_argument("--folder", type=Path, help="kept, so that a study that was stopped goes on")
+    parser.add_argument(
+        "--folder", type=Path, help="kept, so that a study that was stopped goes on"
+    )
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = asked.folder or Path(name)
@@ -61,7 +72,10 @@ def main() -> None:
             write_synthetic_log(logs / f"unit{i + 1}.csv", asked.seconds, i)
         with dask_cluster(Path(name), 2) as (address, scheduler):
             digests = [measured(logs, folder / "dask", address, 2, kill_at=asked.logs // 4)]
-            print(f"scheduler: at most {peak(scheduler):.0f} MB; one worker was killed with -9", flush=True)
+            print(
+                f"scheduler: at most {peak(scheduler):.0f} MB; one worker was killed with -9",
+                flush=True,
+            )
         for cluster, workers in (("processes", 2), ("processes", 1), (None, 2)):
             digests.append(measured(logs, folder / f"{cluster}-{workers}", cluster, workers))
     print(f"tables are {'the same' if len(set(digests)) == 1 else 'DIFFERENT'}")

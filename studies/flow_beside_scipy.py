@@ -38,7 +38,10 @@ def by_scipy(curve: FlowCurve) -> tuple[Array, Array, float]:
         for share in (0.9, 0.1, 1e-3)
         for power in (0.3, 0.6, 1.0)
     ]
-    fits = [least_squares(residual, start, xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=4000) for start in starts]
+    fits = [
+        least_squares(residual, start, xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=4000)
+        for start in starts
+    ]
     best = min(fits, key=lambda fit: fit.cost)
     jacobian = np.asarray(best.jac, dtype=np.float64)
     spread = 2 * best.cost / max(curve.rate.size - 3, 1) * np.linalg.pinv(jacobian.T @ jacobian)
@@ -77,7 +80,10 @@ def main() -> int:
                 for name, a, b, k in zip(NAMES, ours, theirs, known, strict=True)
             )
             most = float(apart[known].max(initial=0.0))
-            print(f"{path.name}, {curve.label}: {shown}; {most:.2%}; {fit.log_rmse:.5f} / {rms:.5f}", flush=True)
+            print(
+                f"{path.name}, {curve.label}: {shown}; {most:.2%}; {fit.log_rmse:.5f} / {rms:.5f}",
+                flush=True,
+            )
     print(f"{curves} curves, {compared} parameters that the data tell: {worst:.2%} apart at most")
     return int(worst > 0.01)
 

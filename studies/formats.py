@@ -61,8 +61,12 @@ def finder(reader: str) -> Callable[[str], Table]:
     if hasattr(module, "find") and module.READER.windows is None:
         return lambda path: module.find(path, None)
 
-    own = next(getattr(module, name) for name in ("_read", f"read_{reader}") if hasattr(module, name))
-    windows = getattr(module, f"{reader}_windows", module.READER.windows)  # not those that start a child
+    own = next(
+        getattr(module, name) for name in ("_read", f"read_{reader}") if hasattr(module, name)
+    )
+    windows = getattr(
+        module, f"{reader}_windows", module.READER.windows
+    )  # not those that start a child
 
     def read(path: str) -> Table:
         source = LogSource(Path(path), Path(path).read_bytes(), "")
@@ -88,11 +92,17 @@ def difference(table: Table, whole: Table) -> str:
         return "rows"
     pairs = [(table.columns[name], whole.columns[name]) for name in whole.columns]
     if whole.clock is not None:
-        pairs.append((table.clock if table.clock is not None else whole.clock * np.nan, whole.clock))
-    return "" if all(np.array_equal(one, other, equal_nan=True) for one, other in pairs) else "values"
+        pairs.append(
+            (table.clock if table.clock is not None else whole.clock * np.nan, whole.clock)
+        )
+    return (
+        "" if all(np.array_equal(one, other, equal_nan=True) for one, other in pairs) else "values"
+    )
 
 
-def outcome(find: Callable[[str], Table], log: Path, whole: Table, notes: Callable[[], bool | None]) -> str:
+def outcome(
+    find: Callable[[str], Table], log: Path, whole: Table, notes: Callable[[], bool | None]
+) -> str:
     """What a damaged log gives, as one phrase."""
     try:
         table = find(str(log))
@@ -128,13 +138,24 @@ def address_space() -> int:
 
 
 def run_here(
-    module: str, path: Path, *arguments: str, memory: int | None = None, seconds: float | None = None
+    module: str,
+    path: Path,
+    *arguments: str,
+    memory: int | None = None,
+    seconds: float | None = None,
 ) -> child_process.Answer:
     """`child_process.run` without a child of its own: a fork is one already, and the start of Python is what costs."""
     allowed = budget_of(path)
     most = address_space() + (memory or allowed.memory)
     with tempfile.TemporaryDirectory() as folder:
-        words = [module, str(path), folder, str(most), str(round(seconds or allowed.seconds)), *arguments]
+        words = [
+            module,
+            str(path),
+            folder,
+            str(most),
+            str(round(seconds or allowed.seconds)),
+            *arguments,
+        ]
         with mock.patch.object(sys, "argv", words):
             try:
                 runpy.run_module(module, run_name="__main__")
@@ -151,7 +172,9 @@ class Read(NamedTuple):
     seconds: float
 
 
-def in_child(damages: Sequence[Callable[[], object]], log: Path, look: Callable[[], str]) -> list[Read]:
+def in_child(
+    damages: Sequence[Callable[[], object]], log: Path, look: Callable[[], str]
+) -> list[Read]:
     """The outcomes of damages, one after the other in a forked child with its limits; a shorter list: the child died.
 
     Args:
@@ -172,12 +195,18 @@ def in_child(damages: Sequence[Callable[[], object]], log: Path, look: Callable[
             before = time.process_time()
             signal.alarm(SECONDS)
             most = ceil(before + budget_of(log).seconds)
-            resource.setrlimit(resource.RLIMIT_CPU, (most, resource.getrlimit(resource.RLIMIT_CPU)[1]))
+            resource.setrlimit(
+                resource.RLIMIT_CPU, (most, resource.getrlimit(resource.RLIMIT_CPU)[1])
+            )
             try:
                 said = look()
             except SystemExit as crash:
                 said = str(crash)
-            read = Read(said[:200], resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, time.process_time() - before)
+            read = Read(
+                said[:200],
+                resource.getrusage(resource.RUSAGE_SELF).ru_maxrss,
+                time.process_time() - before,
+            )
             os.write(writing, json.dumps(read).encode() + b"\n")
         os._exit(0)
     os.close(writing)
@@ -204,7 +233,9 @@ class Damage(NamedTuple):
     seconds: float
 
 
-def mutate(name: str, count: int, results: Path, folder: Path, until: float = float("inf"), begin: int = 0) -> Damage:
+def mutate(
+    name: str, count: int, results: Path, folder: Path, until: float = float("inf"), begin: int = 0
+) -> Damage:
     """Damage a log of a format ``count`` times, from number ``begin`` on, or as long as the monotonic clock allows.
 
     The outcomes are kept in chunks, so that a second call goes on.
@@ -244,24 +275,36 @@ def mutate(name: str, count: int, results: Path, folder: Path, until: float = fl
             damages = [partial(damage, number) for number in numbers[done : done + TOGETHER]]
             for place, read in enumerate(in_child(damages, log, look)):
                 number = numbers[done]
-                if place and read.said.startswith(ALONE):  # what a damaged log before it did to a library counts not
+                if place and read.said.startswith(
+                    ALONE
+                ):  # what a damaged log before it did to a library counts not
                     (read,) = in_child([partial(damage, number)], log, look)
-                found[read.said], peak, longest = found[read.said] + 1, max(peak, read.kib), max(longest, read.seconds)
+                found[read.said], peak, longest = (
+                    found[read.said] + 1,
+                    max(peak, read.kib),
+                    max(longest, read.seconds),
+                )
                 if read.said.startswith(("crash", "hang")):
                     part = damage(number)
-                    (results / f"{read.said.split(':')[0]}-{name}-{number}").write_bytes(part.read_bytes())
+                    (results / f"{read.said.split(':')[0]}-{name}-{number}").write_bytes(
+                        part.read_bytes()
+                    )
                 done += 1
         took = {"seconds": round(time.perf_counter() - began, 1), "longest": round(longest, 2)}
         chunks.append({"found": found, "peak_mib": peak >> 10, **took})
         with kept.open("a", encoding="utf-8") as out:
             out.write(json.dumps(chunks[-1]) + "\n")
     total = sum((Counter[str](chunk["found"]) for chunk in chunks), Counter[str]())
-    return Damage(total, max(chunk["peak_mib"] for chunk in chunks), max(chunk["longest"] for chunk in chunks))
+    return Damage(
+        total, max(chunk["peak_mib"] for chunk in chunks), max(chunk["longest"] for chunk in chunks)
+    )
 
 
 def main() -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("what", choices=["mutate"])
     parser.add_argument("--formats", nargs="+", default=list(FORMATS), choices=list(FORMATS))
     parser.add_argument("--count", type=int, default=10_000)
@@ -274,9 +317,14 @@ def main() -> None:
             total, peak, longest = mutate(name, given.count, given.results, Path(folder))
         kinds = Counter[str]()
         for said, times in total.items():
-            kinds[said if said.startswith(("silent", "noted", "crash")) else said.split(":")[0]] += times
+            kinds[
+                said if said.startswith(("silent", "noted", "crash")) else said.split(":")[0]
+            ] += times
         most = f"at most {peak} MiB, {longest:.1f} s"
-        print(f"{name}: {sum(total.values())} mutations, {dict(sorted(kinds.items()))}, {most}", flush=True)
+        print(
+            f"{name}: {sum(total.values())} mutations, {dict(sorted(kinds.items()))}, {most}",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

@@ -17,7 +17,9 @@ from tests.support.healthy_devices import ROWS, healthy_sessions
 
 def main() -> int:
     """Print each session that trips, and how many did; 1 if any did."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--devices", type=int, default=20)
     parser.add_argument("--first", type=int, default=0, help="seed")
     asked = parser.parse_args()
@@ -27,8 +29,13 @@ def main() -> int:
             count += 1
             if session.trip >= 0:
                 trips += 1
-                print(f"{session.words}: trip in row {session.trip}: {' '.join(session.said)}", flush=True)
-    print(f"TWIN: {trips} of {count} sessions of {ROWS} rows on {asked.devices} healthy devices trip")
+                print(
+                    f"{session.words}: trip in row {session.trip}: {' '.join(session.said)}",
+                    flush=True,
+                )
+    print(
+        f"TWIN: {trips} of {count} sessions of {ROWS} rows on {asked.devices} healthy devices trip"
+    )
     return 1 if trips else 0
 
 

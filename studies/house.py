@@ -26,7 +26,15 @@ HERE = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(HERE))
 
 from studies.house_calls import Calls  # noqa: E402
-from studies.house_code import PACKAGE, Density, Module, called, circles_in, imports, imports_by_text  # noqa: E402
+from studies.house_code import (  # noqa: E402
+    PACKAGE,
+    Density,
+    Module,
+    called,
+    circles_in,
+    imports,
+    imports_by_text,
+)
 
 LANGUAGES = {
     "Python": (".py",),
@@ -85,12 +93,17 @@ class House:
     def modules(self) -> list[Module]:
         """Its Python files."""
         found = [p for p in self.files if p.suffix == ".py"]
-        return [Module(PurePosixPath(p.relative_to(self.source)), p.read_text(encoding="utf-8")) for p in found]
+        return [
+            Module(PurePosixPath(p.relative_to(self.source)), p.read_text(encoding="utf-8"))
+            for p in found
+        ]
 
     @cached_property
     def rooms(self) -> list[str]:
         """Packages on the ground floor; what stands in `wings` is counted there."""
-        return sorted(p.parent.name for p in self.source.glob("*/__init__.py") if p.parent.name != "wings")
+        return sorted(
+            p.parent.name for p in self.source.glob("*/__init__.py") if p.parent.name != "wings"
+        )
 
     @cached_property
     def wings(self) -> list[str]:
@@ -123,8 +136,12 @@ class House:
         for contract in self.contracts:
             for container in contract.get("containers", [PACKAGE]):
                 for height, layer in enumerate(reversed(contract["layers"])):
-                    floor |= dict.fromkeys((f"{container}.{room.strip()}" for room in layer.split("|")), height)
-        allowed = [arrow for contract in self.contracts for arrow in contract.get("ignore_imports", ())]
+                    floor |= dict.fromkeys(
+                        (f"{container}.{room.strip()}" for room in layer.split("|")), height
+                    )
+        allowed = [
+            arrow for contract in self.contracts for arrow in contract.get("ignore_imports", ())
+        ]
         names = {module.name for module in self.modules}
         climbs: list[str] = []
         for module in self.modules:
@@ -166,13 +183,20 @@ class House:
         for module in self.modules:
             for node in module.nodes:
                 if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                    found.append((1 + (node.end_lineno or node.lineno) - node.lineno, f"{module.path}:{node.name}"))
+                    found.append(
+                        (
+                            1 + (node.end_lineno or node.lineno) - node.lineno,
+                            f"{module.path}:{node.name}",
+                        )
+                    )
         return sorted(found)
 
     @cached_property
     def any_lines(self) -> int:
         """Lines of code with the type `Any`."""
-        return sum(bool(re.search(r"\bAny\b", line)) for m in self.modules for line in m.code.split("\n"))
+        return sum(
+            bool(re.search(r"\bAny\b", line)) for m in self.modules for line in m.code.split("\n")
+        )
 
     @cached_property
     def import_tricks(self) -> list[str]:
@@ -214,7 +238,10 @@ class House:
         """Names of modules that stand more than once; files of commands and rigs are named as users call them."""
         at: dict[str, list[str]] = defaultdict(list)
         for module in self.modules:
-            if not module.path.stem.startswith("_") and module.path.parent.name not in ("commands", "rigs"):
+            if not module.path.stem.startswith("_") and module.path.parent.name not in (
+                "commands",
+                "rigs",
+            ):
                 at[module.path.stem].append(str(module.path))
         return {name: places for name, places in sorted(at.items()) if len(places) > 1}
 
@@ -256,13 +283,17 @@ class House:
             f"{module.path}:{number}"
             for module in self.modules
             for number, line in enumerate(module.text.splitlines(), start=1)
-            if re.search(pattern, line) and number not in module.said and not line.lstrip().startswith("#")
+            if re.search(pattern, line)
+            and number not in module.said
+            and not line.lstrip().startswith("#")
         ]
 
     def circles(self, *, lazy: bool) -> list[list[str]]:
         """Groups of modules that import each other at their heads, or (lazy) wherever they import at run time."""
         names = {module.name for module in self.modules}
-        return circles_in({m.name: set(imports(m, names, lazy=lazy)) - {m.name} for m in self.modules})
+        return circles_in(
+            {m.name: set(imports(m, names, lazy=lazy)) - {m.name} for m in self.modules}
+        )
 
     def c_circles(self) -> list[list[str]]:
         """Groups of C files that need each other; a source and its header are one.
@@ -276,11 +307,16 @@ class House:
         home: dict[str, str] = {}
         for unit, text in texts.items():
             home |= dict.fromkeys(
-                re.findall(r"^(?!static|typedef)\w[\w *]*?(\w+)\([^;{]*\)\s*\{", text, re.MULTILINE), unit
+                re.findall(
+                    r"^(?!static|typedef)\w[\w *]*?(\w+)\([^;{]*\)\s*\{", text, re.MULTILINE
+                ),
+                unit,
             )
         needs: dict[str, set[str]] = {}
         for unit, text in texts.items():
-            called = {home[word] for word in set(re.findall(r"\b(\w+)\(", _bodies(text))) if word in home}
+            called = {
+                home[word] for word in set(re.findall(r"\b(\w+)\(", _bodies(text))) if word in home
+            }
             included = {Path(name).stem for name in re.findall(r'#include "([^"]+)"', text)}
             needs[unit] = ((included & set(texts)) | called) - {unit}
         return circles_in(needs)
@@ -343,7 +379,9 @@ def counts(house: House) -> dict[str, str]:
         "circles at import": f"{len(house.circles(lazy=False))}",
         "circles with lazy imports": f"{len(house.circles(lazy=True))}",
         "circles in C": f"{len(house.c_circles())}",
-        **{f"{name}, places": f"{len(house.places(pattern))}" for name, pattern in REPEATED.items()},
+        **{
+            f"{name}, places": f"{len(house.places(pattern))}" for name, pattern in REPEATED.items()
+        },
     }
 
 
@@ -360,7 +398,9 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 def main() -> None:
     """Print all tables of some checkouts."""
     parser = argparse.ArgumentParser(description="Measures of the house, a column a checkout.")
-    parser.add_argument("folders", nargs="*", type=Path, default=[HERE], help="checkouts; default: this one")
+    parser.add_argument(
+        "folders", nargs="*", type=Path, default=[HERE], help="checkouts; default: this one"
+    )
     houses = [House(folder.resolve()) for folder in parser.parse_args().folders]
     for house in houses:
         if not house.modules:
@@ -372,7 +412,15 @@ def main() -> None:
     rows: list[list[str]] = []
     for title, (own, named) in CHANGES.items():
         found = [house.change(own, named) for house in houses]
-        rows.append([title, *(f"{len(mine)} + {len(others)}: {', '.join(others) or '-'}" for mine, others in found)])
+        rows.append(
+            [
+                title,
+                *(
+                    f"{len(mine)} + {len(others)}: {', '.join(others) or '-'}"
+                    for mine, others in found
+                ),
+            ]
+        )
     print(table(["to add", *names], rows))
     for house in houses:
         print(f"\n{house.folder.name}: how dense each room is, the densest first\n")
@@ -410,7 +458,9 @@ def _details(house: House) -> None:
     print(f"  a log's way: {' > '.join(house.way_of_a_log)}")
     print(f"  import tricks: {', '.join(house.import_tricks) or '-'}")
     kinds = Counter(place.rpartition(":")[0] for place in house.model_kinds)
-    print(f"  a model's kind is asked for in: {', '.join(f'{n} x {path}' for path, n in kinds.items()) or '-'}")
+    print(
+        f"  a model's kind is asked for in: {', '.join(f'{n} x {path}' for path, n in kinds.items()) or '-'}"
+    )
     for lazy, title in ((False, "at import"), (True, "with lazy imports")):
         for group in house.circles(lazy=lazy):
             print(f"  circle {title}: {', '.join(group)}")

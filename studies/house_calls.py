@@ -27,13 +27,20 @@ class Calls:
                 elif isinstance(node, ast.ClassDef):
                     for method in node.body:
                         if isinstance(method, ast.FunctionDef):
-                            homes[f"{module.name}.{node.name}.{method.name}"] = (str(module.path), method)
+                            homes[f"{module.name}.{node.name}.{method.name}"] = (
+                                str(module.path),
+                                method,
+                            )
         return homes
 
     def _method(self, name: str, file: str) -> str:
         """The only method of that name among the classes that a file has or imports, or nothing."""
         holders = set(self._names[file].values())
-        homes = [home for home in self._homes if home.endswith(f".{name}") and home.rpartition(".")[0] in holders]
+        homes = [
+            home
+            for home in self._homes
+            if home.endswith(f".{name}") and home.rpartition(".")[0] in holders
+        ]
         return homes[0] if len(homes) == 1 else ""
 
     @cached_property
@@ -41,8 +48,14 @@ class Calls:
         """By file: what a name in it stands for."""
         meaning: dict[str, dict[str, str]] = {}
         for module in self.modules:
-            own = {f.rpartition(".")[2]: f for f in self._homes if f.rpartition(".")[0] == module.name}
-            classes = {n.name: f"{module.name}.{n.name}" for n in module.tree.body if isinstance(n, ast.ClassDef)}
+            own = {
+                f.rpartition(".")[2]: f for f in self._homes if f.rpartition(".")[0] == module.name
+            }
+            classes = {
+                n.name: f"{module.name}.{n.name}"
+                for n in module.tree.body
+                if isinstance(n, ast.ClassDef)
+            }
             imported = {
                 alias.asname or alias.name: f"{node.module}.{alias.name}"
                 for node in module.nodes
@@ -68,10 +81,16 @@ class Calls:
             for call in _in_order(body):
                 text = ast.unparse(call.func)
                 head, _, tail = text.partition(".")
-                meant = f"{holder}.{tail}" if head in ("self", "cls") else self._names[file].get(head, "")
+                meant = (
+                    f"{holder}.{tail}"
+                    if head in ("self", "cls")
+                    else self._names[file].get(head, "")
+                )
                 if head not in ("self", "cls") and tail:
                     meant = f"{meant}.{tail}"
-                enter(meant if meant in self._homes else self._method(text.rpartition(".")[2], file))
+                enter(
+                    meant if meant in self._homes else self._method(text.rpartition(".")[2], file)
+                )
 
         enter(f"{module}.{function}")
         return files

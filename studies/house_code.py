@@ -55,8 +55,14 @@ class Module:
     @cached_property
     def said(self) -> set[int]:
         """Lines of strings that stand alone: docstrings."""
-        alone = (n for n in self.nodes if isinstance(n, ast.Expr) and isinstance(n.value, ast.Constant))
-        return {line for node in alone for line in range(node.lineno, 1 + (node.end_lineno or node.lineno))}
+        alone = (
+            n for n in self.nodes if isinstance(n, ast.Expr) and isinstance(n.value, ast.Constant)
+        )
+        return {
+            line
+            for node in alone
+            for line in range(node.lineno, 1 + (node.end_lineno or node.lineno))
+        }
 
     @cached_property
     def code(self) -> str:
@@ -66,7 +72,9 @@ class Module:
         for token in tokenize.generate_tokens(io.StringIO(self.text).readline):
             statement = before in (tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.NL)
             if token.type != tokenize.COMMENT and not (token.type == tokenize.STRING and statement):
-                kept.append("\n" if token.type in (tokenize.NEWLINE, tokenize.NL) else token.string + " ")
+                kept.append(
+                    "\n" if token.type in (tokenize.NEWLINE, tokenize.NL) else token.string + " "
+                )
             if token.type not in (tokenize.COMMENT, tokenize.NL):
                 before = token.type
         return "".join(kept)
@@ -95,7 +103,13 @@ class Density:
     @staticmethod
     def of(modules: Sequence[Module]) -> Density:
         """Counts of all modules together."""
-        silent = {tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
+        silent = {
+            tokenize.NL,
+            tokenize.NEWLINE,
+            tokenize.INDENT,
+            tokenize.DEDENT,
+            tokenize.ENDMARKER,
+        }
         tokens = comments = lines = private = once = 0
         for module in modules:
             code_lines: set[int] = set()
@@ -170,5 +184,7 @@ def circles_in(arrows: Mapping[str, set[str]]) -> list[list[str]]:
         for targets in reached.values():
             if middle in targets:
                 targets |= reached[middle]
-    groups = {tuple(sorted(n for n in reached[name] if name in reached.get(n, ()))) for name in reached}
+    groups = {
+        tuple(sorted(n for n in reached[name] if name in reached.get(n, ()))) for name in reached
+    }
     return [list(group) for group in sorted(groups) if len(group) > 1]

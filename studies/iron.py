@@ -39,7 +39,12 @@ RELAYS = 3000
 def of_relays(current: Array, rng: np.random.Generator) -> Array:
     """The magnetisation behind a current, both of order one; the relays begin demagnetised."""
     draw = rng.uniform
-    half_width, spread, bend, reversible = draw(0.1, 0.35), draw(0.2, 0.5), draw(0.25, 0.5), draw(0.1, 0.4)
+    half_width, spread, bend, reversible = (
+        draw(0.1, 0.35),
+        draw(0.2, 0.5),
+        draw(0.25, 0.5),
+        draw(0.1, 0.4),
+    )
     centre = rng.normal(0.0, bend, RELAYS)
     half = np.abs(half_width * (1.0 + spread * rng.standard_normal(RELAYS)))
     state = np.where(centre > 0.0, -1.0, 1.0)
@@ -57,7 +62,10 @@ def brake(seed: int) -> Dataset:
     draw = rng.uniform
     turns = [0.0]
     for _ in range(int(draw(12, 30))):
-        turns += [draw(0.4, 1.0), -draw(0.0, 1.0) if seed % 4 == 3 else rng.choice([0.0, draw(0.0, 0.6)])]
+        turns += [
+            draw(0.4, 1.0),
+            -draw(0.0, 1.0) if seed % 4 == 3 else rng.choice([0.0, draw(0.0, 0.6)]),
+        ]
     current = np.interp(np.linspace(0.0, len(turns) - 1.0, ROWS), np.arange(len(turns)), turns)
     if seed % 2:
         current = np.repeat(turns, -(-ROWS // len(turns)))[:ROWS]
@@ -70,17 +78,27 @@ def brake(seed: int) -> Dataset:
     effort = torque * ((strength + draw(0.01, 0.05)) * np.tanh(slip) + draw(0.0005, 0.003) * slip)
     effort += draw(0.003, 0.015) * torque * rng.standard_normal(ROWS)
     clock = Clock(time, (Span(0, ROWS, PERIOD),))
-    return Dataset("single", (Element(draw(0.5, 3.0) * current, slip),), effort, clock, Units("N*m", "A", "rad/s"))
+    return Dataset(
+        "single",
+        (Element(draw(0.5, 3.0) * current, slip),),
+        effort,
+        clock,
+        Units("N*m", "A", "rad/s"),
+    )
 
 
 def judged(log: Dataset) -> tuple[float, float, str]:
     """Error on the last rows, of the spread, without a memory and with what the training rows chose; its name."""
     train = log.take(np.arange(ROWS) < TRAINED * ROWS)
     law = law_from_name("bingham", "single")
-    rungs = grown(train, Structure("single", "bingham", law, "lag", friction=not train.one_way, offset=True))
+    rungs = grown(
+        train, Structure("single", "bingham", law, "lag", friction=not train.one_way, offset=True)
+    )
     errors: list[float] = []
     for rung in (rungs[0], rungs[-1]):
-        model = fit_structure(train, rung.structure, starts=[list(rung.numbers.values())], intervals=False).model
+        model = fit_structure(
+            train, rung.structure, starts=[list(rung.numbers.values())], intervals=False
+        ).model
         error = log.effort - model.predict(log)
         errors.append(rms(error[train.rows :]) / float(np.std(log.effort)))
     without, chosen = errors
@@ -90,7 +108,9 @@ def judged(log: Dataset) -> tuple[float, float, str]:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--devices", type=int, default=20)
     parser.add_argument("--first", type=int, default=20, help="seed of the first device")
     asked = parser.parse_args()
@@ -100,7 +120,9 @@ def main() -> None:
         table.append((without, chosen))
         print(f"{seed:<4} without {without:6.2%}, chosen {chosen:6.2%}: {name}", flush=True)
     without, chosen = np.array(table).T
-    print(f"\nmean {without.mean():.1%} without, {chosen.mean():.1%} chosen (largest {chosen.max():.1%})")
+    print(
+        f"\nmean {without.mean():.1%} without, {chosen.mean():.1%} chosen (largest {chosen.max():.1%})"
+    )
 
 
 if __name__ == "__main__":

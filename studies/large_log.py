@@ -67,7 +67,9 @@ def _motion(rng: np.random.Generator, time: np.ndarray) -> np.ndarray:
         slip *= 3.0
     pieces = time.size // 2_000 + 2
     seconds = np.column_stack([rng.uniform(3.0, 20.0, pieces), rng.uniform(0.5, 6.0, pieces)])
-    moves = np.repeat(np.tile([1.0, 0.0], pieces), np.round(RATE * seconds.ravel()).astype(int))[: time.size]
+    moves = np.repeat(np.tile([1.0, 0.0], pieces), np.round(RATE * seconds.ravel()).astype(int))[
+        : time.size
+    ]
     ramp = int(0.2 * RATE)
     return slip * np.convolve(moves, np.full(ramp, 1.0 / ramp), "same")
 
@@ -91,12 +93,18 @@ def _torque(command: np.ndarray, slip: np.ndarray, warmth: np.ndarray) -> np.nda
 
 def write_log(path: Path, rows: int) -> None:
     """Write the first rows of the log, whatever their number, with units in the columns' metadata."""
-    schema = pa.schema([pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in UNITS.items()])
-    with pq.ParquetWriter(path, schema, compression="zstd", use_byte_stream_split=True, use_dictionary=False) as out:
+    schema = pa.schema(
+        [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in UNITS.items()]
+    )
+    with pq.ParquetWriter(
+        path, schema, compression="zstd", use_byte_stream_split=True, use_dictionary=False
+    ) as out:
         for number, first in enumerate(range(0, rows, RUN)):
             run = run_of(number, min(RUN, rows - first))
             run["time"] = np.round(run["time"] + number * (RUN / RATE + 1.0), 3)
-            out.write_table(pa.Table.from_arrays([pa.array(run[name]) for name in UNITS], schema=schema))
+            out.write_table(
+                pa.Table.from_arrays([pa.array(run[name]) for name in UNITS], schema=schema)
+            )
 
 
 def measured(words: list[str], rows: int) -> None:
@@ -109,7 +117,9 @@ def measured(words: list[str], rows: int) -> None:
             peaks[number] = max(peaks.get(number, 0), _peak(number))
         sleep(0.2)
     ended = os.times()
-    spent = ended.children_user + ended.children_system - began.children_user - began.children_system
+    spent = (
+        ended.children_user + ended.children_system - began.children_user - began.children_system
+    )
     main, *others = [f"{1e-9 * peak:.2f}" for peak in peaks.values()]
     print(
         f"SYNTHETIC, {rows:,} rows: {spent:.1f} CPU s, {1e6 * spent / rows:.2f} us a row, "
@@ -119,7 +129,9 @@ def measured(words: list[str], rows: int) -> None:
 
 def _children(parent: int) -> list[int]:
     with contextlib.suppress(OSError):
-        return [int(word) for word in Path(f"/proc/{parent}/task/{parent}/children").read_text().split()]
+        return [
+            int(word) for word in Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
+        ]
     return []
 
 
@@ -133,10 +145,14 @@ def _peak(process: int) -> int:
 
 def main() -> None:
     """Write the log where it is not there, and fit it where words for `erclutch fit` are given."""
-    parser = argparse.ArgumentParser(description="Write a SYNTHETIC log of any length, and measure a fit to it.")
+    parser = argparse.ArgumentParser(
+        description="Write a SYNTHETIC log of any length, and measure a fit to it."
+    )
     parser.add_argument("log", type=Path)
     parser.add_argument("--rows", type=int, default=100_000_000)
-    parser.add_argument("--fit", nargs=argparse.REMAINDER, help="options of erclutch fit; the log is fitted then")
+    parser.add_argument(
+        "--fit", nargs=argparse.REMAINDER, help="options of erclutch fit; the log is fitted then"
+    )
     asked = parser.parse_args()
     if not asked.log.exists():
         write_log(asked.log, asked.rows)

@@ -68,7 +68,9 @@ def step_time(compiler: Compiler, folder: Path) -> float:
 
 def model_times(compiler: Compiler, folder: Path) -> tuple[float, float]:
     """CPU time to compile the model in s, and time of its step in ns."""
-    program = step_of(load_model(MODEL), ExportOptions(name="live", precision="float64", period=1e-3))
+    program = step_of(
+        load_model(MODEL), ExportOptions(name="live", precision="float64", period=1e-3)
+    )
     start = compiling()
     build_model(program, folder, compiler)
     compiled = compiling() - start
@@ -84,11 +86,15 @@ def model_times(compiler: Compiler, folder: Path) -> tuple[float, float]:
 
 def main() -> None:
     """Print a line a compiler."""
-    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter).parse_args()
+    argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    ).parse_args()
     wheel = distribution("ziglang")
     size = sum(Path(str(wheel.locate_file(file))).stat().st_size for file in wheel.files or ())
     print(f"ziglang {wheel.version}: {size / 1e6:.0f} MB installed")
-    print("| compiler | loop compiled [CPU s] | model compiled [CPU s] | core's step [ns] | model's step [ns] |")
+    print(
+        "| compiler | loop compiled [CPU s] | model compiled [CPU s] | core's step [ns] | model's step [ns] |"
+    )
     print("| --- | --- | --- | --- | --- |")
     for compiler in natives():
         with tempfile.TemporaryDirectory() as name:

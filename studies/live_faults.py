@@ -19,12 +19,20 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from tests.support.live_faults.core_faults import EXACT
 from tests.support.live_faults.finding import CONTROLS, Finding, under
-from tests.support.live_faults.loop_faults import ALIKE, WHOLE, bad_configurations, killed, rig_killed
+from tests.support.live_faults.loop_faults import (
+    ALIKE,
+    WHOLE,
+    bad_configurations,
+    killed,
+    rig_killed,
+)
 
 
 def main() -> int:
     """Run all of them and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--kills", type=int, default=100)
     parser.add_argument("--only", default="")
     parser.add_argument("--control", choices=CONTROLS)
@@ -36,8 +44,12 @@ def main() -> int:
     }
     faults = {**EXACT, **WHOLE, **counted}
     failed = 0
-    for control, (name, fault) in itertools.product([given.control] if given.control else CONTROLS, faults.items()):
-        if given.only in ("", name) and (name not in ALIKE or control in ("equation 23", given.control)):
+    for control, (name, fault) in itertools.product(
+        [given.control] if given.control else CONTROLS, faults.items()
+    ):
+        if given.only in ("", name) and (
+            name not in ALIKE or control in ("equation 23", given.control)
+        ):
             with under(control):
                 found = fault()
             failed += not found.passed

@@ -51,11 +51,26 @@ def process(words: list[str]) -> Iterator[subprocess.Popen[bytes]]:
 
 def browser(url: str, folder: Path) -> list[str]:
     """Chromium with the page open, or nothing."""
-    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    program = (
+        shutil.which("chromium")
+        or shutil.which("chromium-browser")
+        or shutil.which("google-chrome")
+    )
     if program is None:
         return []
-    flags = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
-    flags += ["--disable-component-update", "--disable-sync", "--disable-quic", "--remote-debugging-port=0"]
+    flags = [
+        "--headless",
+        "--no-sandbox",
+        "--disable-gpu",
+        "--no-first-run",
+        "--disable-background-networking",
+    ]
+    flags += [
+        "--disable-component-update",
+        "--disable-sync",
+        "--disable-quic",
+        "--remote-debugging-port=0",
+    ]
     return [program, *flags, f"--user-data-dir={folder}", "--window-size=1400,900", url]
 
 
@@ -63,7 +78,16 @@ def cyclictest(seconds: float, file: Path) -> list[str]:
     """The measure that everybody knows, or nothing."""
     if shutil.which("cyclictest") is None:
         return []
-    words = ["cyclictest", "-t1", "-p80", "-m", "-i1000", f"-l{int(1000 * seconds)}", "-q", f"--json={file}"]
+    words = [
+        "cyclictest",
+        "-t1",
+        "-p80",
+        "-m",
+        "-i1000",
+        f"-l{int(1000 * seconds)}",
+        "-q",
+        f"--json={file}",
+    ]
     return [*words, "-h100000"]
 
 
@@ -108,13 +132,19 @@ def session_minute(given: argparse.Namespace, folder: Path) -> None:
             watch.poll()
             time.sleep(0.1)
         watch.poll()
-        share = (cpu_of(observers.page.pid) - used) / (time.monotonic() - began) if observers.page else 0.0
+        share = (
+            (cpu_of(observers.page.pid) - used) / (time.monotonic() - began)
+            if observers.page
+            else 0.0
+        )
         time.sleep(1.0)  # the recorder takes the last frames
         observers.record(False)
         recorded = observers.recordings.progress
         report(watch, of_cyclictest(file), given, seen is not None, share)
         if recorded is not None:
-            print(f"recording: {recorded.frames} frames, {recorded.lost} lost between loop and file")
+            print(
+                f"recording: {recorded.frames} frames, {recorded.lost} lost between loop and file"
+            )
 
 
 def fitted(rig: Any) -> Any:
@@ -133,10 +163,14 @@ def cpu_of(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def report(watch: SessionFigures, beside: list[float], given: argparse.Namespace, page: bool, share: float) -> None:
+def report(
+    watch: SessionFigures, beside: list[float], given: argparse.Namespace, page: bool, share: float
+) -> None:
     """Print what was measured."""
     busy = ", a busy Python process" if given.busy else ""
-    print(f"TWIN, {watch.frames} steps, {watch.reader.realtime}; page {'open' if page else 'closed'}{busy}")
+    print(
+        f"TWIN, {watch.frames} steps, {watch.reader.realtime}; page {'open' if page else 'closed'}{busy}"
+    )
     print(f"{'us':24}{'p50':>8}{'p99':>8}{'p99.9':>8}{'largest':>9}")
     for name, values in (
         ("loop, wake-up", [*watch.lateness.percentiles(SHARES), watch.lateness.largest]),
@@ -146,13 +180,19 @@ def report(watch: SessionFigures, beside: list[float], given: argparse.Namespace
         if values:
             print(f"{name:24}" + "".join(f"{v:8.0f}" for v in values[:3]) + f"{values[3]:9.0f}")
     counts = {name: n for name, n in watch.reader.counts.items() if n}
-    print(f"deadlines missed: {watch.reader.missed} of {watch.frames + watch.reader.missed}; events {counts}")
-    print(f"frames lost by the observer: {watch.reader.lost}; page's server: {share:.1%} of a processor")
+    print(
+        f"deadlines missed: {watch.reader.missed} of {watch.frames + watch.reader.missed}; events {counts}"
+    )
+    print(
+        f"frames lost by the observer: {watch.reader.lost}; page's server: {share:.1%} of a processor"
+    )
 
 
 def main() -> None:
     """Measure and print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seconds", type=float, default=60.0)
     for flag in ("--busy", "--no-page", "--no-model"):
         parser.add_argument(flag, action="store_true")

@@ -54,14 +54,20 @@ def model_of(rig: Any) -> Any:
 def accelerated(hours: float) -> None:
     """A long run of the core; a line an hour."""
     rig = default_rig().changed({"integration.step": 1e-3 / 3.0})
-    settings = LoopSettings(programs=starting_with(standard_programs(rig, model=True), "tracking-slow"))
+    settings = LoopSettings(
+        programs=starting_with(standard_programs(rig, model=True), "tracking-slow")
+    )
     run = AcceleratedRun(settings, model_of(default_rig()).library, rig, speed=40.0)
     total, began, start = round(hours * HOUR), time.monotonic(), 0.0
     seen, frames_seen, wrong = 0, 0, 0
-    print(f"{'hour':>5}{'RSS MB':>9}{'tracking rms rad':>18}{'estimate off, rms mN m':>24}{'warmer K':>10}")
+    print(
+        f"{'hour':>5}{'RSS MB':>9}{'tracking rms rad':>18}{'estimate off, rms mN m':>24}{'warmer K':>10}"
+    )
     squares = np.zeros(3)
     for frames in run.stretches(total, STRETCH):
-        wrong += int(np.count_nonzero(frames["seq"] != np.arange(frames_seen, frames_seen + len(frames))))
+        wrong += int(
+            np.count_nonzero(frames["seq"] != np.arange(frames_seen, frames_seen + len(frames)))
+        )
         frames_seen += len(frames)
         seen |= int(np.bitwise_or.reduce(frames["events"]))
         errors = (frames["reference"] - frames["alpha"], frames["estimate"] - frames["torque"])
@@ -73,7 +79,8 @@ def accelerated(hours: float) -> None:
             rms = np.sqrt(squares[:2] / squares[2])
             now = resident(os.getpid())
             print(
-                f"{frames_seen / HOUR:5.1f}{now:9.1f}{rms[0]:18.5f}{1e3 * rms[1]:24.4f}{run.warming:10.3f}", flush=True
+                f"{frames_seen / HOUR:5.1f}{now:9.1f}{rms[0]:18.5f}{1e3 * rms[1]:24.4f}{run.warming:10.3f}",
+                flush=True,
             )
             squares[:] = 0.0
     grown = resident(os.getpid()) - start
@@ -91,7 +98,9 @@ def real_time(minutes: float) -> None:
     Memory is read after 90 s or a tenth of the time: by then each page of the ring (65 s) has been seen by its reader.
     """
     rig = default_rig()
-    settings = LoopSettings(programs=starting_with(standard_programs(rig, model=True), "tracking-slow"))
+    settings = LoopSettings(
+        programs=starting_with(standard_programs(rig, model=True), "tracking-slow")
+    )
     first: dict[str, float] = {}
     last: dict[str, float] = {}
     load = os.getloadavg()
@@ -105,7 +114,10 @@ def real_time(minutes: float) -> None:
             beside.enter_context(process(words))
         with Observers(session.ring, session.carry_out, folder=name, page=False) as observers:
             observers.record(True)
-            watch, warm = SessionFigures(session.reader()), time.monotonic() + min(90.0, 6.0 * minutes)
+            watch, warm = (
+                SessionFigures(session.reader()),
+                time.monotonic() + min(90.0, 6.0 * minutes),
+            )
             while session.running:
                 watch.poll()
                 time.sleep(0.1)
@@ -116,16 +128,23 @@ def real_time(minutes: float) -> None:
                     first = last
             watch.poll()
             observers.record(False)
-            kept = np.concatenate([read_table(path).columns["seq"] for path in observers.recordings.files])
+            kept = np.concatenate(
+                [read_table(path).columns["seq"] for path in observers.recordings.files]
+            )
         report(minutes, watch, of_cyclictest(measured))
         head = watch.reader.head
         for which, size in first.items():
-            print(f"resident memory of the {which} in MB: {size:.2f} at first, {last[which] - size:+.2f} at the end")
+            print(
+                f"resident memory of the {which} in MB: {size:.2f} at first, {last[which] - size:+.2f} at the end"
+            )
         print(
             f"recording: {kept.size} frames of the loop's {head}, first {kept[0]:.0f}, last {kept[-1]:.0f}, "
             f"missing in between {int((np.diff(kept) - 1).sum())}"
         )
-        print("load of the machine before and after:", *(f"{x[0]:.1f}" for x in (load, os.getloadavg())))
+        print(
+            "load of the machine before and after:",
+            *(f"{x[0]:.1f}" for x in (load, os.getloadavg())),
+        )
 
 
 def memory(session: Session, observers: Observers) -> dict[str, float]:
@@ -143,16 +162,22 @@ def report(minutes: float, watch: SessionFigures, beside: list[float]) -> None:
     counts = {event: n for event, n in watch.reader.counts.items() if n}
     late = [*watch.lateness.percentiles((0.5, 0.99, 0.999)), watch.lateness.largest]
     print(f"TWIN, {minutes:g} min real time, {watch.reader.realtime}: {watch.frames} frames read")
-    print(f"missed {watch.reader.missed}, lost by the observer {watch.reader.lost}, events {counts}")
+    print(
+        f"missed {watch.reader.missed}, lost by the observer {watch.reader.lost}, events {counts}"
+    )
     for name, values in (("loop", late), ("cyclictest", beside)):
         if values:
             p50, p99, p999, largest = values
-            print(f"lateness us, {name}: p50 {p50:.0f} p99 {p99:.0f} p99.9 {p999:.0f} largest {largest:.0f}")
+            print(
+                f"lateness us, {name}: p50 {p50:.0f} p99 {p99:.0f} p99.9 {p999:.0f} largest {largest:.0f}"
+            )
 
 
 def main() -> None:
     """One of the two, or both."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--hours", type=float, default=0.0)
     parser.add_argument("--minutes", type=float, default=0.0)
     given = parser.parse_args()

@@ -41,7 +41,11 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
 PERIOD = 1e-2  # s
-LAWS = tuple(f"{law}{form}" for law in ("bingham", "casson", "seo-seo") for form in ("", "/tanh", "/saturating"))
+LAWS = tuple(
+    f"{law}{form}"
+    for law in ("bingham", "casson", "seo-seo")
+    for form in ("", "/tanh", "/saturating")
+)
 TAKEN = {"f0": "field 0", "f1": "field 1", "f2": "field 2", "f4": "field 4"} | {
     "m1": "motion 1",
     "m3": "motion 3",
@@ -53,7 +57,12 @@ def device(seed: int) -> Dataset:
     """Logs of six motions, the slowest first, at five fields, the lowest first; every other device saturates."""
     rng = np.random.default_rng(seed)
     draw = rng.uniform
-    strain, floor, rise, exponent = draw(0.02, 0.3), draw(0.0, 150.0), draw(300.0, 800.0), draw(0.8, 1.8)
+    strain, floor, rise, exponent = (
+        draw(0.02, 0.3),
+        draw(0.0, 150.0),
+        draw(300.0, 800.0),
+        draw(0.8, 1.8),
+    )
     saturates_at = draw(0.4, 1.2) if seed % 2 else None
     stribeck, speed = draw(-0.2, 0.4), draw(10.0, 40.0)
     viscosity, thickening, thinning = draw(0.5, 3.0), draw(0.0, 2.0), draw(0.6, 1.0)
@@ -65,14 +74,21 @@ def device(seed: int) -> Dataset:
         for m, (top, each) in enumerate(zip(draw(20.0, 100.0, 6), hertz.tolist(), strict=True)):
             time = PERIOD * np.arange(150.0 if each > 0.6 else 500.0)
             slip = top * np.sin(2.0 * np.pi * each * time + draw(0.0, 6.28))
-            bend, at = np.empty(time.size), 0.0  # strain of the fluid, as a share of that at which it yields
+            bend, at = (
+                np.empty(time.size),
+                0.0,
+            )  # strain of the fluid, as a share of that at which it yields
             for k, step in enumerate((slip * PERIOD / strain).tolist()):
                 at = (at + step) / (1.0 + abs(step))
                 bend[k] = at
             level = field**exponent
             if saturates_at is not None:
-                level = np.tanh((field / saturates_at) ** exponent) / np.tanh(saturates_at**-exponent)
-            effort = (floor + rise * level) * bend * (1.0 + stribeck * np.tanh(np.abs(slip) / speed))
+                level = np.tanh((field / saturates_at) ** exponent) / np.tanh(
+                    saturates_at**-exponent
+                )
+            effort = (
+                (floor + rise * level) * bend * (1.0 + stribeck * np.tanh(np.abs(slip) / speed))
+            )
             effort += (viscosity + thickening * field) * np.sign(slip) * np.abs(slip) ** thinning
             effort += noise * rng.standard_normal(time.size)
             clock = Clock(time, (Span(0, time.size, PERIOD),))
@@ -109,7 +125,9 @@ def judged(data: Dataset, word: str, rule: str) -> tuple[float, float]:
         held[start:stop] = word in source
     train = data.take(~held)
     candidates = KIND.candidates(Settings(LAWS, lag="none"), train)
-    fitted = [Fitted(each, fit_structure(train, each.structure, intervals=False)) for each in candidates]
+    fitted = [
+        Fitted(each, fit_structure(train, each.structure, intervals=False)) for each in candidates
+    ]
     errors: dict[str, float] = {}
     for each in fitted:
         model = each.outcome.model
@@ -127,18 +145,25 @@ def judged(data: Dataset, word: str, rule: str) -> tuple[float, float]:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--before", choices=list(BEFORE), default="no-field")
     parser.add_argument("--devices", type=int, default=5)
     parser.add_argument("--first", type=int, default=0, help="seed of the first device")
-    parser.add_argument("--cases", nargs="+", default=list(TAKEN.values()), choices=list(TAKEN.values()))
+    parser.add_argument(
+        "--cases", nargs="+", default=list(TAKEN.values()), choices=list(TAKEN.values())
+    )
     asked = parser.parse_args()
     devices = [device(seed) for seed in range(asked.first, asked.first + asked.devices)]
     for word, title in TAKEN.items():
         if title not in asked.cases:
             continue
         ratios = np.array([judged(data, word, asked.before) for data in devices])
-        told = [f"{mean:.3f} (largest {most:.3f})" for mean, most in zip(ratios.mean(0), ratios.max(0), strict=True)]
+        told = [
+            f"{mean:.3f} (largest {most:.3f})"
+            for mean, most in zip(ratios.mean(0), ratios.max(0), strict=True)
+        ]
         print(f"{title:<9} before {told[0]}, now {told[1]}", flush=True)
 
 

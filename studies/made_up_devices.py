@@ -33,16 +33,22 @@ TIME: Array = PERIOD * np.arange(float(ROWS))
 MODELS = ("bingham", "casson", "herschel-bulkley")
 
 
-def waves(rng: np.random.Generator, size: float, lowest: float, highest: float) -> tuple[Array, Array]:
+def waves(
+    rng: np.random.Generator, size: float, lowest: float, highest: float
+) -> tuple[Array, Array]:
     """A travel of six sines between these frequencies in Hz, and its rate."""
     travel = np.zeros(ROWS)
     for hertz in np.exp(rng.uniform(np.log(lowest), np.log(highest), 6)).tolist():
-        travel += rng.uniform(0.4, 1.0) * np.sin(2.0 * np.pi * hertz * TIME + rng.uniform(0.0, 6.28))
+        travel += rng.uniform(0.4, 1.0) * np.sin(
+            2.0 * np.pi * hertz * TIME + rng.uniform(0.0, 6.28)
+        )
     travel *= size / 6**0.5
     return travel, np.gradient(travel, PERIOD)
 
 
-def switched(rng: np.random.Generator, levels: tuple[float, ...], constant: float) -> tuple[Array, Array]:
+def switched(
+    rng: np.random.Generator, levels: tuple[float, ...], constant: float
+) -> tuple[Array, Array]:
     """A command that switches between levels every half second, and the field that lags behind it."""
     command = np.repeat(rng.choice(levels, ROWS // 250), 250)
     keep = np.exp(-PERIOD / constant)
@@ -59,7 +65,9 @@ def yielding(slip: Array, travel: float) -> Array:
     return states
 
 
-def bristles(slip: Array, sliding: float, static: float, speed: float, stiffness: float, damping: float) -> Array:
+def bristles(
+    slip: Array, sliding: float, static: float, speed: float, stiffness: float, damping: float
+) -> Array:
     """LuGre's friction, in steps of a twentieth of the period."""
     bent, effort = 0.0, np.empty(ROWS)
     for k, w in enumerate(slip.tolist()):
@@ -90,7 +98,9 @@ def logged(
     clock = Clock(time, (Span(0, time.size, PERIOD),))
     further = {name: values[kept] for name, values in (extras or {}).items()}
     element = Element(field[kept], slip[kept])
-    return Dataset("single", (element,), measured, clock, Units("N", "A", "m/s"), extras=further), noise
+    return Dataset(
+        "single", (element,), measured, clock, Units("N", "A", "m/s"), extras=further
+    ), noise
 
 
 def damper_of_dahl() -> tuple[Dataset, float]:
@@ -98,7 +108,11 @@ def damper_of_dahl() -> tuple[Dataset, float]:
     rng = np.random.default_rng(1)
     travel, slip = waves(rng, 0.02, 0.2, 4.0)
     command, field = switched(rng, (0.0, 0.25, 0.5, 0.75, 1.0), 0.01)
-    effort = 300.0 * travel + (200.0 + 300.0 * field) * slip + (40.0 + 600.0 * field) * yielding(slip, 0.0015)
+    effort = (
+        300.0 * travel
+        + (200.0 + 300.0 * field) * slip
+        + (40.0 + 600.0 * field) * yielding(slip, 0.0015)
+    )
     return logged(command, slip, effort, 8.0)
 
 
@@ -141,7 +155,9 @@ def valve_damper() -> tuple[Dataset, float]:
     _, slip = waves(rng, 0.02, 0.2, 4.0)
     command, field = switched(rng, (0.0, 0.4, 0.8, 1.2, 1.6), 0.012)
     size = np.abs(slip)
-    rebound = (300.0 + 900.0 * (np.maximum(field, 0.0) / 1.6) ** 1.2) * np.tanh(size / 0.06) + 500.0 * size
+    rebound = (300.0 + 900.0 * (np.maximum(field, 0.0) / 1.6) ** 1.2) * np.tanh(
+        size / 0.06
+    ) + 500.0 * size
     effort = np.where(slip > 0.0, rebound, -0.55 * rebound) + 90.0 + 20.0 * np.tanh(slip / 0.002)
     return logged(command, slip, effort, 8.0)
 
@@ -182,7 +198,9 @@ def judged(only: str) -> Iterator[str]:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--only", default="", help="a part of a device's name")
     for line in judged(parser.parse_args().only):
         print(line, flush=True)

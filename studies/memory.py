@@ -125,7 +125,13 @@ def utfsm(folder: Path) -> tuple[Dataset, tuple[Motion, ...], NDArray[np.int64]]
     whole = np.concatenate(tables)
     field = np.array([m.current for m in motions])[files]
     clock = Clock(whole[:, 0].copy(), spans)
-    data = Dataset("single", (Element(field, whole[:, 2].copy()),), whole[:, 3].copy(), clock, Units("N", "A", "mm/s"))
+    data = Dataset(
+        "single",
+        (Element(field, whole[:, 2].copy()),),
+        whole[:, 3].copy(),
+        clock,
+        Units("N", "A", "mm/s"),
+    )
     return data, tuple(motions), files
 
 
@@ -152,13 +158,17 @@ class Score:
 
 def fitted(data: Dataset, test: Mask, law: str, dynamics: str) -> Score:
     """A law with its stages, trained on the rows that are not in the test."""
-    structure = Structure("single", law, law_from_name(law, "single"), dynamics or "none", False, True)
+    structure = Structure(
+        "single", law, law_from_name(law, "single"), dynamics or "none", False, True
+    )
     with one_thread():
         outcome = fit_structure(data.take(~test), structure, intervals=False)
     error = (data.effort - outcome.model.predict(data))[test]
     rmse = float(np.sqrt(np.mean(error**2)))
     train = float(np.sqrt(outcome.train_cost / outcome.train_rows))
-    return Score(train, rmse, rmse / float(np.std(data.effort[test])), outcome.parameters, outcome.at_bounds)
+    return Score(
+        train, rmse, rmse / float(np.std(data.effort[test])), outcome.parameters, outcome.at_bounds
+    )
 
 
 @dataclass(frozen=True)
@@ -205,7 +215,8 @@ def _home(bench: Bench, job: tuple[str, str, str]) -> str:
 
 
 _HEAD = (
-    "| recording | law | stages | numbers | training | test | on a bound |\n| --- | --- | --- | --- | --- | --- | --- |"
+    "| recording | law | stages | numbers | training | test | on a bound |\n| --- | --- | --- | "
+    "--- | --- | --- | --- |"
 )
 
 
@@ -215,7 +226,10 @@ def stages(bench: Bench, pool: ProcessPoolExecutor) -> Iterator[str]:
     jobs = [
         (name, "bingham", dynamics)
         for name in bench.there
-        for dynamics in (*OTHERS[name], *(joined(AHEAD[name], memory, BEHIND) for memory in MEMORIES))
+        for dynamics in (
+            *OTHERS[name],
+            *(joined(AHEAD[name], memory, BEHIND) for memory in MEMORIES),
+        )
     ]
     yield from pool.map(partial(_home, bench), jobs)
 
@@ -250,7 +264,11 @@ class Without:
 
     def __call__(self, motion: Motion) -> bool:
         """Whether a file is left out."""
-        return motion.current == self.current or motion.name == self.motion or motion.frequency > self.above
+        return (
+            motion.current == self.current
+            or motion.name == self.motion
+            or motion.frequency > self.above
+        )
 
 
 #: No memory; a memory; that with what else helps at home.
@@ -269,8 +287,12 @@ def _away(bench: Bench, job: tuple[Without, str]) -> Score:
     return bench.away("bingham", dynamics, without)
 
 
-def _by_chain(bench: Bench, pool: ProcessPoolExecutor, cases: list[Without], chains: tuple[str, ...]) -> Iterator[str]:
-    scores = list(pool.map(partial(_away, bench), [(case, chain) for chain in chains for case in cases]))
+def _by_chain(
+    bench: Bench, pool: ProcessPoolExecutor, cases: list[Without], chains: tuple[str, ...]
+) -> Iterator[str]:
+    scores = list(
+        pool.map(partial(_away, bench), [(case, chain) for chain in chains for case in cases])
+    )
     yield f"| stages | {' | '.join(case.name for case in cases)} |"
     yield "| --- |" + " --- |" * len(cases)
     for i, chain in enumerate(chains):
@@ -283,11 +305,17 @@ def folds(bench: Bench, pool: ProcessPoolExecutor) -> Iterator[str]:
     if not bench.utfsm:
         return
     _, motions, _ = utfsm(bench.utfsm)
-    currents = [Without(f"{current:g} A", current=current) for current in sorted({m.current for m in motions})]
+    currents = [
+        Without(f"{current:g} A", current=current)
+        for current in sorted({m.current for m in motions})
+    ]
     yield from _by_chain(bench, pool, currents, CHAINS)
     yield ""
     yield from _by_chain(
-        bench, pool, [Without(name, motion=name) for name in sorted({m.name for m in motions})], CHAINS
+        bench,
+        pool,
+        [Without(name, motion=name) for name in sorted({m.name for m in motions})],
+        CHAINS,
     )
 
 
@@ -327,7 +355,9 @@ def _validated(bench: Bench, job: tuple[str, str]) -> str:
         score = fitted(data.take(kept), left[files][kept], *job)
         squares, rows = squares + score.test**2 * left[files].sum(), rows + int(left[files].sum())
     home = bench.home("utfsm", *job)
-    cells = f"{home.numbers} | {home.train:.1f} N | {np.sqrt(squares / rows):.1f} N | {home.test:.1f} N"
+    cells = (
+        f"{home.numbers} | {home.train:.1f} N | {np.sqrt(squares / rows):.1f} N | {home.test:.1f} N"
+    )
     return f"| `{job[0]}` | `{job[1]}` | {cells} | {', '.join(home.bounds)} |"
 
 
@@ -339,12 +369,20 @@ def validation(bench: Bench, pool: ProcessPoolExecutor) -> Iterator[str]:
         yield from pool.map(partial(_validated, bench), CANDIDATES)
 
 
-PARTS = {"stages": stages, "laws": laws, "folds": folds, "frequencies": frequencies, "validation": validation}
+PARTS = {
+    "stages": stages,
+    "laws": laws,
+    "folds": folds,
+    "frequencies": frequencies,
+    "validation": validation,
+}
 
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description="What each stage takes off the error of two measured dampers.")
+    parser = argparse.ArgumentParser(
+        description="What each stage takes off the error of two measured dampers."
+    )
     parser.add_argument("--nees", type=Path)
     parser.add_argument("--utfsm", type=Path)
     parser.add_argument("--parts", nargs="+", choices=list(PARTS), default=list(PARTS))

@@ -139,7 +139,10 @@ def _swaps(node: ast.AST) -> Iterator[tuple[str, Callable[[], None]]]:
     if isinstance(node, ast.Compare):
         for place, op in enumerate(node.ops):
             for other in SWAPS.get(type(op), ()):
-                yield f"{type(op).__name__} -> {other.__name__}", _replaced(node.ops, place, other())
+                yield (
+                    f"{type(op).__name__} -> {other.__name__}",
+                    _replaced(node.ops, place, other()),
+                )
     elif isinstance(node, ast.BinOp | ast.BoolOp | ast.UnaryOp | ast.AugAssign):
         for other in SWAPS.get(type(node.op), ()):
             yield f"{type(node.op).__name__} -> {other.__name__}", _setter(node, "op", other())
@@ -148,11 +151,19 @@ def _swaps(node: ast.AST) -> Iterator[tuple[str, Callable[[], None]]]:
 def _values(node: ast.AST) -> Iterator[tuple[str, Callable[[], None]]]:
     if isinstance(node, ast.Constant) and isinstance(node.value, bool | int | float):
         value = node.value
-        other = (not value) if isinstance(value, bool) else value + 1 if isinstance(value, int) else 2 * value or 1.0
+        other = (
+            (not value)
+            if isinstance(value, bool)
+            else value + 1
+            if isinstance(value, int)
+            else 2 * value or 1.0
+        )
         yield f"{value} -> {other}", _setter(node, "value", other)
     if isinstance(node, ast.If | ast.IfExp):
         yield "condition negated", _setter(node, "test", ast.UnaryOp(ast.Not(), node.test))
-    if isinstance(node, ast.Return) and not (node.value is None or ast.unparse(node.value) == "None"):
+    if isinstance(node, ast.Return) and not (
+        node.value is None or ast.unparse(node.value) == "None"
+    ):
         yield "None returned", _setter(node, "value", ast.Constant(None))
 
 
@@ -180,7 +191,11 @@ def c_mutants(text: str) -> Iterator[tuple[int, str, str]]:
     for found in _C_OPERATOR.finditer(code):
         for other in C_SWAPS[found[0]]:
             line = text.count("\n", 0, found.start()) + 1
-            yield line, f"{found[0]} -> {other}", text[: found.start()] + other + text[found.end() :]
+            yield (
+                line,
+                f"{found[0]} -> {other}",
+                text[: found.start()] + other + text[found.end() :],
+            )
 
 
 def sites(path: Path) -> list[tuple[int, str]]:
@@ -210,7 +225,16 @@ def sample(root: Path, rooms: list[str], seed: int, count: int) -> list[dict[str
             for number, (line, what) in enumerate(sites(path)):
                 place = path.relative_to(root / PACKAGE).as_posix()
                 code = lines[line - 1].strip()
-                drawn.append({"room": room, "file": place, "number": number, "line": line, "code": code, "what": what})
+                drawn.append(
+                    {
+                        "room": room,
+                        "file": place,
+                        "number": number,
+                        "line": line,
+                        "code": code,
+                        "what": what,
+                    }
+                )
     random.Random(seed).shuffle(drawn)
     return drawn[:count]
 
@@ -220,13 +244,22 @@ def files_of(root: Path, room: str, module: Path) -> list[str]:
 
     Where no test of the room imports the module, the tests of other rooms that do join them.
     """
-    dotted = ".".join(module.relative_to(root / PACKAGE).with_suffix("").parts).removesuffix(".__init__")
+    dotted = ".".join(module.relative_to(root / PACKAGE).with_suffix("").parts).removesuffix(
+        ".__init__"
+    )
     imported = re.compile(rf"erclutch\.{re.escape(dotted)} import ")
     tests = root / "tests"
-    direct = [path for path in sorted(tests.rglob("test_*.py")) if imported.search(path.read_text(encoding="utf-8"))]
+    direct = [
+        path
+        for path in sorted(tests.rglob("test_*.py"))
+        if imported.search(path.read_text(encoding="utf-8"))
+    ]
     own = sorted((tests / room).rglob("test_*.py"))
     first = [path for path in direct if path in own] or direct
-    return [str(path.relative_to(root)) for path in (*first, *(path for path in own if path not in first))]
+    return [
+        str(path.relative_to(root))
+        for path in (*first, *(path for path in own if path not in first))
+    ]
 
 
 def function_at(node: ast.AST, line: int, above: str = "") -> str:
@@ -236,7 +269,9 @@ def function_at(node: ast.AST, line: int, above: str = "") -> str:
             if isinstance(child, ast.ClassDef):
                 return function_at(child, line, f"{above}{child.name}.")
             if isinstance(child, ast.FunctionDef) and line > child.lineno:
-                return function_at(child, line, f"{above}{child.name}.<locals>.") or above + child.name
+                return (
+                    function_at(child, line, f"{above}{child.name}.<locals>.") or above + child.name
+                )
             return function_at(child, line, above)
     return ""
 
@@ -251,14 +286,33 @@ def tests_of(root: Path, mutant: dict[str, Any], calls: Calls) -> list[str]:
     found: list[str] = []
     for file in files:
         tests = calls[file].get(place, [])
-        found += [file] if file in tests else tests  # a file by itself: while a test of it was set up
+        found += (
+            [file] if file in tests else tests
+        )  # a file by itself: while a test of it was set up
     return found or files
 
 
-def outcome(copy: Path, tests: list[str], marks: str, seconds: int = CPU_SECONDS, *options: str) -> str:
+def outcome(
+    copy: Path, tests: list[str], marks: str, seconds: int = CPU_SECONDS, *options: str
+) -> str:
     """What these tests with these marks say: `survived`, or the first failure."""
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--hypothesis-seed=0", "-m", marks]
-    surroundings = {**os.environ, "PYTHONPATH": f"{copy / 'src'}:{copy}", "OPENBLAS_NUM_THREADS": "1"}
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-x",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "--hypothesis-seed=0",
+        "-m",
+        marks,
+    ]
+    surroundings = {
+        **os.environ,
+        "PYTHONPATH": f"{copy / 'src'}:{copy}",
+        "OPENBLAS_NUM_THREADS": "1",
+    }
     surroundings |= {"MUTATE_SOURCE": str(copy / PACKAGE), "MUTATE_CALLS": str(copy / "calls.json")}
     done = subprocess.run(
         [*command, *options, *tests],
@@ -277,7 +331,9 @@ def copied(folder: Path) -> Path:
         (folder / "shared").symlink_to(shared.resolve())
     folder /= "project"
     listed = ["git", "ls-files", "--cached", "--others", "--exclude-standard"]
-    for name in subprocess.run(listed, cwd=HERE, capture_output=True, text=True, check=True).stdout.splitlines():
+    for name in subprocess.run(
+        listed, cwd=HERE, capture_output=True, text=True, check=True
+    ).stdout.splitlines():
         if (HERE / name).is_file():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(HERE / name, folder / name)
@@ -289,7 +345,12 @@ def called(copy: Path, kept: Path, rooms: list[str]) -> Calls:
 
     The tests must pass. What is found is kept in a file for the next time.
     """
-    modules = [(room, path) for room in rooms for path in (copy / PACKAGE).glob(CORE[room]) if path.suffix == ".py"]
+    modules = [
+        (room, path)
+        for room in rooms
+        for path in (copy / PACKAGE).glob(CORE[room])
+        if path.suffix == ".py"
+    ]
     files = sorted({file for room, path in modules for file in files_of(copy, room, path)})
     digests = {file: hashlib.sha256((copy / file).read_bytes()).hexdigest() for file in files}
     known = json.loads(kept.read_text(encoding="utf-8")) if kept.exists() else {}
@@ -299,14 +360,23 @@ def called(copy: Path, kept: Path, rooms: list[str]) -> Calls:
             said = outcome(copy, [file], "not slow", 3600, "-p", "studies.mutate_calls")
             if said != "survived":
                 raise SystemExit(f"a test fails without any mutant, {said}")
-            known[file] = digests[file], json.loads((copy / "calls.json").read_text("utf-8")).get(file, {})
+            known[file] = (
+                digests[file],
+                json.loads((copy / "calls.json").read_text("utf-8")).get(file, {}),
+            )
             kept.write_text(json.dumps(known), encoding="utf-8")
     return {file: known[file][1] for file in files}
 
 
-def run(wanted: list[dict[str, Any]], results: Path, rooms: list[str], stages: tuple[str, ...]) -> list[dict[str, Any]]:
+def run(
+    wanted: list[dict[str, Any]], results: Path, rooms: list[str], stages: tuple[str, ...]
+) -> list[dict[str, Any]]:
     """Outcomes of all wanted mutants, those that are known from before included."""
-    known = [json.loads(line) for line in results.read_text("utf-8").splitlines()] if results.exists() else []
+    known = (
+        [json.loads(line) for line in results.read_text("utf-8").splitlines()]
+        if results.exists()
+        else []
+    )
     have = {(entry["file"], entry["number"], entry["tests"]): entry for entry in known}
     results.parent.mkdir(parents=True, exist_ok=True)
     outcomes: list[dict[str, Any]] = []
@@ -319,8 +389,15 @@ def run(wanted: list[dict[str, Any]], results: Path, rooms: list[str], stages: t
                 if found.get("outcome", "survived") == "survived":
                     key = mutant["file"], mutant["number"], marks
                     if key not in have:
-                        have[key] = {**mutant, "tests": marks, "outcome": judged_by_tests(copy, mutant, calls, marks)}
-                        print("{file}:{line}: {what}: {outcome} ({tests})".format(**have[key]), flush=True)
+                        have[key] = {
+                            **mutant,
+                            "tests": marks,
+                            "outcome": judged_by_tests(copy, mutant, calls, marks),
+                        }
+                        print(
+                            "{file}:{line}: {what}: {outcome} ({tests})".format(**have[key]),
+                            flush=True,
+                        )
                         kept.write(json.dumps(have[key]) + "\n")
                         kept.flush()
                     found = have[key]
@@ -349,7 +426,9 @@ def summary(outcomes: list[dict[str, Any]], judged: list[dict[str, str]]) -> str
     for entry in survivors:
         reason = reasons.get((entry["file"], entry["code"], entry["what"]))
         harmless += reason is not None
-        lines.append(f"  {entry['file']}:{entry['line']}: {entry['what']} in `{entry['code']}`: {reason or 'SURVIVED'}")
+        lines.append(
+            f"  {entry['file']}:{entry['line']}: {entry['what']} in `{entry['code']}`: {reason or 'SURVIVED'}"
+        )
     killed, real = len(outcomes) - len(survivors), len(outcomes) - harmless
     lines.append(
         f"{len(outcomes)} mutants: {killed} killed, {harmless} without effect or promise, {real - killed} survived; "
@@ -360,7 +439,9 @@ def summary(outcomes: list[dict[str, Any]], judged: list[dict[str, str]]) -> str
 
 def main() -> None:
     """Draw, run, judge, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=40)
     parser.add_argument("--rooms", nargs="+", choices=list(CORE), default=list(CORE))

@@ -31,15 +31,24 @@ from studies.blind import CURRENTS
 
 LEVEL = 0.95
 #: Laws whose form over the field is given, so that two fields are enough for a fit.
-LAWS = (("bingham/square", "none"), ("bingham/square", "dahl/field"), ("casson/square", "dahl-2/field"))
+LAWS = (
+    ("bingham/square", "none"),
+    ("bingham/square", "dahl/field"),
+    ("casson/square", "dahl-2/field"),
+)
 
 
 class Damper:
     """The logs, and the errors of a law that was fitted without some currents."""
 
     def __init__(self, logs: Dataset, law: str, stages: str) -> None:
-        self.logs, self.structure = logs, Structure("single", law, law_from_name(law, "single"), stages, True, True)
-        self.log = np.repeat(np.arange(len(logs.sources)), [stop - start for start, stop in logs.source_rows])
+        self.logs, self.structure = (
+            logs,
+            Structure("single", law, law_from_name(law, "single"), stages, True, True),
+        )
+        self.log = np.repeat(
+            np.arange(len(logs.sources)), [stop - start for start, stop in logs.source_rows]
+        )
         names = [Path(str(source)).name for source in logs.sources]
         of_log = [CURRENTS.index(name.partition("Hz")[2].removesuffix("A.txt")) for name in names]
         self.current = np.array(of_log)[self.log]
@@ -78,7 +87,10 @@ def rules(damper: Damper, a: int, b: int) -> tuple[str, dict[str, float]]:
     unseen = {c: damper.unseen(c, a, b) for c in known}
     errors = damper.without(a, b)
     seen = {c: damper.half_width(errors, damper.current == c) for c in known}
-    beside = [min((c for c in known if c > b), default=known[-1]), max((c for c in known if c < b), default=known[0])]
+    beside = [
+        min((c for c in known if c > b), default=known[-1]),
+        max((c for c in known if c < b), default=known[0]),
+    ]
     every = max(*unseen.values(), *seen.values())
     like = max(*(unseen[c] for c in known[1:-1]), *(seen[c] for c in beside))
     return place, {"all": every, "like": like}
@@ -86,9 +98,13 @@ def rules(damper: Damper, a: int, b: int) -> tuple[str, dict[str, float]]:
 
 def main() -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folder", type=Path, help="logs of the UTFSM damper")
-    logs = build_dataset([read(path, UTFSM) for path in sorted(parser.parse_args().folder.glob("*.txt"))])
+    logs = build_dataset(
+        [read(path, UTFSM) for path in sorted(parser.parse_args().folder.glob("*.txt"))]
+    )
     for law, stages in LAWS:
         damper = Damper(logs, law, stages)
         found: dict[tuple[str, str], list[tuple[float, float, float]]] = defaultdict(list)
@@ -98,7 +114,10 @@ def main() -> int:
                 errors, rows = np.abs(damper.without(a, b)), damper.current == b
                 for rule, width in widths.items():
                     inside = errors <= width
-                    worst = min(float(np.mean(inside[rows & (damper.log == k)])) for k in np.unique(damper.log[rows]))
+                    worst = min(
+                        float(np.mean(inside[rows & (damper.log == k)]))
+                        for k in np.unique(damper.log[rows])
+                    )
                     needed = damper.half_width(errors, rows)
                     found[place, rule].append((float(np.mean(inside[rows])), worst, width / needed))
         for (place, rule), judged in sorted(found.items()):

@@ -26,7 +26,9 @@ def main(arguments: Sequence[str]) -> int:
     folder = Path(arguments[0]) if arguments else FOLDER
     absent = [name for name in MODELS if not (folder / f"{name}.dat").is_file()]
     if absent:
-        sys.stderr.write(f"error: {folder} lacks {', '.join(f'{name}.dat' for name in absent)}. Give the folder.\n")
+        sys.stderr.write(
+            f"error: {folder} lacks {', '.join(f'{name}.dat' for name in absent)}. Give the folder.\n"
+        )
         return 2
     print(f"{'problem':<10}{'start 1':>9}{'start 2':>9}{'std. errors':>13}{'iterations':>15}")
     solved: list[str] = []

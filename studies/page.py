@@ -33,7 +33,13 @@ from erclutch.wings.live.ring import RingReader
 from erclutch.wings.live.session import TWIN, Session
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
 
-_FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
+_FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+]
 _FLAGS += ["--disable-component-update", "--disable-sync"]
 _CANVAS = """() => { window.painted = 0; const c = document.querySelector("canvas").getContext("2d");
   const draw = () => { painted++; c.clearRect(0, 0, 1100, 700); c.beginPath();
@@ -43,7 +49,9 @@ _CANVAS = """() => { window.painted = 0; const c = document.querySelector("canva
 
 def session() -> Session:
     """The TWIN under PD tracking at 0.4 Hz, without a model."""
-    sine = LoopProgram("tracking", Mode.TRACK, Waveform.SINE, amplitude=12.6, frequency=0.4, motor_torque=0.1)
+    sine = LoopProgram(
+        "tracking", Mode.TRACK, Waveform.SINE, amplitude=12.6, frequency=0.4, motor_torque=0.1
+    )
     return Session(TWIN, LoopSettings(programs=(sine,)))
 
 
@@ -55,7 +63,9 @@ def observed(folder: Path) -> Iterator[tuple[Session, Observers]]:
     """A session with its page and a recording."""
     with (
         session() as live,
-        Observers(live.ring, live.carry_out, programs=_PROGRAMS, motor_limit=0.95, folder=folder) as watched,
+        Observers(
+            live.ring, live.carry_out, programs=_PROGRAMS, motor_limit=0.95, folder=folder
+        ) as watched,
     ):
         watched.record(True)
         yield live, watched
@@ -71,7 +81,11 @@ def frames(seconds: float) -> dict[str, Any]:
     """Page open, recording on."""
     from playwright.sync_api import sync_playwright
 
-    with tempfile.TemporaryDirectory() as folder, observed(Path(folder)) as (live, watched), sync_playwright() as pw:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        observed(Path(folder)) as (live, watched),
+        sync_playwright() as pw,
+    ):
         browser, page = window(pw)
         page.set_content("<canvas width=1100 height=700></canvas>")
         page.evaluate(_CANVAS)
@@ -81,7 +95,11 @@ def frames(seconds: float) -> dict[str, Any]:
         page.wait_for_url("**-*/")
         page.wait_for_timeout(5000)
         assert watched.page is not None
-        pids = {"server": watched.page.pid, "recorder": watched.recordings.pid or 0, "session": os.getpid()}
+        pids = {
+            "server": watched.page.pid,
+            "recorder": watched.recordings.pid or 0,
+            "session": os.getpid(),
+        }
         before, start = {name: cpu(pid) for name, pid in pids.items()}, time.monotonic()
         first = page.evaluate("({ ...erclutch })")
         page.wait_for_timeout(seconds * 1000)
@@ -94,7 +112,8 @@ def frames(seconds: float) -> dict[str, Any]:
         watched.record(False)
         kept = read_table(watched.recordings.files[0]).columns["seq"]
         rate = {
-            key: (last[key] - first[key]) / passed for key in ("painted", "messages", "samples", "bytes", "drawing")
+            key: (last[key] - first[key]) / passed
+            for key in ("painted", "messages", "samples", "bytes", "drawing")
         }
     return {
         "origin": "TWIN",
@@ -136,7 +155,10 @@ def kills(times: int) -> dict[str, Any]:
     return {
         "origin": "TWIN",
         "kills": times,
-        "frames not yet in the file at a kill: median, largest": [float(np.median(lost)), max(lost)],
+        "frames not yet in the file at a kill: median, largest": [
+            float(np.median(lost)),
+            max(lost),
+        ],
         "kills that would have cost more than 100 frames": int(np.sum(np.array(lost) > 100)),
         "files": len(recordings.files),
         "frames missing from all files together": int((np.diff(kept) - 1).sum()),
@@ -151,7 +173,11 @@ def page_kills(times: int) -> dict[str, Any]:
 
     random = np.random.default_rng(0)
     back: list[float] = []
-    with tempfile.TemporaryDirectory() as folder, observed(Path(folder)) as (live, watched), sync_playwright() as pw:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        observed(Path(folder)) as (live, watched),
+        sync_playwright() as pw,
+    ):
         browser, page = window(pw)
         page.goto(watched.url)
         page.wait_for_url("**-*/")
@@ -176,17 +202,25 @@ def page_kills(times: int) -> dict[str, Any]:
         counts.close()
         alive = live.running
         watched.record(False)
-        kept = np.concatenate([read_table(path).columns["seq"] for path in watched.recordings.files])
+        kept = np.concatenate(
+            [read_table(path).columns["seq"] for path in watched.recordings.files]
+        )
     return {
         "origin": "TWIN",
         "kills": times,
         "server started again": restarts,
-        "page shows new samples again, s after a kill: median, largest": [float(np.median(back)), max(back)],
+        "page shows new samples again, s after a kill: median, largest": [
+            float(np.median(back)),
+            max(back),
+        ],
         "page that did not come back within 20 s": sum(wait >= 20 for wait in back),
         "banner at the end": banner,
         "the loop runs": alive,
         "steps of the loop, wake-ups late by a period": [head, stalls],
-        "frames in the recording, missing in between": [int(kept.size), int((np.diff(kept) - 1).sum())],
+        "frames in the recording, missing in between": [
+            int(kept.size),
+            int((np.diff(kept) - 1).sum()),
+        ],
         "load of the machine": os.getloadavg()[0],
     }
 
@@ -203,7 +237,9 @@ def disk() -> dict[str, Any]:
     with session() as live, tempfile.TemporaryDirectory() as folder:
         subprocess.run(["mount", "-t", "tmpfs", "-o", "size=1m", "tmpfs", folder], check=True)
         try:
-            recordings = Recordings(live.ring, folder, lambda text, level: said.append(f"{level}: {text}"))
+            recordings = Recordings(
+                live.ring, folder, lambda text, level: said.append(f"{level}: {text}")
+            )
             recordings.start("run")
             limit = time.monotonic() + 60
             while recordings.running and time.monotonic() < limit:
@@ -229,7 +265,9 @@ def disk() -> dict[str, Any]:
 
 def main() -> None:
     """Print what was asked for as JSON."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("what", choices=["frames", "kills", "page-kills", "disk"])
     parser.add_argument("--seconds", type=float, default=30.0, help="of frames")
     parser.add_argument("--times", type=int, default=100, help="of kills")

@@ -57,7 +57,9 @@ def fnn(file: Path) -> Iterable[str]:
     sweep = columns(file)
     starts = np.array([values for name, values in sweep.items() if name.startswith("restart")])
     worst = starts.max(axis=0) / starts.min(axis=0)
-    for neurons, train, test, ratio in zip(sweep["neurons"], sweep["train_mse"], sweep["test_mse"], worst, strict=True):
+    for neurons, train, test, ratio in zip(
+        sweep["neurons"], sweep["train_mse"], sweep["test_mse"], worst, strict=True
+    ):
         shown = f"training {train:.3g}, test {test:.3g}, worst over best start {ratio:.2f}"
         yield f"figure 5, {neurons:.0f} neurons: {shown}"
 

@@ -31,7 +31,13 @@ from tests.support.state_diagram import draw_states
 
 IMAGES = Path(__file__).resolve().parents[1] / "docs" / "images"
 CHROMIUM = "/usr/bin/chromium"
-QUIET = ("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking")
+QUIET = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+)
 LARGEST = 150_000  # bytes
 NEES = ("--field", "Y [V]", "--slip", "V [cm/s]", "--effort", "F [N]")
 _ADDRESS = re.compile(r"http://127\.0\.0\.1:\d+/\S*")
@@ -42,7 +48,9 @@ def page(width: int, height: int) -> Iterator[Page]:
     """An empty page of a browser window of this size, in light colours."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(QUIET))
-        yield browser.new_context(viewport={"width": width, "height": height}, color_scheme="light").new_page()
+        yield browser.new_context(
+            viewport={"width": width, "height": height}, color_scheme="light"
+        ).new_page()
         browser.close()
 
 
@@ -64,7 +72,9 @@ def erclutch(*arguments: str) -> list[str]:
 
 def draw_report(log: Path, run: Path) -> None:
     """Fit all models to the recording, write its report, and take the part above the fold."""
-    subprocess.run(erclutch("fit", str(log), *NEES, "--out", str(run)), check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        erclutch("fit", str(log), *NEES, "--out", str(run)), check=True, stdout=subprocess.DEVNULL
+    )
     subprocess.run(erclutch("report", str(run)), check=True, stdout=subprocess.DEVNULL)
     with page(1180, 1300) as seen:
         seen.goto((run / "report.html").as_uri())
@@ -77,7 +87,9 @@ def draw_app(log: Path, folder: Path) -> None:
     bench = folder / "bench"  # below a home of its own, so that the picture shows ~/bench
     bench.mkdir()
     home = {**os.environ, "HOME": str(folder.resolve())}
-    session = subprocess.Popen(erclutch("app", str(bench)), stdout=subprocess.PIPE, text=True, env=home)
+    session = subprocess.Popen(
+        erclutch("app", str(bench)), stdout=subprocess.PIPE, text=True, env=home
+    )
     try:
         with page(1180, 1000) as seen:
             seen.goto(_address(session))
@@ -131,9 +143,13 @@ def _address(session: subprocess.Popen[str]) -> str:
 
 def main() -> None:
     """See the module."""
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     arguments.add_argument("picture", choices=("report", "app", "live", "states"))
-    arguments.add_argument("log", type=Path, nargs="?", help="the recording that report and app show")
+    arguments.add_argument(
+        "log", type=Path, nargs="?", help="the recording that report and app show"
+    )
     given = arguments.parse_args()
     if given.picture in ("report", "app") and given.log is None:
         arguments.error(f"{given.picture} needs the recording")

@@ -25,7 +25,12 @@ from erclutch.export import ExportOptions, step_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from tests.support.exported_models import MODELS
-from tests.support.live_proof import CONTROLLED, proved_controller, proved_interlock, proved_plausibility
+from tests.support.live_proof import (
+    CONTROLLED,
+    proved_controller,
+    proved_interlock,
+    proved_plausibility,
+)
 from tests.support.proof import ADAPTING, ANGLES, Proof, proved
 
 
@@ -36,17 +41,36 @@ def _row(name: str, kind: str, proof: Proof) -> str:
         found = [x for name in names for x in proof.shown.get(name, [])]
         return "-" if not found else ("shown" if all(found) else f"{sum(found)} of {len(found)}")
 
-    effort, field = said("step", "steady"), said("inverse", "inverse_now", "first", "second", "motor", "never_both")
+    effort, field = (
+        said("step", "steady"),
+        said("inverse", "inverse_now", "first", "second", "motor", "never_both"),
+    )
     functions = f"{proof.functions} of {proof.of_functions}"
-    cells = (name, kind, functions, proof.alarms, effort, field, said("state"), proof.assumed, f"{proof.seconds:.0f}")
+    cells = (
+        name,
+        kind,
+        functions,
+        proof.alarms,
+        effort,
+        field,
+        said("state"),
+        proof.assumed,
+        f"{proof.seconds:.0f}",
+    )
     return f"| {' | '.join(map(str, cells))} |"
 
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--only", metavar="WORD", nargs="+", default=[""], help="models whose name has one of these")
-    parser.add_argument("--precision", nargs="+", choices=["float32", "float64"], default=["float32", "float64"])
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument(
+        "--only", metavar="WORD", nargs="+", default=[""], help="models whose name has one of these"
+    )
+    parser.add_argument(
+        "--precision", nargs="+", choices=["float32", "float64"], default=["float32", "float64"]
+    )
     asked = parser.parse_args()
     precisions: list[PrecisionName] = asked.precision
     if shutil.which("frama-c") is None:
@@ -68,7 +92,10 @@ def main() -> None:
     for label in CONTROLLED:
         step = step_of(MODELS[label], ExportOptions("m", "float32", 1e-3))
         with tempfile.TemporaryDirectory() as folder:
-            print(_row(f"controller of {label}", "float32", proved_controller(step, Path(folder))), flush=True)
+            print(
+                _row(f"controller of {label}", "float32", proved_controller(step, Path(folder))),
+                flush=True,
+            )
     with tempfile.TemporaryDirectory() as folder:
         print(_row("interlock of the live loop", "float64", proved_interlock(Path(folder))))
     with tempfile.TemporaryDirectory() as folder:

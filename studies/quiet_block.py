@@ -40,13 +40,17 @@ MODELS = ("casson+dahl/field", "casson+fnn-16+dahl/field", "fnn-16+dahl/field")
 def remembered(slip: Array, strain: float, level: Array) -> Array:
     """A yield effort that the fluid reaches over a strain; a field that changes at rest changes nothing."""
     states, at = np.empty(slip.size), 0.0
-    for k, (step, top) in enumerate(zip((slip * PERIOD / strain).tolist(), level.tolist(), strict=True)):
+    for k, (step, top) in enumerate(
+        zip((slip * PERIOD / strain).tolist(), level.tolist(), strict=True)
+    ):
         at = (at + step * top) / (1.0 + abs(step))
         states[k] = at
     return states
 
 
-def waves(rng: np.random.Generator, time: Array, lowest: float, highest: float, count: int) -> Array:
+def waves(
+    rng: np.random.Generator, time: Array, lowest: float, highest: float, count: int
+) -> Array:
     """A sum of sines of frequencies between these, in Hz."""
     hertz = np.exp(rng.uniform(np.log(lowest), np.log(highest), count))
     total = np.zeros(time.size)
@@ -88,8 +92,14 @@ def device(seed: int) -> Dataset:
     drift = draw(0.0, 0.12) * (draw() < 0.5)
     viscosity, thinning = draw(0.5, 3.0), draw(0.6, 1.0)
     noise = draw(3.0, 25.0)
-    warmth = drift * np.sin(2.0 * np.pi * np.arange(float(ROWS)) / ROWS * draw(0.4, 1.5) + draw(0.0, 6.28))
-    level = (floor + rise * field**exponent) * (1.0 + warmth) * (1.0 + wave * np.sin(2.0 * np.pi * field / length))
+    warmth = drift * np.sin(
+        2.0 * np.pi * np.arange(float(ROWS)) / ROWS * draw(0.4, 1.5) + draw(0.0, 6.28)
+    )
+    level = (
+        (floor + rise * field**exponent)
+        * (1.0 + warmth)
+        * (1.0 + wave * np.sin(2.0 * np.pi * field / length))
+    )
     effort = (1.0 - second) * remembered(slip, strain, level)
     effort += second * remembered(slip, shorter, level) * np.tanh(np.abs(slip) / 30.0)
     effort += viscosity * np.sign(slip) * np.abs(slip) ** thinning
@@ -109,8 +119,14 @@ def judged(data: Dataset) -> tuple[float, float]:
     fitted: list[Fitted] = []
     with one_thread():
         for _, kind in kinds():
-            fitted += [Fitted(each, each.fit(train, fitted, 1)) for each in kind.candidates(settings, train)]
-        errors = {f.outcome.model.name: rms((data.effort - f.outcome.model.predict(data))[held]) for f in fitted}
+            fitted += [
+                Fitted(each, each.fit(train, fitted, 1))
+                for each in kind.candidates(settings, train)
+            ]
+        errors = {
+            f.outcome.model.name: rms((data.effort - f.outcome.model.predict(data))[held])
+            for f in fitted
+        }
         now = chosen(train, fitted, list(errors), seed=0)
         with mock.patch.object(LeftOut, "may_lose", 0.0):
             before = chosen(train, fitted, list(errors), seed=0)
@@ -122,14 +138,21 @@ def judged(data: Dataset) -> tuple[float, float]:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--devices", type=int, default=40)
     parser.add_argument("--first", type=int, default=2000, help="seed of the first device")
     asked = parser.parse_args()
-    ratios = np.array([judged(device(seed)) for seed in range(asked.first, asked.first + asked.devices)])
+    ratios = np.array(
+        [judged(device(seed)) for seed in range(asked.first, asked.first + asked.devices)]
+    )
     for rule, own in zip(("before", "now"), ratios.T, strict=True):
         far = f"over 1.1 in {np.mean(own > 1.1):.0%}, over 1.3 in {np.mean(own > 1.3):.0%}"
-        print(f"{rule:<6} mean {own.mean():.3f}, largest {own.max():.2f}, {far} of {own.size} devices", flush=True)
+        print(
+            f"{rule:<6} mean {own.mean():.3f}, largest {own.max():.2f}, {far} of {own.size} devices",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

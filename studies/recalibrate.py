@@ -34,12 +34,19 @@ COLUMNS = {
 def twin_pairs(seconds: float) -> Iterator[tuple[str, Dataset, Dataset]]:
     """Logs of CH1 and of CH2, each alone, with other commands."""
     rig = default_rig()
-    swapped = {f"clutch.{name}_1": rig.value(f"clutch.{name}_2") for name in ("rated_torque", "viscosity", "seal")}
+    swapped = {
+        f"clutch.{name}_1": rig.value(f"clutch.{name}_2")
+        for name in ("rated_torque", "viscosity", "seal")
+    }
     other_rig = rig.changed({**swapped, "supply.leakage_1": rig.value("supply.leakage_2")})
     for scenario in ("brake", "clutch"):
         first = prepare(scenario, rig=rig, seconds=seconds, seed=1).recording()
         second = prepare(scenario, rig=other_rig, seconds=seconds, seed=2).recording()
-        yield f"TWIN {scenario}, CH1 to CH2", erclutch.build_dataset(first), erclutch.build_dataset(second)
+        yield (
+            f"TWIN {scenario}, CH1 to CH2",
+            erclutch.build_dataset(first),
+            erclutch.build_dataset(second),
+        )
 
 
 def utfsm_pairs(folder: Path) -> Iterator[tuple[str, Dataset, Dataset]]:
@@ -66,16 +73,24 @@ def line(title: str, base: Model, whole: Model, new: Dataset, share: float, stre
     adapted = erclutch.recalibrate(base, new, seen)
     seconds = process_time() - began
     before, after, best = (rmse(model, new, ~seen) for model in (base, adapted.model, whole))
-    way = adapted.way if after <= before else f"{AS_IT_IS} (not {adapted.way}: {after / before:.2f} of the base)"
+    way = (
+        adapted.way
+        if after <= before
+        else f"{AS_IT_IS} (not {adapted.way}: {after / before:.2f} of the base)"
+    )
     ratio = min(before, after) / best
     return f"{title:30}{stretches:>10}{int(seen.sum()):>7}{before / best:>9.3f}{ratio:>9.3f}{seconds:>8.2f}  {way}"
 
 
 def main() -> None:
     """Print a line for each pair of logs and each way to take the rows."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument(
-        "--utfsm", type=Path, help="folder of the measured damper's preprocessed logs; default: left out"
+        "--utfsm",
+        type=Path,
+        help="folder of the measured damper's preprocessed logs; default: left out",
     )
     parser.add_argument("--law", default="bingham")
     parser.add_argument("--lag", default="lag")
@@ -83,14 +98,20 @@ def main() -> None:
     parser.add_argument("--stretches", type=int, nargs="+", default=[1, 10, 40])
     parser.add_argument("--seconds", type=float, default=60.0, help="length of the twin's logs")
     asked = parser.parse_args()
-    structure = Structure("single", asked.law, law_from_name(asked.law, "single"), asked.lag, True, True)
+    structure = Structure(
+        "single", asked.law, law_from_name(asked.law, "single"), asked.lag, True, True
+    )
     print(
         f"{structure.specification}+{asked.lag}, {asked.share:.1%} of the rows; errors over that of a fit to all rows"
     )
-    print(f"{'logs':30}{'stretches':>10}{'rows':>7}{'base':>9}{'adapted':>9}{'CPU s':>8}  what moved")
+    print(
+        f"{'logs':30}{'stretches':>10}{'rows':>7}{'base':>9}{'adapted':>9}{'CPU s':>8}  what moved"
+    )
     pairs = [*twin_pairs(asked.seconds), *(utfsm_pairs(asked.utfsm) if asked.utfsm else ())]
     for title, old, new in pairs:
-        base, whole = (erclutch.fit_structure(data, structure, intervals=False).model for data in (old, new))
+        base, whole = (
+            erclutch.fit_structure(data, structure, intervals=False).model for data in (old, new)
+        )
         for stretches in asked.stretches:
             print(line(title, base, whole, new, asked.share, stretches), flush=True)
 

@@ -29,7 +29,16 @@ if __name__ == "__main__":
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from tests.support.recovery import CORRELATIONS, ENOUGH, ROWS, TARGET, TOLERANCE, TRUTHS, Coverage, study
+from tests.support.recovery import (
+    CORRELATIONS,
+    ENOUGH,
+    ROWS,
+    TARGET,
+    TOLERANCE,
+    TRUTHS,
+    Coverage,
+    study,
+)
 
 _HEAD = (
     f"{'law':22} {'noise':6} {'pooled':>7} {'least':>15} {'most':>15} {'error':>9} {'converged':>10} {'at bound':>9}"
@@ -54,22 +63,34 @@ def row_of(c: Coverage) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """The command."""
-    parser = argparse.ArgumentParser(description="Known-truth recovery: coverage of the 95 % intervals.")
+    parser = argparse.ArgumentParser(
+        description="Known-truth recovery: coverage of the 95 % intervals."
+    )
     parser.add_argument("--repetitions", type=int, default=200)
-    parser.add_argument("--laws", nargs="+", choices=list(TRUTHS), default=list(TRUTHS), metavar="LAW")
-    parser.add_argument("--noises", nargs="+", choices=list(CORRELATIONS), default=["white", "ar1"], metavar="NOISE")
+    parser.add_argument(
+        "--laws", nargs="+", choices=list(TRUTHS), default=list(TRUTHS), metavar="LAW"
+    )
+    parser.add_argument(
+        "--noises", nargs="+", choices=list(CORRELATIONS), default=["white", "ar1"], metavar="NOISE"
+    )
     parser.add_argument("--rows", type=int, default=ROWS)
     parser.add_argument("--workers", type=int, default=min(2, os.cpu_count() or 1))
     parser.add_argument("--parameters", action="store_true", help="print each parameter besides")
     options = parser.parse_args(arguments)
     began = time.perf_counter()
-    print(f"{options.repetitions} repetitions of {options.rows} rows; target {TARGET:.0%} +- {TOLERANCE:.0%} a law")
-    print("error: median over parameters of the median relative error; width: half width over 1.96 times the scatter")
+    print(
+        f"{options.repetitions} repetitions of {options.rows} rows; target {TARGET:.0%} +- {TOLERANCE:.0%} a law"
+    )
+    print(
+        "error: median over parameters of the median relative error; width: half width over 1.96 times the scatter"
+    )
     print(
         f"of the estimates, mean over parameters; bias: the largest, in standard deviations of the estimates\n\n{_HEAD}"
     )
     missed: list[str] = []
-    for c in study(options.laws, options.noises, options.repetitions, options.workers, options.rows):
+    for c in study(
+        options.laws, options.noises, options.repetitions, options.workers, options.rows
+    ):
         print(row_of(c), flush=True)
         if options.parameters:
             for p, count in c.inside.items():
@@ -79,8 +100,14 @@ def main(arguments: list[str] | None = None) -> int:
                 )
         if not c.hit:
             missed.append(f"{c.name} ({c.noise})")
-    verdict = "all laws hit" if options.repetitions >= ENOUGH else f"no verdict from fewer than {ENOUGH} repetitions"
-    print(f"\n{time.perf_counter() - began:.0f} s; {'missed: ' + ', '.join(missed) if missed else verdict}")
+    verdict = (
+        "all laws hit"
+        if options.repetitions >= ENOUGH
+        else f"no verdict from fewer than {ENOUGH} repetitions"
+    )
+    print(
+        f"\n{time.perf_counter() - began:.0f} s; {'missed: ' + ', '.join(missed) if missed else verdict}"
+    )
     return 1 if missed else 0
 
 

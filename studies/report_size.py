@@ -26,7 +26,13 @@ from erclutch.runs.run_folder import read_run
 from tests.support.page_fill import page_fills
 
 CHROMIUM = "/usr/bin/chromium"
-QUIET = ("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking")
+QUIET = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+)
 SCREENS = ((1440, 900), (390, 844))
 
 
@@ -37,13 +43,19 @@ def measured(page_file: Path) -> dict[str, Any]:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(QUIET))
         for width, height in SCREENS:
             for scheme in ("light", "dark"):
-                context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
+                context = browser.new_context(
+                    viewport={"width": width, "height": height}, color_scheme=scheme
+                )
                 page = context.new_page()
                 page.goto(page_file.as_uri())
                 page.wait_for_selector("#traces-plot[data-ready=yes]")
-                found[f"screens at {width}"] = round(page.evaluate("document.documentElement.scrollHeight") / height, 2)
+                found[f"screens at {width}"] = round(
+                    page.evaluate("document.documentElement.scrollHeight") / height, 2
+                )
                 found["words"] = len(page.evaluate("document.body.innerText").split())
-                found[f"axe at {width}, {scheme}"] = [v["id"] for v in Axe().run(page).response["violations"]]
+                found[f"axe at {width}, {scheme}"] = [
+                    v["id"] for v in Axe().run(page).response["violations"]
+                ]
                 context.close()
         browser.close()
     return found
@@ -51,7 +63,9 @@ def measured(page_file: Path) -> dict[str, Any]:
 
 def main() -> None:
     """See the module."""
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     arguments.add_argument("run", type=Path)
     run = arguments.parse_args().run
     began = time.process_time()

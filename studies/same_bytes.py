@@ -28,11 +28,24 @@ UTFSM = (
 )
 #: Five currents at one motion, and another motion to hold out.
 UTFSM_LOGS = ("5mm3Hz0A", "5mm3Hz0x25A", "5mm3Hz0x5A", "5mm3Hz0x75A", "5mm3Hz1A", "10mm1Hz1A")
-UTFSM_MODELS = ("bingham", "casson", "hem", "cho-choi-jhon", "bingham+dahl-2/field", "casson+effort-lag+inertia")
+UTFSM_MODELS = (
+    "bingham",
+    "casson",
+    "hem",
+    "cho-choi-jhon",
+    "bingham+dahl-2/field",
+    "casson+effort-lag+inertia",
+)
 
 MEMORY = "rise-fall+lugre/field+inertia+dahl/field"
 #: Models of the run on NEES that are exported as C: laws, networks, and a network on a law, with memory and without.
-EXPORTED = ("casson+lag", f"casson+{MEMORY}", "rbfn-10", f"fnn-16+{MEMORY}", f"casson+fnn-16+{MEMORY}")
+EXPORTED = (
+    "casson+lag",
+    f"casson+{MEMORY}",
+    "rbfn-10",
+    f"fnn-16+{MEMORY}",
+    f"casson+fnn-16+{MEMORY}",
+)
 
 
 def commands(data: Path, out: Path) -> dict[str, tuple[str, ...]]:
@@ -41,7 +54,17 @@ def commands(data: Path, out: Path) -> dict[str, tuple[str, ...]]:
     utfsm = [str(data / "mr_damper_utfsm" / "preprocessed" / f"{name}.txt") for name in UTFSM_LOGS]
     return {
         "nees": ("fit", str(nees), *NEES, "--out", "run"),
-        "utfsm": ("fit", *utfsm, *UTFSM, "--test", "10mm*", "--models", *UTFSM_MODELS, "--out", "run"),
+        "utfsm": (
+            "fit",
+            *utfsm,
+            *UTFSM,
+            "--test",
+            "10mm*",
+            "--models",
+            *UTFSM_MODELS,
+            "--out",
+            "run",
+        ),
         **{
             f"c-{number}": ("export", str(out / "nees" / "run"), "--model", model, "--out", "c")
             for number, model in enumerate(EXPORTED)
@@ -62,7 +85,8 @@ def made(tree: Path, job: str, words: Sequence[str], out: Path) -> Path:
         done = subprocess.run(
             [sys.executable, "-m", "erclutch", *words],
             cwd=work,
-            env=os.environ | {"PYTHONPATH": str(tree / "src"), "OPENBLAS_NUM_THREADS": "1", "COLUMNS": "120"},
+            env=os.environ
+            | {"PYTHONPATH": str(tree / "src"), "OPENBLAS_NUM_THREADS": "1", "COLUMNS": "120"},
             capture_output=True,
             text=True,
             check=False,
@@ -72,13 +96,20 @@ def made(tree: Path, job: str, words: Sequence[str], out: Path) -> Path:
             raise SystemExit(f"{tree}: erclutch {job} failed\n{done.stderr}")
         (work / "printed.txt").write_text(done.stdout, encoding="utf-8")
         work.rename(folder)
-    print(f"{tree.name} {job}: {after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime:.1f} CPU s")
+    print(
+        f"{tree.name} {job}: {after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime:.1f} CPU s"
+    )
     return folder
 
 
 def differences(old: Path, new: Path) -> Iterator[str]:
     """Each file that differs, with the first line that does."""
-    names = {path.relative_to(folder) for folder in (old, new) for path in folder.rglob("*") if path.is_file()}
+    names = {
+        path.relative_to(folder)
+        for folder in (old, new)
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
     for name in sorted(names):
         if not (old / name).exists() or not (new / name).exists():
             yield f"{name}: only in {'new' if (new / name).exists() else 'old'}"
@@ -103,7 +134,11 @@ def kept(path: Path) -> list[bytes]:
 
 
 def _short(lines: Sequence[bytes], number: int) -> str:
-    return lines[number - 1][:80].decode(errors="replace").strip() if number <= len(lines) else "(no line)"
+    return (
+        lines[number - 1][:80].decode(errors="replace").strip()
+        if number <= len(lines)
+        else "(no line)"
+    )
 
 
 #: Lines that hold a date, a version, or the time that a machine took.
@@ -119,7 +154,10 @@ def main() -> None:
     parser.add_argument("new", type=Path)
     parser.add_argument("--data", type=Path, required=True, help="folder with the recordings")
     parser.add_argument(
-        "--out", type=Path, default=Path("same_bytes"), help="what the trees make; default: %(default)s"
+        "--out",
+        type=Path,
+        default=Path("same_bytes"),
+        help="what the trees make; default: %(default)s",
     )
     asked = parser.parse_args()
     shutil.rmtree(asked.out / "new", ignore_errors=True)

@@ -37,7 +37,11 @@ def declared(extras: bool) -> set[str]:
     """Names in `dependencies`, with or without those of the extras."""
     project = tomllib.loads((HERE / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     more = project["optional-dependencies"].values() if extras else ()
-    return {normal(re.split(r"[^\w.-]", line)[0]) for lines in (project["dependencies"], *more) for line in lines}
+    return {
+        normal(re.split(r"[^\w.-]", line)[0])
+        for lines in (project["dependencies"], *more)
+        for line in lines
+    }
 
 
 def locked(text: str) -> tuple[dict[str, str], dict[str, set[str]]]:
@@ -65,7 +69,11 @@ def closure(names: set[str], needed_by: dict[str, set[str]]) -> set[str]:
 def licence(name: str) -> str:
     """The licence that an installed package states: SPDX where it uses SPDX, else its own words."""
     said: Any = metadata.metadata(name)
-    classifiers = [c.rpartition(" :: ")[2] for c in said.get_all("Classifier", []) if c.startswith("License ::")]
+    classifiers = [
+        c.rpartition(" :: ")[2]
+        for c in said.get_all("Classifier", [])
+        if c.startswith("License ::")
+    ]
     stated = said.get("License-Expression") or ", ".join(classifiers) or said.get("License")
     if not stated:
         raise SystemExit(f"{name} states no licence: look it up and name it here")
@@ -84,7 +92,9 @@ def bill() -> str:
     versions, needed_by = locked(text)
     always, licences = closure(declared(extras=False), needed_by), LicenseFactory()
 
-    def component(name: str, version: str, stated: str, kind: str, scope: ComponentScope | None) -> Component:
+    def component(
+        name: str, version: str, stated: str, kind: str, scope: ComponentScope | None
+    ) -> Component:
         address = PackageURL(kind, None, name, version)
         return Component(
             name=name,
@@ -100,19 +110,27 @@ def bill() -> str:
     own = component("erclutch", metadata.version("erclutch"), project["license"], "pypi", None)
     optional, required = ComponentScope.OPTIONAL, ComponentScope.REQUIRED
     parts = {
-        name: component(name, versions[name], licence(name), "pypi", required if name in always else optional)
+        name: component(
+            name, versions[name], licence(name), "pypi", required if name in always else optional
+        )
         for name in sorted(closure(declared(extras=True), needed_by))
     }
     origin = tomllib.loads(VENDORED.read_text(encoding="utf-8"))
-    vendored = component(origin["name"], origin["version"], origin["licence"], origin["source"], required)
+    vendored = component(
+        origin["name"], origin["version"], origin["licence"], origin["source"], required
+    )
     document = Bom(
         components=[*parts.values(), vendored],
         serial_number=uuid.uuid5(uuid.NAMESPACE_URL, hashlib.sha256(text.encode()).hexdigest()),
     )
     document.metadata.component = own
-    document.register_dependency(own, [*(parts[name] for name in sorted(declared(extras=True))), vendored])
+    document.register_dependency(
+        own, [*(parts[name] for name in sorted(declared(extras=True))), vendored]
+    )
     for name, part in parts.items():
-        document.register_dependency(part, [other for key, other in parts.items() if name in needed_by[key]])
+        document.register_dependency(
+            part, [other for key, other in parts.items() if name in needed_by[key]]
+        )
     # The time of the run says nothing about the packages and would make each file another one.
     told = json.loads(JsonV1Dot6(document).output_as_string())
     del told["metadata"]["timestamp"]

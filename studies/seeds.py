@@ -78,19 +78,29 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="Networks from many seeds, on the digital TWIN.")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--seconds", type=float, default=290.0)
-    parser.add_argument("--polished", type=int, default=20, help="seeds that are polished on all rows")
+    parser.add_argument(
+        "--polished", type=int, default=20, help="seeds that are polished on all rows"
+    )
     parser.add_argument("--long", type=int, default=20, help="long runs to compare these with")
     parser.add_argument("--cluster", default="processes", help="see erclutch fit-many")
-    parser.add_argument("--workers", type=int, default=1, help="CPU seconds are exact where each has a core")
+    parser.add_argument(
+        "--workers", type=int, default=1, help="CPU seconds are exact where each has a core"
+    )
     asked = parser.parse_args()
     runs = RunsRecipe(twin_runs, (("names", ("training", "test")), ("seconds", asked.seconds)))
-    print(f"TWIN, {made(runs)[0].rows:,} training rows; shares of seeds within 2 or 0.2 % of the best known")
-    heads = "".join(f"{name:>14}" for name in ("train 2 %", "train 0.2 %", "lowest test", "best's test"))
+    print(
+        f"TWIN, {made(runs)[0].rows:,} training rows; shares of seeds within 2 or 0.2 % of the best known"
+    )
+    heads = "".join(
+        f"{name:>14}" for name in ("train 2 %", "train 0.2 %", "lowest test", "best's test")
+    )
     print(f"{'fit':18}{'CPU s':>8}{'most':>8}{'best MSE':>12}{'median':>10}{heads}", flush=True)
     with task_pool(asked.cluster, asked.workers) as pool:
 
         def all_of(function: Callable[[Task], list[float]], name: str, seeds: int) -> np.ndarray:
-            return np.array(list(in_order(pool, function, [(runs, name, seed) for seed in range(seeds)])))
+            return np.array(
+                list(in_order(pool, function, [(runs, name, seed) for seed in range(seeds)]))
+            )
 
         for name in NAMES:
             quick = all_of(partial(fit, False), name, asked.seeds)
@@ -103,7 +113,9 @@ def main() -> None:
                 slow = all_of(long_run, name, asked.long)
                 print(line(f"{name} long runs", slow, best))
                 share = np.mean(fine[:, 0] <= 1.002 * slow[:, 0].min())
-                print(f"{'':18}{name} polished within 0.2 % of the best long run's training error: {share:.0%}")
+                print(
+                    f"{'':18}{name} polished within 0.2 % of the best long run's training error: {share:.0%}"
+                )
 
 
 if __name__ == "__main__":

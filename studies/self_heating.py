@@ -88,7 +88,9 @@ def judged(log: Dataset) -> tuple[float, float, str]:
     rungs = grown(train, base, among=STAGES)
     errors: list[float] = []
     for rung in (rungs[0], rungs[-1]):
-        model = fit_structure(train, rung.structure, starts=[list(rung.numbers.values())], intervals=False).model
+        model = fit_structure(
+            train, rung.structure, starts=[list(rung.numbers.values())], intervals=False
+        ).model
         error = log.effort - model.predict(log)
         errors.append(rms(error[last]) / float(np.std(log.effort)))
     without, chosen = errors
@@ -97,7 +99,9 @@ def judged(log: Dataset) -> tuple[float, float, str]:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--devices", type=int, default=20)
     parser.add_argument("--first", type=int, default=40, help="seed of the first device")
     parser.add_argument("--cold", action="store_true", help="nothing warms")

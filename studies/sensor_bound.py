@@ -27,7 +27,14 @@ from erclutch.wings.live.settings import LoopSettings
 from erclutch.wings.rig.twin.parameters import default_rig
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from tests.support.sensor_bound import LOOKS, HealthySessions, likeness_of, looks_of, rows_in_time, same_bits
+from tests.support.sensor_bound import (
+    LOOKS,
+    HealthySessions,
+    likeness_of,
+    looks_of,
+    rows_in_time,
+    same_bits,
+)
 from tests.support.sensor_faults import (
     CONTROLS,
     FAULTS,
@@ -43,9 +50,13 @@ from tests.support.sensor_faults import (
 
 def main() -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seeds", type=int, default=2)
-    parser.add_argument("--healthy", type=int, default=2, help="sessions of each program and motor torque")
+    parser.add_argument(
+        "--healthy", type=int, default=2, help="sessions of each program and motor torque"
+    )
     parser.add_argument("--model", default="bingham")
     parser.add_argument("--only", default="", help="control")
     asked = parser.parse_args()
@@ -54,7 +65,18 @@ def main() -> int:
     fitted = {device: model_of(rig, asked.model, device) for device in devices}
     print(f"TWIN, {asked.model}, {asked.seeds} seeds; {len(LOOKS)} looks")
     print(f"{asked.healthy} healthy sessions of {ROWS} rows for each program and motor torque")
-    columns = ("control", "sensor", "fault", "seed", "rows", "healthy session", "row", "least ratio", "of", "alone")
+    columns = (
+        "control",
+        "sensor",
+        "fault",
+        "seed",
+        "rows",
+        "healthy session",
+        "row",
+        "least ratio",
+        "of",
+        "alone",
+    )
     print(f"| {' | '.join(columns)} |\n|{' --- |' * len(columns)}")
     for control in CONTROLS:
         if asked.only not in (control, ""):
@@ -75,7 +97,9 @@ def main() -> int:
                 continue
             for too_high in (False, True)[: 1 + (not run.never_above)]:
                 name = f"{control} | {sensor} | {kind} | {seed}"
-                counts[_printed(name, well[seed], faulty, begins[seed], too_high, settings, sessions)] += 1
+                counts[
+                    _printed(name, well[seed], faulty, begins[seed], too_high, settings, sessions)
+                ] += 1
     print(f"{counts['held']} sessions hold; of the others: {dict(counts)}")
     return 0
 
@@ -96,7 +120,9 @@ def _printed(
         print(f"| {name} | {until} | the same one | {begin} | 1 | each bit | 1 |", flush=True)
         return "the bits of health"
     found = likeness_of(looks_of(faulty, settings)[begin : begin + rows], sessions)
-    nearest = f"{found.session} | {found.row} | {found.margin:.2f} | {found.least} | {found.alone:.2f}"
+    nearest = (
+        f"{found.session} | {found.row} | {found.margin:.2f} | {found.least} | {found.alone:.2f}"
+    )
     print(f"| {name} | {until} | {nearest} |", flush=True)
     if found.margin >= 1.0:
         return "as unusual in health"

@@ -44,7 +44,9 @@ STRICT = ("too high for more than 5 ms", "not zero within 20 ms")
 
 def main() -> int:
     """Print the tables; 1 if a fault was not held, or missed without a cause."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--first", type=int, default=0, help="seed")
     parser.add_argument("--model", default="bingham")
@@ -56,7 +58,17 @@ def main() -> int:
     outcomes, strict = Counter[str](), Counter[str]()
     missed: dict[tuple[str, ...], list[FaultRun]] = {}
     print(f"TWIN, {asked.model}, {asked.seeds} seeds; rows of 1 ms")
-    columns = ("control", "sensor", "fault", *OUTCOMES, *STRICT, "above [rows]", "by", "zero after [rows]", "said")
+    columns = (
+        "control",
+        "sensor",
+        "fault",
+        *OUTCOMES,
+        *STRICT,
+        "above [rows]",
+        "by",
+        "zero after [rows]",
+        "said",
+    )
     print(f"| {' | '.join(columns)} |\n|{' --- |' * len(columns)}")
     for control in CONTROLS:
         if asked.only in CONTROLS and asked.only != control:
@@ -83,21 +95,41 @@ def main() -> int:
             strict += _strict(runs)
             for run in runs:
                 if not run.held:
-                    missed.setdefault((control, sensor, _group(control, sensor, kind), run.cause), []).append(run)
+                    missed.setdefault(
+                        (control, sensor, _group(control, sensor, kind), run.cause), []
+                    ).append(run)
             print(_row(control, sensor, kind, counts, runs), flush=True)
-    columns = ("control", "sensor", "fault", "nothing tells", "sessions", *STRICT, "above [rows]", "by", "zero after")
+    columns = (
+        "control",
+        "sensor",
+        "fault",
+        "nothing tells",
+        "sessions",
+        *STRICT,
+        "above [rows]",
+        "by",
+        "zero after",
+    )
     print(f"| {' | '.join(columns)} |\n|{' --- |' * len(columns)}")
     for (*names, cause), runs in missed.items():
         counts = " | ".join(map(str, _strict(runs).values()))
         above, most = max(run.above for run in runs), max(max(run.most for run in runs), 0.0)
         zeros = sorted({run.zero for run in runs})
         said = CAUSES.get(cause, "NOBODY KNOWS WHY")
-        print(f"| {' | '.join(names)} | {said} | {len(runs)} | {counts} | {above} | {most:.3f} | {zeros} |")
+        print(
+            f"| {' | '.join(names)} | {said} | {len(runs)} | {counts} | {above} | {most:.3f} | {zeros} |"
+        )
     unknown = sum(len(runs) for (*_, cause), runs in missed.items() if not cause)
     print(f"{unknown} sessions miss without a cause")
-    print(f"{sum(outcomes[name] for name in OUTCOMES)} sessions: {dict(outcomes)}; strictly: {dict(strict)}")
-    asked_for = [run for (control, *_), runs in missed.items() if control != "equation 23" for run in runs]
-    print(f"Of these under controls that ask the meter, so all but equation 23: {dict(_strict(asked_for))}")
+    print(
+        f"{sum(outcomes[name] for name in OUTCOMES)} sessions: {dict(outcomes)}; strictly: {dict(strict)}"
+    )
+    asked_for = [
+        run for (control, *_), runs in missed.items() if control != "equation 23" for run in runs
+    ]
+    print(
+        f"Of these under controls that ask the meter, so all but equation 23: {dict(_strict(asked_for))}"
+    )
     return 1 if outcomes["not held"] or unknown else 0
 
 
@@ -116,12 +148,18 @@ def _group(control: str, sensor: str, kind: str) -> str:
     return "stuck or late" if kind in ("stuck", "late") else kind
 
 
-def _row(control: str, sensor: str, kind: str, counts: Mapping[str, int], runs: Sequence[FaultRun]) -> str:
+def _row(
+    control: str, sensor: str, kind: str, counts: Mapping[str, int], runs: Sequence[FaultRun]
+) -> str:
     zeros = sorted({run.zero for run in runs})
     said = " ".join(sorted({name for run in runs for name in run.said}))
     above, most = max(run.above for run in runs), max(run.most for run in runs)
-    outcomes = " | ".join([*(str(counts.get(name, 0)) for name in OUTCOMES), *map(str, _strict(runs).values())])
-    return f"| {control} | {sensor} | {kind} | {outcomes} | {above} | {most:.3f} | {zeros} | {said} |"
+    outcomes = " | ".join(
+        [*(str(counts.get(name, 0)) for name in OUTCOMES), *map(str, _strict(runs).values())]
+    )
+    return (
+        f"| {control} | {sensor} | {kind} | {outcomes} | {above} | {most:.3f} | {zeros} | {said} |"
+    )
 
 
 if __name__ == "__main__":

@@ -33,7 +33,9 @@ NEEDED = {"": None, "--meter-needed": True, "--no-meter-needed": False}
 
 def main() -> int:
     """Print the table; 1 if a healthy session stops by default."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--model", default="bingham")
     asked = parser.parse_args()
@@ -41,17 +43,27 @@ def main() -> int:
     devices: tuple[DeviceName, ...] = ("coaxial", "single")
     fitted = {device: model_of(rig, asked.model, device) for device in devices}
     print(f"TWIN, {asked.model}, {asked.seeds} seeds, sessions of {ROWS} rows of 1 ms")
-    print(f"| option | sessions | that stop | {' | '.join(REASONS)} |\n|{' --- |' * (3 + len(REASONS))}")
+    print(
+        f"| option | sessions | that stop | {' | '.join(REASONS)} |\n|{' --- |' * (3 + len(REASONS))}"
+    )
     for option, needed in NEEDED.items():
         counts, runs = Counter[str](), 0
-        loops = itertools.product(devices, ("off", "none", "sensor", "motion"), MOTORS, range(asked.seeds))
+        loops = itertools.product(
+            devices, ("off", "none", "sensor", "motion"), MOTORS, range(asked.seeds)
+        )
         for device, observer, motor, seed in loops:
             model, single = fitted[device], device == "single"
-            for settings, _ in sessions(device, model, motor=motor, observer=observer, meter_needed=needed):
-                run = AcceleratedRun(settings, model.library, rig, seed=seed, single=single, locked=single)
+            for settings, _ in sessions(
+                device, model, motor=motor, observer=observer, meter_needed=needed
+            ):
+                run = AcceleratedRun(
+                    settings, model.library, rig, seed=seed, single=single, locked=single
+                )
                 events = run.frames(ROWS)[0]["events"]
                 doubted = events[(events & EVENT_BITS["torque-doubted"]) != 0]
-                counts.update({name: int(np.count_nonzero(doubted & EVENT_BITS[name])) for name in REASONS})
+                counts.update(
+                    {name: int(np.count_nonzero(doubted & EVENT_BITS[name])) for name in REASONS}
+                )
                 counts["stops"] += bool(np.any(events & EVENT_BITS["trip"]))
                 runs += 1
         reasons = " | ".join(str(counts[name]) for name in REASONS)

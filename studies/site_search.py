@@ -25,7 +25,9 @@ def main(words: list[str]) -> int:
         raise SystemExit("there is no site yet: make docs")
     known = 0
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"])
+        browser = playwright.chromium.launch(
+            executable_path=CHROMIUM, args=["--no-sandbox", "--disable-gpu"]
+        )
         page = browser.new_page()
         for word in words or SAID:
             found = first_pages(page, SITE, word)

@@ -28,7 +28,16 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import ErclutchError
-from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table, recordings_in, table_of_log
+from erclutch.logs import (
+    ColumnMap,
+    Plan,
+    Table,
+    apply,
+    plan_of,
+    read_table,
+    recordings_in,
+    table_of_log,
+)
 from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.columns.row_groups import wants_each
 from erclutch.logs.planning.recording_choice import AlikeRecordingsError
@@ -37,10 +46,20 @@ from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 MANIFEST = Path(__file__).with_name("strangers.toml")
 SIGNALS = ("field", "slip", "position", "effort")
 AS_LOGGED = "as logged"
-UNDERSTOOD, SECOND, FILLED, ASKED, REFUSED, MISREAD = "understood", "second", "filled", "asked", "refused", "misread"
+UNDERSTOOD, SECOND, FILLED, ASKED, REFUSED, MISREAD = (
+    "understood",
+    "second",
+    "filled",
+    "asked",
+    "refused",
+    "misread",
+)
 _PLACE = re.compile(r"COLUMN|RATE Hz|NAME")
 _RATE = "100 Hz"  # stands for what only the user knows
-FIT_MODELS = ("bingham", "casson")  # two that every log can have: fit is run to see that a read log goes on
+FIT_MODELS = (
+    "bingham",
+    "casson",
+)  # two that every log can have: fit is run to see that a read log goes on
 
 
 def _column(label: str) -> str:
@@ -53,7 +72,9 @@ def _faults(plan: Plan, table: Table, truth: dict[str, Any]) -> Iterator[str]:
     rows = truth.get("rows", table.rows)
     if table.rows != rows:
         yield f"{table.rows} rows of {rows}"
-    joints = {part for each in plan.signals for part in truth.get("joints", ()) if part in each.column}
+    joints = {
+        part for each in plan.signals for part in truth.get("joints", ()) if part in each.column
+    }
     if len(joints) > 1:
         yield f"signals of {' and '.join(sorted(joints))}"
     doubtful = {each.signal for each in plan.signals if each.sureness == "doubtful"}
@@ -135,7 +156,10 @@ def _flow_fault(path: Path, truth: dict[str, Any], words: list[str] | None = Non
     rate = told["--shear-rate"]
     try:
         curves = read_flow_curves(
-            path, shear_rate=rate[0] if rate else None, stress=told["--stress"], sheet=told["--sheet"]
+            path,
+            shear_rate=rate[0] if rate else None,
+            stress=told["--stress"],
+            sheet=told["--sheet"],
         )
     except ErclutchError as error:
         return str(error)
@@ -192,7 +216,9 @@ def main() -> None:
     """Print a row a file and the totals."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--sealed", default="", metavar="NAME", help="first, second, third, fourth or fifth")
+    parser.add_argument(
+        "--sealed", default="", metavar="NAME", help="first, second, third, fourth or fifth"
+    )
     parser.add_argument("--fit", action="store_true")
     parser.add_argument("--only", default="", help="repositories whose name holds this")
     asked = parser.parse_args()
@@ -208,7 +234,9 @@ def main() -> None:
             absent += 1
             continue
         if hashlib.sha256(path.read_bytes()).hexdigest() != truth["sha256"]:
-            sys.exit(f"{path} is another file than that of the manifest: fetch it at commit {truth['commit']}")
+            sys.exit(
+                f"{path} is another file than that of the manifest: fetch it at commit {truth['commit']}"
+            )
         outcome, detail = judged(path, truth)
         options: list[str] = []
         if outcome != MISREAD and outcome != UNDERSTOOD and truth["holds"]:
@@ -221,7 +249,10 @@ def main() -> None:
         of_logs[outcome] += truth["holds"]
         repositories.add(truth["repository"])
         holds = "holds" if truth["holds"] else "lacks"
-        print(f"{outcome:10} {holds} {truth['repository']}:{truth['path']}: {detail[:900]}", flush=True)
+        print(
+            f"{outcome:10} {holds} {truth['repository']}:{truth['path']}: {detail[:900]}",
+            flush=True,
+        )
         if asked.fit and outcome in (UNDERSTOOD, SECOND, FILLED) and "curves" not in truth:
             print(f"{'':17}{_fit(path, options)}", flush=True)
     total, logs = sum(outcomes.values()), sum(of_logs.values())

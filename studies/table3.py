@@ -69,7 +69,9 @@ def drags(model: TorqueModel, runs: Sequence[Dataset]) -> tuple[float, float, fl
 
 def effects(seeds: int, seconds: float) -> None:
     """What makes the drag at zero field."""
-    print("| switched off | measured at zero field [mN m] | Bingham says | measured over said | fastest slip [rad/s] |")
+    print(
+        "| switched off | measured at zero field [mN m] | Bingham says | measured over said | fastest slip [rad/s] |"
+    )
     print("| --- | --- | --- | --- | --- |")
     for name, changes in SWITCHED_OFF.items():
         rig = default_rig().changed(changes)
@@ -98,7 +100,9 @@ def what_hides_it(seeds: int, seconds: float) -> None:
     largest = fields.max(axis=0)
     engaged = largest > 0.1
     slip_there = np.where(fields[0] > fields[1], slips[0], slips[1])
-    print(f"rows with a command above 0.1 at which the clutch sticks: {np.mean(slip_there[engaged] < STUCK):.0%}")
+    print(
+        f"rows with a command above 0.1 at which the clutch sticks: {np.mean(slip_there[engaged] < STUCK):.0%}"
+    )
     small = largest < 0.02
     stronger = default_rig().changed({"excitation.motor_low": 0.2, "excitation.motor_high": 0.6})
     strong_run = prepare("training", rig=stronger, seed=1, seconds=seconds)
@@ -110,7 +114,9 @@ def what_hides_it(seeds: int, seconds: float) -> None:
         "a motor that is four times stronger, meter": rows_of(strong_run),
     }
     runs = zero_field(default_rig(), seeds)
-    print("| Bingham fitted to | said at zero field [mN m] | measured over said | error [1e-5 N2 m2] |")
+    print(
+        "| Bingham fitted to | said at zero field [mN m] | measured over said | error [1e-5 N2 m2] |"
+    )
     print("| --- | --- | --- | --- |")
     for name, rows in fitted_to.items():
         model = law_fit(rows, BASE).model
@@ -121,20 +127,32 @@ def what_hides_it(seeds: int, seconds: float) -> None:
 
 def one_number(seeds: int, seconds: float) -> None:
     """Errors of four laws at zero field, over the viscosity of the second clutch."""
-    print(f"| viscosity of CH2 over CH1 | {' | '.join(LAWS)} | training, {BASE} | ratio of seo-seo |")
+    print(
+        f"| viscosity of CH2 over CH1 | {' | '.join(LAWS)} | training, {BASE} | ratio of seo-seo |"
+    )
     print(f"|{' --- |' * (len(LAWS) + 3)}")
     for viscosity in (default_rig().value("clutch.viscosity_2"), 0.78, 0.80, 0.82, 0.86):
         rig = default_rig().changed({"clutch.viscosity_2": viscosity})
         train = rows_of(prepare("training", rig=rig, seed=1, seconds=seconds))
         runs = zero_field(rig, seeds)
         models = {name: law_fit(train, name).model for name in LAWS}
-        at_zero = [np.mean([mean_square(run.effort - m.predict(run)) for run in runs]) for m in models.values()]
+        at_zero = [
+            np.mean([mean_square(run.effort - m.predict(run)) for run in runs])
+            for m in models.values()
+        ]
         errors = [mean_square(train.effort - m.predict(train)) for m in models.values()]
         cells = " | ".join(f"{1e5 * error:.1f}" for error in at_zero)
-        print(f"| {viscosity:.2f} | {cells} | {1e5 * errors[0]:.1f} | {errors[1] / errors[0]:.3f} |", flush=True)
+        print(
+            f"| {viscosity:.2f} | {cells} | {1e5 * errors[0]:.1f} | {errors[1] / errors[0]:.3f} |",
+            flush=True,
+        )
     theirs = [APPROACHES[name] for name in LAWS]
-    cells = " | ".join("-" if known.zero_field is None else f"{1e5 * known.zero_field:.1f}" for known in theirs)
-    print(f"| paper | {cells} | {1e5 * theirs[0].train:.1f} | {theirs[1].train / theirs[0].train:.3f} |")
+    cells = " | ".join(
+        "-" if known.zero_field is None else f"{1e5 * known.zero_field:.1f}" for known in theirs
+    )
+    print(
+        f"| paper | {cells} | {1e5 * theirs[0].train:.1f} | {theirs[1].train / theirs[0].train:.3f} |"
+    )
 
 
 #: What is switched off or made another, for the run with the output held.
@@ -155,7 +173,9 @@ HELD_CHANGES: Mapping[str, Mapping[str, float]] = {
 def law_errors(train: Dataset, runs: Sequence[Dataset]) -> str:
     """Errors of four laws over runs, 1e-5 N^2 m^2, as cells of a table."""
     models = [law_fit(train, name).model for name in LAWS]
-    errors = [np.mean([mean_square(run.effort - model.predict(run)) for run in runs]) for model in models]
+    errors = [
+        np.mean([mean_square(run.effort - model.predict(run)) for run in runs]) for model in models
+    ]
     return " | ".join(f"{1e5 * error:.0f}" for error in errors)
 
 
@@ -168,7 +188,9 @@ def by_field(seeds: int, seconds: float) -> None:
     """Slip and torque of training and of the held output, and what Bingham says, over the command."""
     train = rows_of(prepare("training", seed=1, seconds=seconds))
     model = law_fit(train, BASE).model
-    print("| command | run | share of rows | slip, median [rad/s] | torque measured, mean [mN m] | Bingham says |")
+    print(
+        "| command | run | share of rows | slip, median [rad/s] | torque measured, mean [mN m] | Bingham says |"
+    )
     print("| --- | --- | --- | --- | --- | --- |")
     for low, high in ((0.02, 0.1), (0.1, 0.2), (0.2, 0.3), (0.3, 0.5)):
         for name, runs in (("training", [train]), ("output held", held(default_rig(), seeds))):
@@ -182,7 +204,10 @@ def by_field(seeds: int, seconds: float) -> None:
             estimated = np.concatenate([model.predict(run) for run in runs])[there] * way
             slip = np.where(first, slips[0], slips[1])[there]
             cells = f"{np.mean(there):.0%} | {np.median(slip):.1f} | {1e3 * measured.mean():.1f}"
-            print(f"| {low:g} to {high:g} | {name} | {cells} | {1e3 * estimated.mean():.1f} |", flush=True)
+            print(
+                f"| {low:g} to {high:g} | {name} | {cells} | {1e3 * estimated.mean():.1f} |",
+                flush=True,
+            )
 
 
 def held_effects(seeds: int, seconds: float) -> None:
@@ -195,7 +220,9 @@ def held_effects(seeds: int, seconds: float) -> None:
         runs = held(rig, seeds)
         measured = np.sqrt(np.mean([mean_square(run.effort) for run in runs]))
         print(f"| {name} | {1e3 * measured:.0f} | {law_errors(train, runs)} |", flush=True)
-    print(f"| paper | - | {' | '.join(f'{1e5 * (APPROACHES[name].zero_motion or 0.0):.0f}' for name in LAWS)} |")
+    print(
+        f"| paper | - | {' | '.join(f'{1e5 * (APPROACHES[name].zero_motion or 0.0):.0f}' for name in LAWS)} |"
+    )
 
 
 def held_training(seeds: int, seconds: float) -> None:
@@ -207,8 +234,12 @@ def held_training(seeds: int, seconds: float) -> None:
     trained: dict[str, Dataset] = {
         "training run, meter": train,
         "training run, torque of the fluid (true)": of_fluid,
-        "a motor that is four times stronger": rows_of(prepare("training", rig=stronger, seed=1, seconds=seconds)),
-        "amplitudes of the field drawn evenly": rows_of(prepare("training", rig=even, seed=1, seconds=seconds)),
+        "a motor that is four times stronger": rows_of(
+            prepare("training", rig=stronger, seed=1, seconds=seconds)
+        ),
+        "amplitudes of the field drawn evenly": rows_of(
+            prepare("training", rig=even, seed=1, seconds=seconds)
+        ),
         "output held, another seed": rows_of(prepare("zero-motion", seed=1, seconds=seconds)),
     }
     runs = held(rig, seeds)
@@ -218,7 +249,9 @@ def held_training(seeds: int, seconds: float) -> None:
         print(f"| {name} | {law_errors(rows, runs)} |", flush=True)
 
 
-def over(bins: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[np.float64]:
+def over(
+    bins: NDArray[np.float64], x: NDArray[np.float64], y: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Mean of y between the edges of bins over x; nan where there are fewer than 30 rows."""
     inside = [(x >= low) & (x < high) for low, high in pairwise(bins)]
     return np.array([y[rows].mean() if rows.sum() >= 30 else np.nan for rows in inside])
@@ -238,27 +271,48 @@ def pictures(seeds: int, seconds: float) -> None:
     axes = figure.subplots()
     for colour, viscosity in (("C0", default_rig().value("clutch.viscosity_2")), ("C1", 0.79)):
         runs = zero_field(default_rig().changed({"clutch.viscosity_2": viscosity}), seeds)
-        speed = np.concatenate([0.5 * np.abs(run.elements[0].slip - run.elements[1].slip) for run in runs])
+        speed = np.concatenate(
+            [0.5 * np.abs(run.elements[0].slip - run.elements[1].slip) for run in runs]
+        )
         measured = 1e3 * over(speeds, speed, np.concatenate([run.effort for run in runs]))
-        axes.plot(speeds[:-1] + 5.0, measured, colour, label=f"measured, CH2 {viscosity:.2f} of CH1")
+        axes.plot(
+            speeds[:-1] + 5.0, measured, colour, label=f"measured, CH2 {viscosity:.2f} of CH1"
+        )
         if colour == "C0":
             said = 1e3 * over(speeds, speed, np.concatenate([model.predict(run) for run in runs]))
             axes.plot(speeds[:-1] + 5.0, said, "k--", label="Bingham, fitted to the training run")
-    axes.set(xlabel="speed of the housings [rad/s]", ylabel="torque at the meter [mN m]", title="TWIN, no field")
+    axes.set(
+        xlabel="speed of the housings [rad/s]",
+        ylabel="torque at the meter [mN m]",
+        title="TWIN, no field",
+    )
     axes.legend(frameon=False)
     figure.savefig(IMAGES / "table3-zero-field.svg", metadata={"Date": None})
 
     commands = np.linspace(0.0, 0.5, 21)
     figure = Figure(figsize=(4.2, 2.8), layout="constrained")
     axes = figure.subplots()
-    for colour, name, runs in (("C0", "output held", held(default_rig(), seeds)), ("C1", "training run", [train])):
+    for colour, name, runs in (
+        ("C0", "output held", held(default_rig(), seeds)),
+        ("C1", "training run", [train]),
+    ):
         fields = np.concatenate([[e.field for e in run.elements] for run in runs], axis=1)
         way = np.where(fields[0] > fields[1], 1.0, -1.0)
         measured = np.concatenate([run.effort for run in runs]) * way
-        axes.plot(commands[:-1], 1e3 * over(commands, fields.max(axis=0), measured), colour, label=f"measured, {name}")
+        axes.plot(
+            commands[:-1],
+            1e3 * over(commands, fields.max(axis=0), measured),
+            colour,
+            label=f"measured, {name}",
+        )
         if name == "output held":
             said = np.concatenate([model.predict(run) for run in runs]) * way
-            axes.plot(commands[:-1], 1e3 * over(commands, fields.max(axis=0), said), "k--", label="Bingham there")
+            axes.plot(
+                commands[:-1],
+                1e3 * over(commands, fields.max(axis=0), said),
+                "k--",
+                label="Bingham there",
+            )
     axes.set(xlabel="command", ylabel="mean torque at the meter [mN m]", title="TWIN")
     axes.legend(frameon=False)
     figure.savefig(IMAGES / "table3-zero-motion.svg", metadata={"Date": None})
@@ -273,13 +327,19 @@ TABLES = {
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description="Why the laws miss table III, on the digital TWIN.")
-    parser.add_argument("--run", choices=list(TABLES), action="append", help="default: both runs of table III")
+    parser = argparse.ArgumentParser(
+        description="Why the laws miss table III, on the digital TWIN."
+    )
+    parser.add_argument(
+        "--run", choices=list(TABLES), action="append", help="default: both runs of table III"
+    )
     parser.add_argument("--seeds", type=int, default=5, help="runs that no fit saw")
     parser.add_argument("--seconds", type=float, default=60.0, help="of the training run")
     asked = parser.parse_args()
     for run in asked.run or ("zero-field", "zero-motion"):
-        print(f"TWIN; training {asked.seconds:g} s (seed 1), {asked.seeds} runs {run} of 20 s each\n")
+        print(
+            f"TWIN; training {asked.seconds:g} s (seed 1), {asked.seeds} runs {run} of 20 s each\n"
+        )
         for table in TABLES[run]:
             table(asked.seeds, asked.seconds)
             print()

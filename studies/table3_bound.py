@@ -69,7 +69,10 @@ def any_viscosity(data: Dataset) -> Array:
     """Columns of laws whose viscosity is any function of the field, shape (n, 2 (1 + fields))."""
     columns: list[Array] = []
     for element, sign in zip(data.elements, SIGNS, strict=True):
-        columns += [sign * element.field[:, None] ** 2, element.slip[:, None] * between(element.field, FIELDS)]
+        columns += [
+            sign * element.field[:, None] ** 2,
+            element.slip[:, None] * between(element.field, FIELDS),
+        ]
     return np.hstack(columns)
 
 
@@ -110,7 +113,9 @@ class Errors:
 
     def at(self, numbers: Array) -> float:
         """The error of a law."""
-        return float(numbers @ self.squares @ numbers - 2.0 * self.by_effort @ numbers + self.effort)
+        return float(
+            numbers @ self.squares @ numbers - 2.0 * self.by_effort @ numbers + self.effort
+        )
 
 
 def together(train: Errors, held: Errors, weight: float) -> tuple[Array, float]:
@@ -118,7 +123,9 @@ def together(train: Errors, held: Errors, weight: float) -> tuple[Array, float]:
     squares = held.squares + weight * train.squares
     wanted = held.by_effort + weight * train.by_effort
     scale = 1.0 / np.sqrt(np.maximum(np.diag(squares), 1e-300))
-    numbers = scale * np.linalg.lstsq(scale[:, None] * squares * scale, scale * wanted, rcond=1e-13)[0]
+    numbers = (
+        scale * np.linalg.lstsq(scale[:, None] * squares * scale, scale * wanted, rcond=1e-13)[0]
+    )
     return numbers, held.effort + weight * train.effort - float(wanted @ numbers)
 
 
@@ -132,7 +139,10 @@ def least_held(train: Errors, held: Errors, allowed: float, weights: Array = WEI
 
 def breaking_laws() -> Array:
     """Seo and Seo's laws in the columns of `any_breaking`, a mixture a law: shape (laws, p, 4)."""
-    a, b = (grid.ravel()[:, None] for grid in np.meshgrid(np.geomspace(1e-3, 1e3, 73), np.geomspace(0.05, 6.0, 29)))
+    a, b = (
+        grid.ravel()[:, None]
+        for grid in np.meshgrid(np.geomspace(1e-3, 1e3, 73), np.geomspace(0.05, 6.0, 29))
+    )
     size = a * np.abs(SLIPS)
     with np.errstate(over="ignore"):
         y = 1.0 + np.expm1(-size) / (1.0 + size**b)
@@ -175,15 +185,22 @@ class Frontier:
 def frontiers(train: Dataset, held: Sequence[Dataset]) -> dict[str, Frontier]:
     """Of each form."""
     return {
-        VISCOSITY: Frontier(Errors.of(any_viscosity, [train]), Errors.of(any_viscosity, held), None),
-        BROKEN: Frontier(Errors.of(any_breaking, [train]), Errors.of(any_breaking, held), breaking_laws()),
+        VISCOSITY: Frontier(
+            Errors.of(any_viscosity, [train]), Errors.of(any_viscosity, held), None
+        ),
+        BROKEN: Frontier(
+            Errors.of(any_breaking, [train]), Errors.of(any_breaking, held), breaking_laws()
+        ),
     }
 
 
 def rig_runs(rig: RigParameters, seed: int) -> tuple[Dataset, list[Dataset]]:
     """A training run, and runs with the output held."""
     train = rows_of(prepare("training", rig=rig, seed=seed, seconds=SECONDS))
-    held = [rows_of(prepare("zero-motion", rig=rig, seed=3000 + 10 * seed + k)) for k in range(HELD_RUNS)]
+    held = [
+        rows_of(prepare("zero-motion", rig=rig, seed=3000 + 10 * seed + k))
+        for k in range(HELD_RUNS)
+    ]
     return train, held
 
 
@@ -201,8 +218,12 @@ def judged(rig: RigParameters, seed: int = 1) -> dict[str, float]:
     """Errors of the fits over Bingham's, and what no law of each form is below, by name."""
     train, held = rig_runs(rig, seed)
     models = {name: law_fit(train, name).model for name in (BASE, *LAWS)}
-    in_training = {name: square([train.effort - model.predict(train)]) for name, model in models.items()}
-    off = {name: [run.effort - model.predict(run) for run in held] for name, model in models.items()}
+    in_training = {
+        name: square([train.effort - model.predict(train)]) for name, model in models.items()
+    }
+    off = {
+        name: [run.effort - model.predict(run) for run in held] for name, model in models.items()
+    }
     at_rest = {name: square(errors) for name, errors in off.items()}
     known = frontiers(train, held)
     found: dict[str, float] = {}
@@ -214,9 +235,13 @@ def judged(rig: RigParameters, seed: int = 1) -> dict[str, float]:
         found[f"{name} least"] = form.least(in_training[BASE]) / of_base
         found[f"{name} least, table II"] = form.least(as_papers) / of_base
         own = form.least(in_training[name] * (1.01 if form.laws is None else 1.03)) / of_base
-        assert own <= found[f"{name} held"] * 1.01, f"{name}: a fit of {found[f'{name} held']:.3f} is below {own:.3f}"
+        assert own <= found[f"{name} held"] * 1.01, (
+            f"{name}: a fit of {found[f'{name} held']:.3f} is below {own:.3f}"
+        )
     for run, data in zip(RUNS, ([train], held), strict=True):
-        apart = [models["rbfm-10/forward"].predict(each) - models[BASE].predict(each) for each in data]
+        apart = [
+            models["rbfm-10/forward"].predict(each) - models[BASE].predict(each) for each in data
+        ]
         found[f"RBFM from Bingham, {run}"] = 1e3 * float(np.sqrt(square(apart)))
     found["level, training"], found["level, held"] = in_training[BASE], at_rest[BASE]
     return found
@@ -234,19 +259,37 @@ def said(bound: float) -> str:
 
 def print_sets(sets: Mapping[str, Sequence[Mapping[str, float]]]) -> None:
     """Medians over seeds (least - most) of sets, and on how many seeds the paper's ratio is out of reach."""
-    print("| set | law | paper, held | fit | no law below | with table II's ratio | seeds out of reach |")
+    print(
+        "| set | law | paper, held | fit | no law below | with table II's ratio | seeds out of reach |"
+    )
     print("| --- | --- | --- | --- | --- | --- | --- |")
     for label, seeds in sets.items():
         for name in LAWS:
             cells = [f"{papers(name, 'zero-motion'):.2f}"]
-            for key, form in (("held", "{:.2f}".format), ("least", said), ("least, table II", said)):
+            for key, form in (
+                ("held", "{:.2f}".format),
+                ("least", said),
+                ("least, table II", said),
+            ):
                 values = np.array([found[f"{name} {key}"] for found in seeds])
-                cells.append(f"{form(np.median(values))} ({form(values.min())} - {form(values.max())})")
-            out = [sum(not reaches(found, name, key) for found in seeds) for key in ("least", "least, table II")]
-            print(f"| {label} | {SHORT[name]} | {' | '.join(cells)} | {out[0]}, {out[1]} of {len(seeds)} |")
-    print("\n| set | RBFM differs from Bingham [mN m], training | output held |\n| --- | --- | --- |")
+                cells.append(
+                    f"{form(np.median(values))} ({form(values.min())} - {form(values.max())})"
+                )
+            out = [
+                sum(not reaches(found, name, key) for found in seeds)
+                for key in ("least", "least, table II")
+            ]
+            print(
+                f"| {label} | {SHORT[name]} | {' | '.join(cells)} | {out[0]}, {out[1]} of {len(seeds)} |"
+            )
+    print(
+        "\n| set | RBFM differs from Bingham [mN m], training | output held |\n| --- | --- | --- |"
+    )
     for label, seeds in sets.items():
-        training, held = (float(np.median([found[f"RBFM from Bingham, {run}"] for found in seeds])) for run in RUNS)
+        training, held = (
+            float(np.median([found[f"RBFM from Bingham, {run}"] for found in seeds]))
+            for run in RUNS
+        )
         print(f"| {label} | {training:.1f} | {held:.1f} |")
     base, rbfm = printed(BASE), printed("rbfm-10/forward")
     differ = np.sqrt((base["training"] or 0.0) - (rbfm["training"] or 0.0))
@@ -259,27 +302,36 @@ def print_rigs(label: str, rigs: Mapping[str, Mapping[str, float]]) -> None:
     if not rigs:
         return
     print(f"\n{label}, {len(rigs)} rigs:")
-    print("| law | paper, held | no law below, least of the rigs | with table II's ratio | rigs in reach |")
+    print(
+        "| law | paper, held | no law below, least of the rigs | with table II's ratio | rigs in reach |"
+    )
     print("| --- | --- | --- | --- | --- |")
     for name in LAWS:
         cells: list[str] = [f"{papers(name, 'zero-motion'):.2f}"]
         for key in ("least", "least, table II"):
             lowest = min(rigs, key=lambda rig: rigs[rig][f"{name} {key}"])
             cells.append(f"{said(rigs[lowest][f'{name} {key}'])} ({lowest})")
-        inside = [sum(reaches(found, name, key) for found in rigs.values()) for key in ("least", "least, table II")]
+        inside = [
+            sum(reaches(found, name, key) for found in rigs.values())
+            for key in ("least", "least, table II")
+        ]
         print(f"| {SHORT[name]} | {' | '.join(cells)} | {inside[0]}, {inside[1]} |")
 
 
 def levels(found: Mapping[str, float]) -> tuple[float, float]:
     """Logarithms of Bingham's errors over the paper's, in training and with the output held."""
     theirs = {"training": printed(BASE)["training"], "held": printed(BASE)["zero-motion"]}
-    training, held = (float(np.log(found[f"level, {run}"] / (theirs[run] or np.nan))) for run in RUNS)
+    training, held = (
+        float(np.log(found[f"level, {run}"] / (theirs[run] or np.nan))) for run in RUNS
+    )
     return training, held
 
 
 def near_levels(rigs: Mapping[str, Mapping[str, float]]) -> dict[str, Mapping[str, float]]:
     """Rigs whose Bingham errs as the paper's does, within a factor of 1.5 in training and with the output held."""
-    return {name: found for name, found in rigs.items() if max(map(abs, levels(found))) <= np.log(LEVEL)}
+    return {
+        name: found for name, found in rigs.items() if max(map(abs, levels(found))) <= np.log(LEVEL)
+    }
 
 
 def ends_together(
@@ -304,10 +356,15 @@ def draw(rigs: Mapping[str, RigParameters]) -> None:
     for (label, rig), colour in zip(rigs.items(), ("C3", "C2", "C1"), strict=False):
         train, held = rig_runs(rig, 1)
         base = law_fit(train, BASE).model
-        scales = square([train.effort - base.predict(train)]), square([r.effort - base.predict(r) for r in held])
+        scales = (
+            square([train.effort - base.predict(train)]),
+            square([r.effort - base.predict(r) for r in held]),
+        )
         form = frontiers(train, held)[VISCOSITY]
         laws = [together(form.train, form.held, weight)[0] for weight in WEIGHTS]
-        edge = np.array([(form.train.at(law) / scales[0], form.held.at(law) / scales[1]) for law in laws])
+        edge = np.array(
+            [(form.train.at(law) / scales[0], form.held.at(law) / scales[1]) for law in laws]
+        )
         axes.plot(*edge.T, colour, label=f"TWIN, {label}: no law below")
         for name, marker in (("hem/forward", "s"), ("rbfm-10/forward", "o")):
             model = law_fit(train, name).model
@@ -326,7 +383,9 @@ def draw(rigs: Mapping[str, RigParameters]) -> None:
 
 def main() -> None:
     """Print the bounds and draw them."""
-    parser = argparse.ArgumentParser(description="What no law can do with the output held, on the digital TWIN.")
+    parser = argparse.ArgumentParser(
+        description="What no law can do with the output held, on the digital TWIN."
+    )
     parser.add_argument("rigs", nargs="*", type=Path, metavar="RIG.toml", help="further sets")
     parser.add_argument("--out", type=Path, required=True, help="folder that keeps what is done")
     parser.add_argument("--seeds", type=int, default=10, help="of the sets")
@@ -335,14 +394,21 @@ def main() -> None:
     asked.out.mkdir(exist_ok=True)
     rig = default_rig()
     paths = open_parameters(rig, with_log=False)
-    known = Points(asked.out / "bounds.jsonl", {"rig": rig.to_dict(), "seconds": SECONDS, "held": HELD_RUNS})
+    known = Points(
+        asked.out / "bounds.jsonl", {"rig": rig.to_dict(), "seconds": SECONDS, "held": HELD_RUNS}
+    )
     sets = {"default": rig, **{path.stem: load_rig(path) for path in asked.rigs}}
     with one_thread():
         of_sets = {
-            label: [known.get(f"{label} {seed}", partial(judged, each, seed)) for seed in range(101, 101 + asked.seeds)]
+            label: [
+                known.get(f"{label} {seed}", partial(judged, each, seed))
+                for seed in range(101, 101 + asked.seeds)
+            ]
             for label, each in sets.items()
         }
-        print(f"TWIN; {SECONDS:g} s of training, {HELD_RUNS} runs of 20 s with the output held, {asked.seeds} seeds\n")
+        print(
+            f"TWIN; {SECONDS:g} s of training, {HELD_RUNS} runs of 20 s with the output held, {asked.seeds} seeds\n"
+        )
         print_sets(of_sets)
         draw({label: each for label, each in sets.items() if label != "held"})
         many = {
@@ -360,7 +426,10 @@ def main() -> None:
     for label, rigs in groups.items():
         print_rigs(label, rigs)
     everything = {name: found for rigs in groups.values() for name, found in rigs.items()}
-    print_rigs(f"all {len(everything)}, of which those with the paper's levels of Bingham", near_levels(everything))
+    print_rigs(
+        f"all {len(everything)}, of which those with the paper's levels of Bingham",
+        near_levels(everything),
+    )
 
 
 if __name__ == "__main__":

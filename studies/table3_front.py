@@ -55,14 +55,22 @@ def figures(rig: RigParameters, seeds: tuple[int, ...] = SEEDS) -> Figures:
 
 def apart(found: Figures) -> float:
     """Root mean square of the logarithms of TWIN over paper, in training and at zero field."""
-    logs = [np.log(ours / theirs) for name, (ours, theirs) in found.items() if name.startswith(("training", "zero-f"))]
+    logs = [
+        np.log(ours / theirs)
+        for name, (ours, theirs) in found.items()
+        if name.startswith(("training", "zero-f"))
+    ]
     return float(np.sqrt(np.mean(np.square(logs))))
 
 
 def at_the_ends(rig: RigParameters, paths: tuple[str, ...]) -> dict[str, RigParameters]:
     """The rig with one parameter at an end of its range, by parameter and end."""
     entries = {path: rig.entry(path) for path in paths}
-    ends = {f"{path} {end}": (path, end) for path, entry in entries.items() for end in (entry.low, entry.high)}
+    ends = {
+        f"{path} {end}": (path, end)
+        for path, entry in entries.items()
+        for end in (entry.low, entry.high)
+    }
     return {name: rig.changed({path: end}) for name, (path, end) in ends.items()}
 
 
@@ -70,7 +78,9 @@ def anywhere(rig: RigParameters, paths: tuple[str, ...], count: int) -> dict[str
     """Rigs with all parameters drawn over their whole ranges (Sobol)."""
     points = qmc.Sobol(len(paths), seed=1).random(count)
     return {
-        f"rig {k}": rig.changed({p: value_at(rig.entry(p), float(u)) for p, u in zip(paths, point, strict=True)})
+        f"rig {k}": rig.changed(
+            {p: value_at(rig.entry(p), float(u)) for p, u in zip(paths, point, strict=True)}
+        )
         for k, point in enumerate(points)
     }
 
@@ -79,7 +89,13 @@ Point = Array  # coordinates of a rig's open parameters, each from 0 to 1 over i
 
 
 def searched(
-    rig: RigParameters, paths: Sequence[str], known: Points, name: str, start: Point, asks: Asks, count: int
+    rig: RigParameters,
+    paths: Sequence[str],
+    known: Points,
+    name: str,
+    start: Point,
+    asks: Asks,
+    count: int,
 ) -> dict[str, tuple[Point, Figures]]:
     """Points and figures of a search (CMA-ES) for some of the paper's figures, and for nothing else.
 
@@ -100,7 +116,9 @@ def searched(
             number = f"{name} {len(found)}"
             these = known.get(number, partial(figures, at(rig, paths, point)))
             found[number] = point, these
-            residuals.append(np.array([np.log(ours / theirs) for ours, theirs in asks(these).values()]))
+            residuals.append(
+                np.array([np.log(ours / theirs) for ours, theirs in asks(these).values()])
+            )
         return residuals
 
     wide(logarithms, start, 1, count, Points(None, {}), lambda done, cost: None)
@@ -109,7 +127,9 @@ def searched(
 
 def at(rig: RigParameters, paths: Sequence[str], point: Point) -> RigParameters:
     """The rig at a point."""
-    return rig.changed({p: value_at(rig.entry(p), float(u)) for p, u in zip(paths, point, strict=True)})
+    return rig.changed(
+        {p: value_at(rig.entry(p), float(u)) for p, u in zip(paths, point, strict=True)}
+    )
 
 
 def away(found: Figures) -> float:
@@ -124,12 +144,18 @@ def both_tables(found: Figures) -> Figures:
 
 def held_ratios(found: Figures) -> Figures:
     """The laws over Bingham with the output held."""
-    return {name: pair for name, pair in found.items() if name.startswith("zero-motion") and "over" in name}
+    return {
+        name: pair
+        for name, pair in found.items()
+        if name.startswith("zero-motion") and "over" in name
+    }
 
 
 def paper() -> float:
     """RBFM over Bingham with the output held, as the paper prints it."""
-    return (printed("rbfm-10/forward")["zero-motion"] or np.nan) / (printed(BASE)["zero-motion"] or np.nan)
+    return (printed("rbfm-10/forward")["zero-motion"] or np.nan) / (
+        printed(BASE)["zero-motion"] or np.nan
+    )
 
 
 def print_sensitivities(ends: Mapping[str, Figures], default: Figures) -> None:
@@ -141,10 +167,15 @@ def print_sensitivities(ends: Mapping[str, Figures], default: Figures) -> None:
     paths = dict.fromkeys(name.partition(" ")[0] for name in ends)
     for figure, (ours, theirs) in default.items():
         moved = {
-            path: [found[figure][0] for name, found in ends.items() if name.startswith(f"{path} ")] for path in paths
+            path: [found[figure][0] for name, found in ends.items() if name.startswith(f"{path} ")]
+            for path in paths
         }
-        strongest = sorted(paths, key=lambda path: -np.abs(np.log(np.array(moved[path]) / ours)).max())[:3]
-        words = ", ".join(f"`{path}` {moved[path][0]:.3g} - {moved[path][1]:.3g}" for path in strongest)
+        strongest = sorted(
+            paths, key=lambda path: -np.abs(np.log(np.array(moved[path]) / ours)).max()
+        )[:3]
+        words = ", ".join(
+            f"`{path}` {moved[path][0]:.3g} - {moved[path][1]:.3g}" for path in strongest
+        )
         values = np.array(list(moved.values()))
         reach = f"{values.min():.3g} - {values.max():.3g}"
         print(f"| {figure} | {theirs:.3g} | {ours:.3g} | {reach} | {words} |")
@@ -153,7 +184,9 @@ def print_sensitivities(ends: Mapping[str, Figures], default: Figures) -> None:
 def print_nearest(rigs: Mapping[str, Figures], within: float) -> None:
     """How low the ratios with the output held come, over all rigs and over those near to the paper elsewhere."""
     near = {name: found for name, found in rigs.items() if apart(found) < within}
-    print(f"\n| output held | paper | least of {len(rigs)} rigs | least of {len(near)} rigs within {within:g} |")
+    print(
+        f"\n| output held | paper | least of {len(rigs)} rigs | least of {len(near)} rigs within {within:g} |"
+    )
     print("| --- | --- | --- | --- |")
     for figure, (_, theirs) in held_ratios(next(iter(rigs.values()))).items():
         least = min(found[figure][0] for found in rigs.values())
@@ -161,7 +194,9 @@ def print_nearest(rigs: Mapping[str, Figures], within: float) -> None:
         print(f"| {figure} | {theirs:.2f} | {least:.2f} | {least_near:.2f} |")
 
 
-def print_front(rigs: Mapping[str, RigParameters], found: Mapping[str, Figures], known: Points) -> None:
+def print_front(
+    rigs: Mapping[str, RigParameters], found: Mapping[str, Figures], known: Points
+) -> None:
     """How low the held ratios come together, by how far the rest may be from the paper; then on seeds of their own."""
     print(
         "\n| distance elsewhere | rigs | SS, HEM, RBFM over Bingham of the nearest, output held | on five other seeds |"
@@ -171,7 +206,10 @@ def print_front(rigs: Mapping[str, RigParameters], found: Mapping[str, Figures],
         near = [name for name, each in found.items() if apart(each) < within]
         nearest = min(near, key=lambda name: away(held_ratios(found[name])))
         again = known.get(f"{nearest} again", partial(figures, rigs[nearest], OTHER_SEEDS))
-        first, second = (", ".join(f"{r:.2f}" for r, _ in held_ratios(f).values()) for f in (found[nearest], again))
+        first, second = (
+            ", ".join(f"{r:.2f}" for r, _ in held_ratios(f).values())
+            for f in (found[nearest], again)
+        )
         level = again[f"zero-motion {BASE}"]
         print(
             f"| {'any' if within == np.inf else f'below {within:g}'} | {len(near)} | {first} | {second}; "
@@ -185,25 +223,43 @@ def print_beside(default: Figures, nearest: Figures) -> None:
         "\n| figure | paper | default set | nearest to all figures | over the paper |\n| --- | --- | --- | --- | --- |"
     )
     for figure, (ours, theirs) in nearest.items():
-        print(f"| {figure} | {theirs:.3g} | {default[figure][0]:.3g} | {ours:.3g} | {ours / theirs:.2f} |")
+        print(
+            f"| {figure} | {theirs:.3g} | {default[figure][0]:.3g} | {ours:.3g} | {ours / theirs:.2f} |"
+        )
 
 
 def trained_held(rig: RigParameters) -> Figures:
     """Errors over Bingham's with the output held, of laws that were trained so on another seed."""
-    train, other = (rows_of(prepare("zero-motion", rig=rig, seed=seed, seconds=SECONDS)) for seed in (4101, 4102))
-    laws = [name for name, known in APPROACHES.items() if known.zero_motion and not is_network(name)]
-    errors = {name: np.mean((other.effort - law_fit(train, name).model.predict(other)) ** 2) for name in laws}
+    train, other = (
+        rows_of(prepare("zero-motion", rig=rig, seed=seed, seconds=SECONDS))
+        for seed in (4101, 4102)
+    )
+    laws = [
+        name for name, known in APPROACHES.items() if known.zero_motion and not is_network(name)
+    ]
+    errors = {
+        name: np.mean((other.effort - law_fit(train, name).model.predict(other)) ** 2)
+        for name in laws
+    }
     theirs = {name: APPROACHES[name].zero_motion or np.nan for name in laws}
-    return {name: (float(errors[name] / errors[BASE]), theirs[name] / theirs[BASE]) for name in laws if name != BASE}
+    return {
+        name: (float(errors[name] / errors[BASE]), theirs[name] / theirs[BASE])
+        for name in laws
+        if name != BASE
+    }
 
 
 def print_trained_held(rigs: Mapping[str, Figures]) -> None:
     """What laws that were trained with the output held reach, over the rigs with one parameter at an end."""
-    print(f"\n| trained with the output held | paper, trained free | default set | least of {len(rigs)} rigs |")
+    print(
+        f"\n| trained with the output held | paper, trained free | default set | least of {len(rigs)} rigs |"
+    )
     print("| --- | --- | --- | --- |")
     for law, (ours, theirs) in rigs["default"].items():
         lowest = min(rigs, key=lambda name: rigs[name][law][0])
-        print(f"| {law} over Bingham | {theirs:.2f} | {ours:.2f} | {rigs[lowest][law][0]:.2f} ({lowest}) |")
+        print(
+            f"| {law} over Bingham | {theirs:.2f} | {ours:.2f} | {rigs[lowest][law][0]:.2f} ({lowest}) |"
+        )
 
 
 def draw_front(groups: Mapping[str, Mapping[str, Figures]]) -> None:
@@ -229,10 +285,27 @@ def draw_reach(groups: Mapping[str, Mapping[str, Figures]]) -> None:
     sets = {label: next(iter(rigs.values())) for label, rigs in groups.items() if len(rigs) == 1}
     names = [name for name in next(iter(sets.values())) if name != "warming"]
     places = np.arange(len(names))[::-1]
-    over = np.array([[np.divide(*found[name]) for name in names] for found in groups[AT_THE_ENDS].values()])
-    axes.hlines(places, over.min(axis=0), over.max(axis=0), color="C0", alpha=0.5, linewidth=6, label=AT_THE_ENDS)
+    over = np.array(
+        [[np.divide(*found[name]) for name in names] for found in groups[AT_THE_ENDS].values()]
+    )
+    axes.hlines(
+        places,
+        over.min(axis=0),
+        over.max(axis=0),
+        color="C0",
+        alpha=0.5,
+        linewidth=6,
+        label=AT_THE_ENDS,
+    )
     for (label, found), colour in zip(sets.items(), ("C3", "C2", "C1", "C4"), strict=False):
-        axes.scatter([np.divide(*found[name]) for name in names], places, s=20, color=colour, zorder=3, label=label)
+        axes.scatter(
+            [np.divide(*found[name]) for name in names],
+            places,
+            s=20,
+            color=colour,
+            zorder=3,
+            label=label,
+        )
     axes.axvline(1.0, color="k", linewidth=0.8, label="paper")
     axes.set_xscale("log")
     axes.set(xlim=(0.03, 30.0), xlabel="TWIN over paper")
@@ -243,18 +316,28 @@ def draw_reach(groups: Mapping[str, Mapping[str, Figures]]) -> None:
 
 def main() -> None:
     """Print the nearest rigs and draw all."""
-    parser = argparse.ArgumentParser(description="What of tables II and III the TWIN can meet together.")
+    parser = argparse.ArgumentParser(
+        description="What of tables II and III the TWIN can meet together."
+    )
     parser.add_argument("rigs", nargs="*", type=Path, metavar="RIG.toml", help="further sets")
     parser.add_argument("--out", type=Path, required=True, help="folder that keeps what is done")
     parser.add_argument("--drawn", type=int, default=64, help="rigs drawn anywhere")
-    parser.add_argument("--searched", type=int, default=240, help="rigs of the search for the held ratios alone")
-    parser.add_argument("--searched-for-all", type=int, default=160, help="rigs of the search for all figures")
-    parser.add_argument("--nearest", type=Path, help="rig file for what comes nearest to all figures")
+    parser.add_argument(
+        "--searched", type=int, default=240, help="rigs of the search for the held ratios alone"
+    )
+    parser.add_argument(
+        "--searched-for-all", type=int, default=160, help="rigs of the search for all figures"
+    )
+    parser.add_argument(
+        "--nearest", type=Path, help="rig file for what comes nearest to all figures"
+    )
     asked = parser.parse_args()
     asked.out.mkdir(exist_ok=True)
     rig = default_rig()
     paths = open_parameters(rig, with_log=False)
-    known = Points(asked.out / "rigs.jsonl", {"rig": rig.to_dict(), "seeds": SEEDS, "seconds": SECONDS})
+    known = Points(
+        asked.out / "rigs.jsonl", {"rig": rig.to_dict(), "seeds": SEEDS, "seconds": SECONDS}
+    )
     sets = {
         ANYWHERE: anywhere(rig, paths, asked.drawn),
         AT_THE_ENDS: at_the_ends(rig, paths),
@@ -269,7 +352,9 @@ def main() -> None:
         start = np.array([coordinate_of(entry, entry.value) for entry in map(rig.entry, paths)])
         for_held = searched(rig, paths, known, "searched", start, held_ratios, asked.searched)
         start, _ = min(for_held.values(), key=lambda pair: away(both_tables(pair[1])))
-        for_all = searched(rig, paths, known, "searched for all", start, both_tables, asked.searched_for_all)
+        for_all = searched(
+            rig, paths, known, "searched for all", start, both_tables, asked.searched_for_all
+        )
         held = {
             name: known.get(f"held {name}", partial(trained_held, each))
             for label in (AT_THE_ENDS, "default set")
@@ -277,7 +362,9 @@ def main() -> None:
         }
     rigs = {name: found for group in groups.values() for name, found in group.items()}
     print(f"TWIN; {len(rigs)} rigs; paper: RBFM over Bingham {paper():.2f} with the output held\n")
-    print("| rig | RBFM over Bingham, output held | distance in training and at zero field |\n| --- | --- | --- |")
+    print(
+        "| rig | RBFM over Bingham, output held | distance in training and at zero field |\n| --- | --- | --- |"
+    )
     lowest = sorted(rigs, key=lambda name: rigs[name][HELD][0])[:8]
     single = [name for group in groups.values() if len(group) == 1 for name in group]
     for name in (*lowest, *single):
@@ -291,9 +378,13 @@ def main() -> None:
         print(f"\n{label}, {len(search)} rigs:")
         print_nearest(search, 0.5)
     all_rigs = {name: each for some in sets.values() for name, each in some.items()}
-    all_rigs |= {name: at(rig, paths, point) for name, (point, _) in {**for_held, **for_all}.items()}
+    all_rigs |= {
+        name: at(rig, paths, point) for name, (point, _) in {**for_held, **for_all}.items()
+    }
     print_front(all_rigs, {**rigs, **searches[FOR_HELD], **searches[FOR_ALL]}, known)
-    point, nearest = min([*for_held.values(), *for_all.values()], key=lambda pair: away(both_tables(pair[1])))
+    point, nearest = min(
+        [*for_held.values(), *for_all.values()], key=lambda pair: away(both_tables(pair[1]))
+    )
     print_beside(rigs["default"], nearest)
     if asked.nearest:
         write_rig(asked.nearest, at(rig, paths, point))

@@ -43,7 +43,9 @@ def errors_of(model: Model, runs: dict[str, Dataset]) -> list[float]:
     return [float(np.mean((data.effort - model.predict(data)) ** 2)) for data in runs.values()]
 
 
-def judged(rig: RigParameters, seconds: float, seeds: range, starts: int) -> dict[str, NDArray[np.float64]]:
+def judged(
+    rig: RigParameters, seconds: float, seeds: range, starts: int
+) -> dict[str, NDArray[np.float64]]:
     """Errors by model, shape (seeds, runs); those of FNN-16 (seeds, starts, runs); its bias (seeds, starts)."""
     found: dict[str, list[object]] = {name: [] for name in (*LAWS, *NETWORKS, FNN, "bias")}
     for seed in seeds:
@@ -75,7 +77,9 @@ def print_figures(found: dict[str, NDArray[np.float64]]) -> None:
     print("| --- | --- | --- | --- |")
     for k, run in enumerate(RUNS):
         base, theirs = found[BASE][:, k], printed(BASE)[run] or np.nan
-        print(f"| {run}, level of Bingham | {band(base, '.2e')} | {theirs:.2e} | {np.median(base) / theirs:.2f} |")
+        print(
+            f"| {run}, level of Bingham | {band(base, '.2e')} | {theirs:.2e} | {np.median(base) / theirs:.2f} |"
+        )
         for name in (*LAWS[1:], *NETWORKS, FNN):
             known = printed(name)[run]
             if known is None:
@@ -84,7 +88,9 @@ def print_figures(found: dict[str, NDArray[np.float64]]) -> None:
             ratio = (np.median(errors, axis=1) if errors.ndim > 1 else errors) / base
             title = APPROACHES[name].title
             apart = np.median(ratio) / (known / theirs)
-            print(f"| {run}, {title} over Bingham | {band(ratio, '.2f')} | {known / theirs:.2f} | {apart:.2f} |")
+            print(
+                f"| {run}, {title} over Bingham | {band(ratio, '.2f')} | {known / theirs:.2f} | {apart:.2f} |"
+            )
 
 
 def print_order(found: dict[str, NDArray[np.float64]]) -> None:
@@ -94,9 +100,13 @@ def print_order(found: dict[str, NDArray[np.float64]]) -> None:
         fits = [
             found[name][:, 0, k] if name == FNN else found[name][:, k] for name in theirs
         ]  # FNN-16: its first start
-        gains = -np.diff(np.log(np.stack(fits, axis=1)), axis=1)  # (seeds, neighbours), above 0 in the paper's order
+        gains = -np.diff(
+            np.log(np.stack(fits, axis=1)), axis=1
+        )  # (seeds, neighbours), above 0 in the paper's order
         ordered = np.all(gains > 0.0, axis=1)
-        print(f"table II, {run}: the paper's order of {len(theirs)} models on {ordered.sum()} of {ordered.size} seeds")
+        print(
+            f"table II, {run}: the paper's order of {len(theirs)} models on {ordered.sum()} of {ordered.size} seeds"
+        )
         for (worse, better), gain in zip(pairwise(theirs), gains.T, strict=True):
             if swapped := int(np.sum(gain < 0.0)):
                 names = f"{APPROACHES[better].title} behind {APPROACHES[worse].title}"
@@ -105,7 +115,9 @@ def print_order(found: dict[str, NDArray[np.float64]]) -> None:
 
 def print_network(found: dict[str, NDArray[np.float64]]) -> None:
     """Rank of FNN-16 among the six of table III, and its bias at zero field."""
-    others = np.stack([found[name] for name, known in APPROACHES.items() if known.zero_field and name != FNN])
+    others = np.stack(
+        [found[name] for name, known in APPROACHES.items() if known.zero_field and name != FNN]
+    )
     for run in ("zero-field", "zero-motion"):
         k = RUNS.index(run)
         ranks = 1 + (others[:, :, None, k] < found[FNN][None, :, :, k]).sum(axis=0)
@@ -121,13 +133,17 @@ def print_trained_held(rig: RigParameters) -> None:
     train = rows_of(prepare("zero-motion", rig=rig, seed=4101, seconds=60.0))
     other = {"zero-motion": rows_of(prepare("zero-motion", rig=rig, seed=4102, seconds=60.0))}
     errors = {name: errors_of(law_fit(train, name).model, other)[0] for name in LAWS}
-    words = ", ".join(f"{APPROACHES[name].title} {error / errors[BASE]:.2f}" for name, error in errors.items())
+    words = ", ".join(
+        f"{APPROACHES[name].title} {error / errors[BASE]:.2f}" for name, error in errors.items()
+    )
     print(f"trained with the output held: Bingham {errors[BASE]:.2e}; over Bingham: {words}")
 
 
 def main() -> None:
     """Print the figures of each set."""
-    parser = argparse.ArgumentParser(description="Sets of the digital TWIN against the paper's tables.")
+    parser = argparse.ArgumentParser(
+        description="Sets of the digital TWIN against the paper's tables."
+    )
     parser.add_argument("rigs", nargs="*", type=Path, metavar="RIG.toml")
     parser.add_argument("--seconds", type=float, default=290.0, help="of the training runs")
     parser.add_argument("--seeds", type=int, default=20)
@@ -136,7 +152,9 @@ def main() -> None:
     with one_thread():
         for rig in [load_rig(path) for path in asked.rigs] or [default_rig()]:
             seeds = range(FIRST_SEED, FIRST_SEED + asked.seeds)
-            print(f"\nTWIN, {rig.name}; {asked.seconds:g} s of training, seeds {seeds[0]} to {seeds[-1]}\n")
+            print(
+                f"\nTWIN, {rig.name}; {asked.seconds:g} s of training, seeds {seeds[0]} to {seeds[-1]}\n"
+            )
             found = judged(rig, asked.seconds, seeds, asked.starts)
             print_figures(found)
             print()

@@ -30,12 +30,18 @@ D_GAINS = np.geomspace(5e-3, 0.5, 6)
 COMPUTED = {"observer": "none", "track_bandwidth": 30.0, "track_integral": 30.0}
 
 
-def tracked(rig: RigParameters, frequency: float, seed: int, library: Path | None, **settings: Any) -> Any:
+def tracked(
+    rig: RigParameters, frequency: float, seed: int, library: Path | None, **settings: Any
+) -> Any:
     """Frames of a run without its beginning."""
     stroke = 0.02 / (5.0 if frequency > 1.0 else 1.0)  # m
     height = stroke * 2.0 * math.pi / rig.value("screw.lead")  # rad
-    program = LoopProgram("tracking", Mode.TRACK, Waveform.SINE, height, frequency, motor_torque=0.1)
-    run = AcceleratedRun(rig_settings(rig, [program], **settings), library, rig, seed=seed, speed=40.0)
+    program = LoopProgram(
+        "tracking", Mode.TRACK, Waveform.SINE, height, frequency, motor_torque=0.1
+    )
+    run = AcceleratedRun(
+        rig_settings(rig, [program], **settings), library, rig, seed=seed, speed=40.0
+    )
     frames, *_ = run.frames(ROWS)
     return frames[SETTLING:]
 
@@ -58,17 +64,24 @@ def output_numbers(frames: Any) -> dict[str, float]:
     moving = np.abs(speed[starts]) > 2.0
     motion = np.column_stack([acceleration, direction])[moving]
     (inertia, friction), *_ = np.linalg.lstsq(motion, torque[moving], rcond=None)
-    return {"output_inertia": max(0.0, float(inertia)), "output_friction": max(0.0, float(friction))}
+    return {
+        "output_inertia": max(0.0, float(inertia)),
+        "output_friction": max(0.0, float(friction)),
+    }
 
 
 def main() -> None:
     """Print a row for each frequency and way to track."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--first", type=int, default=0)
     asked = parser.parse_args()
     rig = default_rig()
-    of_ways: dict[tuple[float, str], list[list[float]]] = {}  # figures of each seed, by frequency and way to track
+    of_ways: dict[
+        tuple[float, str], list[list[float]]
+    ] = {}  # figures of each seed, by frequency and way to track
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(asked.first, asked.first + asked.seeds):
             models, _ = tc.fitted_models(rig, seed, Path(folder))
@@ -81,13 +94,17 @@ def main() -> None:
                     run = tracked(rig, frequency, seed + 100, model.library, **COMPUTED, **output)
                     of_ways.setdefault((frequency, name), []).append(figures(run))
                     print(f"{seed}, {frequency} Hz, {name}: {output}", flush=True)
-    print("TWIN | frequency [Hz] | way | error, mean [mrad] | worst [mrad] | field, rms | times below PD")
+    print(
+        "TWIN | frequency [Hz] | way | error, mean [mrad] | worst [mrad] | field, rms | times below PD"
+    )
     for (frequency, name), of_seeds in of_ways.items():
         errors, fields = np.array(of_seeds).T
         errors_of_pd, _ = np.array(of_ways[frequency, "best PD"]).T
         ratio = np.mean(errors_of_pd) / errors.mean()
         mean, worst = 1e3 * errors.mean(), 1e3 * errors.max()  # mrad
-        print(f"{frequency} | {name} | {mean:.2f} | {worst:.2f} | {fields.mean():.3f} | {ratio:.1f}")
+        print(
+            f"{frequency} | {name} | {mean:.2f} | {worst:.2f} | {fields.mean():.3f} | {ratio:.1f}"
+        )
 
 
 if __name__ == "__main__":

@@ -46,7 +46,16 @@ def main() -> None:
     """Print the table."""
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         quietly("simulate", "training", "--seconds", "20", "--out", "log.csv")
-        fit = ("--models", "bingham", "--lag", "rise-fall", "--derivative", "kalman", "--out", "run")
+        fit = (
+            "--models",
+            "bingham",
+            "--lag",
+            "rise-fall",
+            "--derivative",
+            "kalman",
+            "--out",
+            "run",
+        )
         quietly("fit", "log.csv", "--device", "coaxial", *fit)
         quietly("tune", "run", "--bandwidth", f"{BANDWIDTH:g}", "--out", "tuning")
         gains = tomllib.loads(Path("tuning", "control.toml").read_text(encoding="utf-8"))
@@ -56,8 +65,14 @@ def main() -> None:
         library = live_model(next(Path("run", "models").glob("*.json")), "coaxial").library
 
         def twin(height: float, gain: float = 1.0) -> Any:
-            step = LoopProgram("step", Mode.TRACK, Waveform.SQUARE, height, 0.25, motor_torque=0.2, relative=True)
-            changed = {**gains, "output_inertia": gain * gains["output_inertia"], "observer": "none"}
+            step = LoopProgram(
+                "step", Mode.TRACK, Waveform.SQUARE, height, 0.25, motor_torque=0.2, relative=True
+            )
+            changed = {
+                **gains,
+                "output_inertia": gain * gains["output_inertia"],
+                "observer": "none",
+            }
             settings = rig_settings(rig, [step], **changed)
             return AcceleratedRun(settings, library, rig, seed=3, speed=150.0).frames(4000)[0]
 
@@ -66,7 +81,9 @@ def main() -> None:
         seen = -turned / (2.0 * STEP)
         told = motion.loop.step()
         inertia = gains["output_inertia"]
-        print(f"TWIN, {model.name} fitted to 20 s, {BANDWIDTH:g} Hz; inertia that its torque moves {inertia:.2g} kg m2")
+        print(
+            f"TWIN, {model.name} fitted to 20 s, {BANDWIDTH:g} Hz; inertia that its torque moves {inertia:.2g} kg m2"
+        )
         for name, step in (("foretold", told), ("TWIN", seen)):
             print(f"{name:<10} overshoot {step.max() - 1.0:.0%}, rise {rise(step)} ms")
         print(f"gain margin {motion.margins.gain:.1f}")
@@ -74,7 +91,9 @@ def main() -> None:
             speed = np.asarray(twin(SMALL_STEP, share * motion.margins.gain)["alpha_dot"][3000:])
             spectrum = np.abs(np.fft.rfft(speed - speed.mean()))
             loudest = np.fft.rfftfreq(speed.size, 1e-3)[int(np.argmax(spectrum))]
-            print(f"{share:g} times it: speed {speed.std():.2f} rad/s rms, most of it at {loudest:.0f} Hz")
+            print(
+                f"{share:g} times it: speed {speed.std():.2f} rad/s rms, most of it at {loudest:.0f} Hz"
+            )
 
 
 if __name__ == "__main__":

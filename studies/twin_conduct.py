@@ -40,8 +40,12 @@ def warmer(rig: RigParameters) -> float:
 
 def main() -> None:
     """Print a line for each set."""
-    parser = argparse.ArgumentParser(description="How a set of parameters of the digital TWIN behaves.")
-    parser.add_argument("rigs", nargs="*", type=Path, metavar="RIG.toml", help="sets beside the default one")
+    parser = argparse.ArgumentParser(
+        description="How a set of parameters of the digital TWIN behaves."
+    )
+    parser.add_argument(
+        "rigs", nargs="*", type=Path, metavar="RIG.toml", help="sets beside the default one"
+    )
     asked = parser.parse_args()
     print(f"TWIN, seeds {SEEDS[0]} to {SEEDS[-1]}; a median and the largest of the seeds\n")
     heads = "at an end stop in training | fastest at zero field [rad/s] | torque there [mN m] | warmer [K]"
@@ -53,7 +57,9 @@ def main() -> None:
         _, missing = run(8.0, 0, STEP, rig)
         cells = f"{np.median(stops):.2f} %, {stops.max():.2f} % | {np.median(speeds):.0f}, {speeds.max():.0f}"
         torque = f"{1e3 * np.median(torques):.1f}, {1e3 * torques.max():.1f}"
-        print(f"| {rig.name} | {cells} | {torque} | {warmer(rig):.2f} | {missing:.1e} |", flush=True)
+        print(
+            f"| {rig.name} | {cells} | {torque} | {warmer(rig):.2f} | {missing:.1e} |", flush=True
+        )
     print("| paper | - | 210 | - | 0.4 | - |")
 
 

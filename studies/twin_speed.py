@@ -53,17 +53,23 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as cache:
         first, again = run("training", 1.0, cache)[0], run("training", 1.0, cache)[0]
     print(f"TWIN; load of the machine {os.getloadavg()[0]:.1f}")
-    print(f"until the first second is simulated: {first:.1f} CPU s compiling, {again:.1f} CPU s from the cache")
+    print(
+        f"until the first second is simulated: {first:.1f} CPU s compiling, {again:.1f} CPU s from the cache"
+    )
     times = sorted(run("training", 290.0)[1] for _ in range(asked.repeats))
     print(f"290 s of rig time: {times[0]:.2f} - {times[-1]:.2f} CPU s ({asked.repeats} runs)")
     with tempfile.TemporaryDirectory() as folder:
         pairs = [(command(folder, 290.0), command(folder, 580.0)) for _ in range(asked.repeats)]
     times = sorted(short for short, _ in pairs)
     shares = f"{290.0 / times[-1]:.0f} - {290.0 / times[0]:.0f} times real time"
-    print(f"the same by erclutch simulate training: {times[0]:.2f} - {times[-1]:.2f} CPU s, {shares}")
+    print(
+        f"the same by erclutch simulate training: {times[0]:.2f} - {times[-1]:.2f} CPU s, {shares}"
+    )
     further = sorted((long - short) / 290.0 for short, long in pairs)  # CPU s a second of rig time
     shares = f"{1.0 / further[-1]:.0f} - {1.0 / further[0]:.0f} times real time"
-    print(f"of it each further second: {1e3 * further[0]:.2f} - {1e3 * further[-1]:.2f} CPU ms, {shares}")
+    print(
+        f"of it each further second: {1e3 * further[0]:.2f} - {1e3 * further[-1]:.2f} CPU ms, {shares}"
+    )
     _, long, memory = run("temperature", 1200.0)
     print(f"20 minutes of rig time: {long:.1f} CPU s, at most {memory:.0f} MB")
 

@@ -73,7 +73,9 @@ def pair(seed: int, kind: str, seconds: float, *, related: bool) -> tuple[ClockM
     second = first if related else signal(kind, seed + 2 * 10**6, seconds)
     values_a = noisy(rng, first(time_a), share)
     values_b = noisy(rng, 3.0 + 2.5 * second((time_b - offset) / (1.0 + drift)), share)
-    match = match_clocks(track_of(time_a, values_a, 1 / rate_a), track_of(time_b, values_b, 1 / rate_b))
+    match = match_clocks(
+        track_of(time_a, values_a, 1 / rate_a), track_of(time_b, values_b, 1 / rate_b)
+    )
     return match, offset + drift * match.origin, drift
 
 

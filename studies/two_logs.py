@@ -92,7 +92,9 @@ def at_random(seed: int) -> Dataset:
         level = (floor + rise * field**exponent) * (1.0 + drift * rng.standard_normal())
         effort = (1.0 - second) * remembered(slip, strain, level)
         effort += second * remembered(slip, shorter, level) * np.tanh(np.abs(slip) / 30.0)
-        effort += viscosity * np.sign(slip) * np.abs(slip) ** thinning + inertia * np.gradient(slip, PERIOD)
+        effort += viscosity * np.sign(slip) * np.abs(slip) ** thinning + inertia * np.gradient(
+            slip, PERIOD
+        )
         error: Array = np.asarray(lfilter([1.0], [1.0, -alike], rng.standard_normal(ROWS)))
         effort += noise * error * np.sqrt(1.0 - alike * alike)
         clock = Clock(time, (Span(0, ROWS, PERIOD),))
@@ -138,12 +140,20 @@ def judged(
         fitted: list[Fitted] = []
         with one_thread():
             for _, kind in kinds():
-                fitted += [Fitted(each, each.fit(train, fitted, 1)) for each in kind.candidates(settings, train)]
-            errors = {f.outcome.model.name: rms((every.effort - f.outcome.model.predict(every))[held]) for f in fitted}
+                fitted += [
+                    Fitted(each, each.fit(train, fitted, 1))
+                    for each in kind.candidates(settings, train)
+                ]
+            errors = {
+                f.outcome.model.name: rms((every.effort - f.outcome.model.predict(every))[held])
+                for f in fitted
+            }
             sound = [f.outcome.model.name for f in fitted if f.outcome.sound]
             found: dict[str, float] = {}
             for rule in rules:
-                with mock.patch.object(validation, "parts_of_training", lambda train, rule=rule: parts_of(train, rule)):
+                with mock.patch.object(
+                    validation, "parts_of_training", lambda train, rule=rule: parts_of(train, rule)
+                ):
                     choice = chosen(train, fitted, sound, seed=0)
                 assert choice is not None
                 found[rule] = errors[choice.recommended] / min(errors.values())
@@ -152,7 +162,9 @@ def judged(
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--devices", type=int, default=12)
     parser.add_argument("--first", type=int, default=902, help="seed of the first device")
     parser.add_argument("--utfsm", type=Path, help="folder with the logs of the UTFSM damper")
@@ -162,7 +174,9 @@ def main() -> None:
     rows: list[dict[str, float]] = []
     devices: list[Callable[[], tuple[Dataset, bool]]] = []
     if asked.utfsm is None:
-        devices += [partial(made_up, seed) for seed in range(asked.first, asked.first + asked.devices)]
+        devices += [
+            partial(made_up, seed) for seed in range(asked.first, asked.first + asked.devices)
+        ]
     else:
         devices += [partial(real, asked.utfsm, current) for current in CURRENTS]
     for number, make in enumerate(devices):

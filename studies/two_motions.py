@@ -111,7 +111,9 @@ def judged(data: Dataset, held: np.ndarray, law: str, stages: str) -> dict[str, 
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--devices", type=int, default=6)
     parser.add_argument("--first", type=int, default=20, help="seed of the first device")
     parser.add_argument("--noise", type=float, default=0.0, help="of the slip, as a share of it")

@@ -56,7 +56,10 @@ REAL = (
     ("quickest two", ("2mm5Hz", "5mm3Hz")),
     ("next two", ("5mm3Hz", "10mm1Hz")),
     ("slowest two", ("25mm0x1Hz", "25mm0x25Hz")),
-    *((f"{current} A and 5 mm 3 Hz", (f"Hz{current}A", "5mm3Hz")) for current in ("0x25", "0x5", "0x75")),
+    *(
+        (f"{current} A and 5 mm 3 Hz", (f"Hz{current}A", "5mm3Hz"))
+        for current in ("0x25", "0x5", "0x75")
+    ),
 )
 
 
@@ -73,7 +76,12 @@ class Device:
     def logs(self) -> Dataset:
         """Six motions, the slowest first, at five fields, the lowest first."""
         draw = self.rng.uniform
-        strain, floor, rise, exponent = draw(0.2, 1.5), draw(20.0, 150.0), draw(300.0, 800.0), draw(0.8, 1.8)
+        strain, floor, rise, exponent = (
+            draw(0.2, 1.5),
+            draw(20.0, 150.0),
+            draw(300.0, 800.0),
+            draw(0.8, 1.8),
+        )
         stribeck, speed = draw(-0.2, 0.4), draw(10.0, 40.0)
         viscosity, thickening, thinning = draw(0.5, 3.0), draw(0.0, 2.0), draw(0.6, 1.0)
         inertia, spring, noise = draw(0.0, 0.15), draw(0.0, 0.8), draw(2.0, 15.0)
@@ -84,14 +92,27 @@ class Device:
             for m, (top, each) in enumerate(zip(draw(20.0, 100.0, 6), hertz.tolist(), strict=True)):
                 time = PERIOD * np.arange(700.0 if each > 0.6 else 1400.0)
                 turn, begin = 2.0 * np.pi * each, draw(0.0, 6.28)
-                slip, rate = top * np.sin(turn * time + begin), top * turn * np.cos(turn * time + begin)
+                slip, rate = (
+                    top * np.sin(turn * time + begin),
+                    top * turn * np.cos(turn * time + begin),
+                )
                 bend, at = np.empty(time.size), 0.0
                 for k, step in enumerate((slip * PERIOD / strain).tolist()):
                     at = (at + step) / (1.0 + abs(step))
                     bend[k] = at
-                effort = (floor + rise * field**exponent) * bend * (1.0 + stribeck * np.tanh(np.abs(slip) / speed))
-                effort += (viscosity + thickening * field) * np.sign(slip) * np.abs(slip) ** thinning
-                effort += inertia * rate - spring * rate / turn**2 + noise * self.rng.standard_normal(time.size)
+                effort = (
+                    (floor + rise * field**exponent)
+                    * bend
+                    * (1.0 + stribeck * np.tanh(np.abs(slip) / speed))
+                )
+                effort += (
+                    (viscosity + thickening * field) * np.sign(slip) * np.abs(slip) ** thinning
+                )
+                effort += (
+                    inertia * rate
+                    - spring * rate / turn**2
+                    + noise * self.rng.standard_normal(time.size)
+                )
                 clock = Clock(time, (Span(0, time.size, PERIOD),))
                 element = Element(np.full(time.size, field), slip)
                 log = Dataset("single", (element,), effort, clock, Units("N", "A", "mm/s"))
@@ -99,7 +120,9 @@ class Device:
         return joined(logs)
 
 
-def judged(data: Dataset, taken: tuple[str, ...], law: str, stages: str) -> Iterator[tuple[str, list[float]]]:
+def judged(
+    data: Dataset, taken: tuple[str, ...], law: str, stages: str
+) -> Iterator[tuple[str, list[float]]]:
     """For each rule: share inside, of the worst log, and the half width over the needed."""
     held = np.zeros(data.rows, np.bool_)
     for source, (start, stop) in zip(data.sources, data.source_rows, strict=True):
@@ -108,7 +131,9 @@ def judged(data: Dataset, taken: tuple[str, ...], law: str, stages: str) -> Iter
     structure = Structure("single", law, law_from_name(law, "single"), stages, True, True)
     outcome = fit_structure(train, structure)
     predicted = outcome.model.predict(data)
-    made = calibrated(data, ~held, [data.effort - predicted], [outcome.parameters], [outcome.unseen])[0]
+    made = calibrated(
+        data, ~held, [data.effort - predicted], [outcome.parameters], [outcome.unseen]
+    )[0]
     assert made is not None
     assert outcome.unseen is not None
     grown = with_haste(made[0], train, outcome.unseen)
@@ -134,12 +159,18 @@ def without_its_field(train: Dataset, structure: Structure) -> Array:
 
 def main() -> int:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--devices", type=int, default=5)
     parser.add_argument("--utfsm", type=Path, help="folder with the logs of the UTFSM damper")
-    parser.add_argument("--cases", default="", help="what the name of a case begins with; none: all")
+    parser.add_argument(
+        "--cases", default="", help="what the name of a case begins with; none: all"
+    )
     asked = parser.parse_args()
-    logs: list[Callable[[], Dataset]] = [Device(np.random.default_rng(seed)).logs for seed in range(asked.devices)]
+    logs: list[Callable[[], Dataset]] = [
+        Device(np.random.default_rng(seed)).logs for seed in range(asked.devices)
+    ]
     cases = MADE_UP
     if asked.utfsm is not None:
         paths = sorted(asked.utfsm.glob("*.txt"))

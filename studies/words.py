@@ -35,7 +35,10 @@ def counted(checkout: Path) -> dict[str, int]:
     if not commands:
         raise SystemExit(f"{checkout} prints no list of commands: is it a checkout of erclutch?")
     texts = {command: _help(checkout, command) for command in commands}
-    whole = {command: _help(checkout, command, option="--help-all") or texts[command] for command in commands}
+    whole = {
+        command: _help(checkout, command, option="--help-all") or texts[command]
+        for command in commands
+    }
     return {
         "commands": len(commands),
         "options": sum(len(set(OPTION.findall(text))) for text in whole.values()),
@@ -48,9 +51,16 @@ def counted(checkout: Path) -> dict[str, int]:
 
 
 def _help(checkout: Path, *command: str, option: str = "--help") -> str:
-    surroundings = {**os.environ, "PYTHONPATH": str(checkout / "src"), "COLUMNS": "120", "NO_COLOR": "1"}
+    surroundings = {
+        **os.environ,
+        "PYTHONPATH": str(checkout / "src"),
+        "COLUMNS": "120",
+        "NO_COLOR": "1",
+    }
     words = [sys.executable, "-m", "erclutch", *command, option]
-    ended = subprocess.run(words, env=surroundings, capture_output=True, text=True, timeout=120, check=False)
+    ended = subprocess.run(
+        words, env=surroundings, capture_output=True, text=True, timeout=120, check=False
+    )
     return ended.stdout if ended.returncode == 0 else ""
 
 
@@ -59,7 +69,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("checkouts", nargs="*", type=Path, default=[HERE])
     checkouts = parser.parse_args().checkouts
-    print(json.dumps({path.resolve().name: counted(path.resolve()) for path in checkouts}, indent=1))
+    print(
+        json.dumps({path.resolve().name: counted(path.resolve()) for path in checkouts}, indent=1)
+    )
 
 
 if __name__ == "__main__":

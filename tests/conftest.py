@@ -185,7 +185,9 @@ def _fail(report: Any) -> None:
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> Generator[None, Any, Any]:
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, Any, Any]:
     report = yield
     if _strict():
         _fail(report)
@@ -290,15 +292,21 @@ def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
     from erclutch.logs.readers import child_process, reader_in_child
     from erclutch.runs import kept_columns
 
-    def run(module: str, path: Path, *arguments: str, memory: int | None = None) -> child_process.Answer:
+    def run(
+        module: str, path: Path, *arguments: str, memory: int | None = None
+    ) -> child_process.Answer:
         with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
             warnings.simplefilter("ignore")
             monkeypatch.setattr(sys, "argv", [module, str(path), folder, "0", "0", *arguments])
             of_run = module == kept_columns.__name__
-            code = child_process.serve(kept_columns._decoded if of_run else reader_in_child.answer_of)
+            code = child_process.serve(
+                kept_columns._decoded if of_run else reader_in_child.answer_of
+            )
             return child_process._answer(Path(folder), code, b"", 1 << 30)
 
-    def stream(module: str, path: Path, *arguments: str, memory: int | None = None) -> Iterator[child_process.Answer]:
+    def stream(
+        module: str, path: Path, *arguments: str, memory: int | None = None
+    ) -> Iterator[child_process.Answer]:
         yield from import_module(module)._asked(str(path), *arguments)
 
     monkeypatch.setattr(child_process, "_limit", lambda memory, seconds: None)

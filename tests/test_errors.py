@@ -34,7 +34,10 @@ def python_words() -> None:
         ("try --derivative kalman or savgol", "try derivative='kalman' or savgol"),
         ('such as --slip "w [rpm]" or "w [cm/s]"', 'such as slip="w [rpm]" or "w [cm/s]"'),
         ("Give --out another name, or --force", "Give another name, or force=True"),
-        ("there is a folder already. Give the --out folder", "there is a folder already. Give the folder"),
+        (
+            "there is a folder already. Give the --out folder",
+            "there is a folder already. Give the folder",
+        ),
         ("Leave --field none out, or --name-pattern", "Leave field='none' out, or name_pattern="),
         ("Fit with --lag lag+dahl-2/field.", "Fit with lag='lag+dahl-2/field'."),
         ("widen --from, --until or --skip", "widen begin=, end= or skip="),
@@ -55,9 +58,16 @@ def test_no_message_of_the_core_shows_an_option_in_python() -> None:
     said = 0
     for path in (file for room in rooms for file in (SOURCE / room).rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Constant) and isinstance(node.value, str) and re.search(r"--[a-z]", node.value):
+            if (
+                isinstance(node, ast.Constant)
+                and isinstance(node.value, str)
+                and re.search(r"--[a-z]", node.value)
+            ):
                 said += 1
-                assert re.search(r"(?<![-!])--[a-z]", worded(node.value)) is None, (path.name, node.lineno)
+                assert re.search(r"(?<![-!])--[a-z]", worded(node.value)) is None, (
+                    path.name,
+                    node.lineno,
+                )
     assert said > 100
 
 
@@ -91,7 +101,9 @@ def test_read_takes_columns_by_keyword() -> None:
 
 
 def test_a_keyword_that_is_none_says_what_is_near() -> None:
-    with pytest.raises(MappingError, match=r"'feild' is no signal and no option of reading\. Did you mean field\?"):
+    with pytest.raises(
+        MappingError, match=r"'feild' is no signal and no option of reading\. Did you mean field\?"
+    ):
         erclutch.read(frame(), feild="x7")
     with pytest.raises(SettingError, match="no time"):
         erclutch.read(frame(), field="x7 [A]", slip="w [rad/s]", begin="soon")
@@ -107,7 +119,8 @@ def test_words_come_back_after_a_command() -> None:
 @pytest.mark.usefixtures("python_words")
 def test_a_command_that_settles_a_log_is_a_call_in_python() -> None:
     said = (
-        "with your columns: erclutch inspect 'a b.csv' --field \"V [V]\" --name-pattern x{field}A; --field none if not"
+        "with your columns: erclutch inspect 'a b.csv' --field \"V [V]\" --name-pattern "
+        "x{field}A; --field none if not"
     )
     call = "erclutch.read('a b.csv', field=\"V [V]\", name_pattern='x{field}A')"
     assert worded(said) == f"with your columns: {call}; field='none' if not"
@@ -121,17 +134,42 @@ def test_a_switch_of_reading_is_true_or_false() -> None:
 @pytest.mark.parametrize(
     ("taker", "values", "keywords", "said"),
     [
-        (erclutch.Settings, (), {"modles": "bingham"}, "Settings knows no modles. Did you mean models?"),
-        (ExportOptions, (), {"precison": "float32"}, "ExportOptions knows no precison. Did you mean precision?"),
+        (
+            erclutch.Settings,
+            (),
+            {"modles": "bingham"},
+            "Settings knows no modles. Did you mean models?",
+        ),
+        (
+            ExportOptions,
+            (),
+            {"precison": "float32"},
+            "ExportOptions knows no precison. Did you mean precision?",
+        ),
         (
             export_model,
             (None, "c"),
             {"presicion": "float32"},
             "export_model knows no presicion. Did you mean precision",
         ),
-        (erclutch.compare, (None,), {"settngs": None}, "compare knows no settngs. Did you mean settings?"),
-        (erclutch.compare, (None,), {"modles": ()}, "compare knows no modles. Did you mean models?"),
-        (erclutch.recording_from_arrays, ({},), {"sample_rate": 1.0}, "recording_from_arrays knows no sample_rate."),
+        (
+            erclutch.compare,
+            (None,),
+            {"settngs": None},
+            "compare knows no settngs. Did you mean settings?",
+        ),
+        (
+            erclutch.compare,
+            (None,),
+            {"modles": ()},
+            "compare knows no modles. Did you mean models?",
+        ),
+        (
+            erclutch.recording_from_arrays,
+            ({},),
+            {"sample_rate": 1.0},
+            "recording_from_arrays knows no sample_rate.",
+        ),
     ],
 )
 def test_a_misspelt_keyword_is_answered_with_the_nearest(

@@ -59,7 +59,9 @@ def write_file(place: Path, text: str, *, force: bool) -> None:
         file.write_text(text)
 
 
-def racer(write: Callable[..., None], folder: str, force: bool, start: Any, outcomes: Any, who: int) -> None:
+def racer(
+    write: Callable[..., None], folder: str, force: bool, start: Any, outcomes: Any, who: int
+) -> None:
     """One of two processes that write to the same places, both at each place at once."""
     for number in range(PAIRS):
         start.wait()
@@ -73,7 +75,10 @@ def racer(write: Callable[..., None], folder: str, force: bool, start: Any, outc
 
 def raced(write: Callable[..., None], folder: Path, *, force: bool) -> dict[int, dict[int, str]]:
     start, outcomes = SPAWN.Barrier(2), SPAWN.Queue()
-    racers = [SPAWN.Process(target=racer, args=(write, str(folder), force, start, outcomes, who)) for who in range(2)]
+    racers = [
+        SPAWN.Process(target=racer, args=(write, str(folder), force, start, outcomes, who))
+        for who in range(2)
+    ]
     for process in racers:
         process.start()
     said: dict[int, dict[int, str]] = {number: {} for number in range(PAIRS)}
@@ -100,7 +105,9 @@ def locks(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> bo
     return request.param == "locks"
 
 
-@pytest.fixture(params=["a rename that refuses", "a rename that replaces", "a disk without second names"])
+@pytest.fixture(
+    params=["a rename that refuses", "a rename that replaces", "a disk without second names"]
+)
 def disk(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     def no_links(*_: object) -> None:
         raise OSError(errno.EPERM, "Operation not permitted")
@@ -113,7 +120,9 @@ def disk(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Non
 
 @pytest.mark.usefixtures("disk")
 @pytest.mark.parametrize("write", [write_folder, write_file])
-def test_of_two_results_none_is_lost(write: Callable[..., None], locks: bool, tmp_path: Path) -> None:
+def test_of_two_results_none_is_lost(
+    write: Callable[..., None], locks: bool, tmp_path: Path
+) -> None:
     """The loser is told before its work, or what it made is kept beside."""
     for number, said in raced(write, tmp_path, force=False).items():
         place, beside = tmp_path / f"place-{number}", tmp_path / f"place-{number}-2"
@@ -131,7 +140,9 @@ def test_of_two_results_none_is_lost(write: Callable[..., None], locks: bool, tm
 
 @pytest.mark.usefixtures("disk")
 @pytest.mark.parametrize("write", [write_folder, write_file])
-def test_by_force_every_place_is_whole(write: Callable[..., None], locks: bool, tmp_path: Path) -> None:
+def test_by_force_every_place_is_whole(
+    write: Callable[..., None], locks: bool, tmp_path: Path
+) -> None:
     for number in range(PAIRS):
         write(tmp_path / f"place-{number}", "old", force=False)
     for number, said in raced(write, tmp_path, force=True).items():
@@ -198,7 +209,9 @@ def test_what_came_while_the_work_went_on_is_not_replaced(tmp_path: Path) -> Non
             place.mkdir()
             (place / "run.json").write_text("theirs")
 
-    with pytest.raises(RunError, match=r"made it meanwhile.* Take what was made here from .*run v1\.5-2"):
+    with pytest.raises(
+        RunError, match=r"made it meanwhile.* Take what was made here from .*run v1\.5-2"
+    ):
         write_while_another_does()
     assert (place / "run.json").read_text() == "theirs"
     assert (tmp_path / "run v1.5-2" / "run.json").read_text() == "mine"
@@ -259,7 +272,9 @@ def reserved_elsewhere(place: Path) -> str:
         "import sys, pathlib\nfrom erclutch.files.places import nothing, release_all, reserve\n"
         "reserve(pathlib.Path(sys.argv[1]), nothing)\nrelease_all()\nprint('free')"
     )
-    done = subprocess.run([sys.executable, "-c", code, str(place)], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(place)], capture_output=True, text=True, timeout=60
+    )
     return done.stdout.strip() or done.stderr.strip().splitlines()[-1]
 
 
@@ -295,7 +310,9 @@ def killed_while_writing(place: Path) -> None:
         "with whole_folder(pathlib.Path(sys.argv[1]), unwritable) as folder:\n"
         "    print('begun', flush=True)\n    time.sleep(60)"
     )
-    with subprocess.Popen([sys.executable, "-c", code, str(place)], stdout=subprocess.PIPE) as process:
+    with subprocess.Popen(
+        [sys.executable, "-c", code, str(place)], stdout=subprocess.PIPE
+    ) as process:
         assert process.stdout is not None
         process.stdout.readline()
         process.send_signal(signal.SIGKILL)
@@ -303,20 +320,30 @@ def killed_while_writing(place: Path) -> None:
 
 def test_what_a_killed_program_left_is_cleared_by_the_next(tmp_path: Path) -> None:
     killed_while_writing(tmp_path / "run")
-    assert [path.name.partition("-")[0] for path in sorted(tmp_path.iterdir())] == [".run.partial", ".run.writing"]
+    assert [path.name.partition("-")[0] for path in sorted(tmp_path.iterdir())] == [
+        ".run.partial",
+        ".run.writing",
+    ]
     write_folder(tmp_path / "run", "", force=False)
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
 
-def test_what_another_machine_left_is_not_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_another_machine_left_is_not_touched(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Its program may be at work: not every network disk tells of the locks of other machines."""
     killed_while_writing(tmp_path / "run")
     monkeypatch.setattr(places, "_machine", lambda: b"another")
     write_folder(tmp_path / "run", "", force=False)
-    assert sorted(path.name.partition("-")[0] for path in tmp_path.iterdir()) == [".run.partial", "run"]
+    assert sorted(path.name.partition("-")[0] for path in tmp_path.iterdir()) == [
+        ".run.partial",
+        "run",
+    ]
 
 
-def test_an_old_run_that_was_moved_away_comes_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_old_run_that_was_moved_away_comes_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Where two folders cannot be exchanged in one step, a power cut may come between the two."""
     place = tmp_path / "run"
     write_folder(place, "old", force=False)
@@ -331,7 +358,9 @@ def test_an_old_run_that_was_moved_away_comes_back(tmp_path: Path, monkeypatch: 
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
 
-def test_a_move_that_fails_between_its_steps_keeps_the_old_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_move_that_fails_between_its_steps_keeps_the_old_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(places, "_renameat2", lambda: None)
     write_folder(tmp_path / "run", "old", force=False)
     rename, steps = Path.rename, iter((1, 2))
@@ -423,7 +452,9 @@ if any(command.name == "live" for command in commands()):
     PLACED.append(("live", "folder"))
 
 
-@pytest.mark.parametrize("closed", ["a file where the folder is to be", "a folder that nobody may write to"])
+@pytest.mark.parametrize(
+    "closed", ["a file where the folder is to be", "a folder that nobody may write to"]
+)
 @pytest.mark.parametrize(("name", "option"), PLACED, ids=["-".join(placed) for placed in PLACED])
 def test_a_place_that_takes_nothing_is_told_before_the_work(
     name: str, option: str, closed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -434,14 +465,23 @@ def test_a_place_that_takes_nothing_is_told_before_the_work(
     else:
         (tmp_path / "closed").mkdir()
         access = os.access  # who runs the tests may be allowed to write everywhere
-        monkeypatch.setattr(os, "access", lambda path, mode: "closed" not in str(path) and access(path, mode))
+        monkeypatch.setattr(
+            os, "access", lambda path, mode: "closed" not in str(path) and access(path, mode)
+        )
 
     def too_late(*_: object) -> None:
         pytest.fail("it came to the writing")
 
     monkeypatch.setattr(files, "_partial", too_late)
-    ending = {"write_mapping": ".toml", "picture": ".png", "out": _ENDINGS.get(name, "")}.get(option, "")
-    words = [name, *TOO_EARLY[name].split(), f"--{option.replace('_', '-')}", f"closed/made{ending}"]
+    ending = {"write_mapping": ".toml", "picture": ".png", "out": _ENDINGS.get(name, "")}.get(
+        option, ""
+    )
+    words = [
+        name,
+        *TOO_EARLY[name].split(),
+        f"--{option.replace('_', '-')}",
+        f"closed/made{ending}",
+    ]
     if option == "picture":
         words += ["--out", "open.csv"]
     ended = run(*words, cwd=tmp_path)
@@ -449,15 +489,23 @@ def test_a_place_that_takes_nothing_is_told_before_the_work(
     (error,) = [line for line in ended.error.splitlines() if line.startswith("error: ")]
     assert "closed" in error
     assert "Give " in error or "Make " in error  # the remedy
-    left = [path.name for path in tmp_path.rglob("*") if path.name not in ("closed", ".open.csv.writing")]
+    left = [
+        path.name
+        for path in tmp_path.rglob("*")
+        if path.name not in ("closed", ".open.csv.writing")
+    ]
     assert left == []
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="a folder of Linux")
 @pytest.mark.parametrize("name", [name for name, option in PLACED if option == "out"])
-def test_a_folder_that_takes_nothing_in_spite_of_its_rights_is_told_before_the_work(name: str, tmp_path: Path) -> None:
+def test_a_folder_that_takes_nothing_in_spite_of_its_rights_is_told_before_the_work(
+    name: str, tmp_path: Path
+) -> None:
     """`fit --out /proc/x` failed after the fit: whoever may write everywhere has the right to write there too."""
-    said = refused(name, *TOO_EARLY[name].split(), "--out", f"/proc/made{_ENDINGS.get(name, '')}", cwd=tmp_path)
+    said = refused(
+        name, *TOO_EARLY[name].split(), "--out", f"/proc/made{_ENDINGS.get(name, '')}", cwd=tmp_path
+    )
     assert said.startswith(f"error: /proc/made{_ENDINGS.get(name, '')}: ")
     assert "Give " in said
 
@@ -498,7 +546,9 @@ def test_of_two_commands_at_once_one_is_told(name: str, material: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["export", "fit", "predict-many", "table"])
-def test_of_a_hundred_pairs_of_a_commands_writer_none_loses_a_result(name: str, material: Path, tmp_path: Path) -> None:
+def test_of_a_hundred_pairs_of_a_commands_writer_none_loses_a_result(
+    name: str, material: Path, tmp_path: Path
+) -> None:
     """`studies/attack.py` asks the writers of all commands."""
     written = written_by(name, material, tmp_path)
     assert written
@@ -506,7 +556,9 @@ def test_of_a_hundred_pairs_of_a_commands_writer_none_loses_a_result(name: str, 
         assert lost_in(each, 100, tmp_path / f"raced-{number}") == []
 
 
-def test_a_writer_that_takes_anothers_place_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_writer_that_takes_anothers_place_is_seen(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "copy").write_text("result")
     written = Written(tmp_path / "copy", "result", places.nothing, unwritable)
     monkeypatch.setattr(files, "_put", lambda partial, target, *_: os.replace(partial, target))

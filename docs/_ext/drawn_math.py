@@ -33,7 +33,10 @@ def drawn(latex: str, *, display: bool) -> str:
     box = [float(number) for number in str(tree.get("viewBox")).split()]
     for key in ("width", "height"):
         tree.attrib.pop(key, None)
-    tree.set("style", f"width:{box[2] / _SIZE:.3f}em;height:{box[3] / _SIZE:.3f}em;vertical-align:{drop / _SIZE:.3f}em")
+    tree.set(
+        "style",
+        f"width:{box[2] / _SIZE:.3f}em;height:{box[3] / _SIZE:.3f}em;vertical-align:{drop / _SIZE:.3f}em",
+    )
     tree.set("aria-hidden", "true")
     picture = ElementTree.tostring(tree, encoding="unicode")
     spoken = convert(latex, display="block" if display else "inline")

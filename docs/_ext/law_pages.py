@@ -116,13 +116,17 @@ class LawsDirective(SphinxDirective):
         return [section]
 
     def _curves(self, law: Law, numbers: str) -> list[nodes.Node]:
-        given = {name: float(value) for name, value in (pair.split("=") for pair in numbers.split())}
+        given = {
+            name: float(value) for name, value in (pair.split("=") for pair in numbers.split())
+        }
         shape = [given.pop(s.name) for s in (*law.stimulus_shape, *law.shape)]
         gains = [given.pop(g.name) for g in law.gains]
         if given:
             raise self.error(f"{law.name} has no parameter {', '.join(given)}")
         svg = curves_of(law, shape, gains).replace(
-            "<svg ", f'<svg role="img" aria-label="{law.title}: effort against slip at five fields" ', 1
+            "<svg ",
+            f'<svg role="img" aria-label="{law.title}: effort against slip at five fields" ',
+            1,
         )
         caption = f"*Drawn by* `make docs` *from the law's function (no data), at {numbers}.*"
         figure = nodes.container("", nodes.raw("", svg, format="html"), classes=["curves"])

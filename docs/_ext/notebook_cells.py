@@ -78,7 +78,13 @@ def run_cells(cells: Sequence[str], folder: Path) -> list[dict[str, Any]]:
     done = subprocess.run(
         [sys.executable, "-W", "error", __file__],
         cwd=folder,
-        env={**os.environ, "MPLBACKEND": "agg", "COLUMNS": "100", "NO_COLOR": "1", "PYTHONUTF8": "1"},
+        env={
+            **os.environ,
+            "MPLBACKEND": "agg",
+            "COLUMNS": "100",
+            "NO_COLOR": "1",
+            "PYTHONUTF8": "1",
+        },
         input=json.dumps(list(cells)),
         capture_output=True,
         text=True,
@@ -111,7 +117,9 @@ def _pictures() -> list[tuple[int, str]]:
     for number in pyplot.get_fignums():
         data, figure = io.BytesIO(), pyplot.figure(number)
         figure.savefig(data, format="png", dpi=200)
-        found.append((round(110 * figure.get_figwidth()), base64.b64encode(data.getvalue()).decode()))
+        found.append(
+            (round(110 * figure.get_figwidth()), base64.b64encode(data.getvalue()).decode())
+        )
     pyplot.close("all")
     return found
 
@@ -126,7 +134,9 @@ def _show_cells(app: Any, tree: Any) -> None:
     page = app.env.docname.rpartition("/")[2]
     outputs = cells_of(page, [cell.astext() for cell in cells])
     for cell, output in zip(cells, outputs, strict=True):
-        html = (output["html"] or "").replace("<th></th>", "<td></td>")  # pandas heads its index with nothing
+        html = (output["html"] or "").replace(
+            "<th></th>", "<td></td>"
+        )  # pandas heads its index with nothing
         shown = _VALUE.format(html) if html else ""
         shown += "".join(_IMAGE.format(*picture) for picture in output["pictures"])
         if shown:

@@ -51,7 +51,9 @@ def run_commands(commands: str, folder: Path) -> None:
         RuntimeError: one of them failed.
     """
     path = os.pathsep.join((str(Path(sys.executable).parent), os.environ.get("PATH", "")))
-    surroundings = _warm().environment({**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1"})
+    surroundings = _warm().environment(
+        {**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1"}
+    )
     done = subprocess.run(
         ["bash", "-eu", "-c", commands],
         cwd=folder,

@@ -33,12 +33,18 @@ def effort_table(
     kept = read_run(run).model(model)
     if kept.structure.device != "single" or kept.extras:
         problem = f"the model {kept.name} needs more than one field and one slip"
-        raise SettingError(problem, where=str(run), remedy="Give a run of a single device without further inputs")
+        raise SettingError(
+            problem, where=str(run), remedy="Give a run of a single device without further inputs"
+        )
     fields = field or kept.trained_on.field
     slips = np.linspace(*kept.trained_on.slip, rows)
     # One column a field, one row a slip, in the units of the run.
     efforts = [kept.steady([np.full(rows, each)], [slips]) for each in fields]
     units = kept.units
-    print(f"slip [{units.slip}]", *(f"effort at {each:g} {units.field} [{units.effort}]" for each in fields), sep=",")
+    print(
+        f"slip [{units.slip}]",
+        *(f"effort at {each:g} {units.field} [{units.effort}]" for each in fields),
+        sep=",",
+    )
     for slip, *row in zip(slips, *efforts, strict=True):
         print(f"{slip:.6g}", *(f"{effort:.6g}" for effort in row), sep=",")

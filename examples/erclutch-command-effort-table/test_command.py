@@ -38,7 +38,9 @@ def test_the_table_is_what_the_model_says(run: Path, capsys: pytest.CaptureFixtu
 def test_a_table_without_rows_is_refused(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["effort-table", str(run), "--rows", "1"]) == 2
     said = " ".join(capsys.readouterr().err.split())
-    assert said == ("error: effort-table of erclutch-command-effort-table 0.1.0: --rows 1. Give 2 to 1000.")
+    assert said == (
+        "error: effort-table of erclutch-command-effort-table 0.1.0: --rows 1. Give 2 to 1000."
+    )
 
 
 def test_help_lists_the_command(capsys: pytest.CaptureFixture[str]) -> None:

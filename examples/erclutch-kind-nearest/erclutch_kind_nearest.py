@@ -68,7 +68,9 @@ class Nearest(Candidate):
             weights=rows.size,  # numbers that mean nothing one by one
         )
 
-    def refit(self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]) -> AnyOutcome:
+    def refit(
+        self, train: Dataset, kept: Mask, outcome: AnyOutcome, fitted: Sequence[Fitted]
+    ) -> AnyOutcome:
         """Other rows are kept."""
         return self.fit(train.take(kept), fitted, 1)
 
@@ -103,20 +105,36 @@ class NearestModel(ModelBase):
         return {"rows": self.rows, "gain": self.gain, "offset": self.offset}
 
     def effort_of_rows(
-        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array],
+        *,
+        exactly: bool,
     ) -> Array:
         """Effort, shape (n,)."""
         known, effort = self.rows[:, :-1], self.rows[:, -1]
-        wanted = np.column_stack([signal for element in elements for signal in (element.field, element.slip)])
+        wanted = np.column_stack(
+            [signal for element in elements for signal in (element.field, element.slip)]
+        )
         spread = np.std(known, axis=0)
-        distance = np.linalg.norm((wanted[:, None] - known) / np.where(spread > 0, spread, 1.0), axis=2)
+        distance = np.linalg.norm(
+            (wanted[:, None] - known) / np.where(spread > 0, spread, 1.0), axis=2
+        )
         nearest = np.argsort(distance, axis=1, kind="stable")[:, : self.structure.neighbours]
         return self.gain * effort[nearest].mean(axis=1) + self.offset
 
-    def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
+    def steady(
+        self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()
+    ) -> Array:
         """The model has no memory, so it is always at rest."""
-        pairs = [Element(np.atleast_1d(field), np.atleast_1d(slip)) for field, slip in zip(fields, slips, strict=True)]
-        return self.effort_of_rows(pairs, Clock(np.zeros(pairs[0].field.size), ()), {}, exactly=True)
+        pairs = [
+            Element(np.atleast_1d(field), np.atleast_1d(slip))
+            for field, slip in zip(fields, slips, strict=True)
+        ]
+        return self.effort_of_rows(
+            pairs, Clock(np.zeros(pairs[0].field.size), ()), {}, exactly=True
+        )
 
     def command(self, field: Any) -> Any:
         """No stage stands between command and model."""
@@ -184,7 +202,9 @@ class NearestRows(Kind):
         for name, _ in named:
             count = name.partition("-")[2]
             if not (count.isdecimal() and 1 <= int(count) <= _MOST_ROWS):
-                raise SettingError(f"no model {name!r}", remedy=f"Give nearest-1 to nearest-{_MOST_ROWS}")
+                raise SettingError(
+                    f"no model {name!r}", remedy=f"Give nearest-1 to nearest-{_MOST_ROWS}"
+                )
         return [Nearest(train.device, name) for name, _ in named]
 
 

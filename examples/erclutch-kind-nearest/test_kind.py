@@ -20,7 +20,9 @@ def log(gain: float = 1.0) -> Recording:
     slip = 3.0 * np.sin(0.011 * np.arange(2000))
     effort = gain * (field * np.tanh(5.0 * slip) + 0.1 * slip) + 0.01 * rng.standard_normal(2000)
     units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
-    return recording_from_arrays({"field": field, "slip": slip, "effort": effort}, units, rate=1000.0)
+    return recording_from_arrays(
+        {"field": field, "slip": slip, "effort": effort}, units, rate=1000.0
+    )
 
 
 def test_it_is_fitted_ranked_kept_and_read_back(tmp_path: Path) -> None:

@@ -15,9 +15,17 @@ from erclutch.models.laws.smooth import TRANSITION_SLIP, direction, power
 from erclutch.models.laws.yield_stress import YieldForm
 
 _OFFSET = ShapeParameter(
-    "C", "slip that is added before the power is taken", 1e-2, 1e2, SLIP, scale="log", usual=(0.1, 10.0)
+    "C",
+    "slip that is added before the power is taken",
+    1e-2,
+    1e2,
+    SLIP,
+    scale="log",
+    usual=(0.1, 10.0),
 )
-_EXPONENT = ShapeParameter("B", "exponent: 0 is a constant yield effort, 1 a straight line", 0.01, 1.5)
+_EXPONENT = ShapeParameter(
+    "B", "exponent: 0 is a constant yield effort, 1 a straight line", 0.01, 1.5
+)
 
 
 def robertson_stiff(yield_form: YieldForm) -> Law:

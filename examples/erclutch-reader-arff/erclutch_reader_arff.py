@@ -21,17 +21,23 @@ _REMEDY = "Write @relation, @attribute and @data, and the same number of values 
 def _claims(head: bytes) -> bool:
     # A file begins with comments, or with the name of its relation.
     lines = (line.strip().lower() for line in head.splitlines())
-    return next((line for line in lines if line and not line.startswith(b"%")), b"").startswith(b"@relation")
+    return next((line for line in lines if line and not line.startswith(b"%")), b"").startswith(
+        b"@relation"
+    )
 
 
 def _read(source: LogSource) -> Table:
     try:
         rows, attributes = arff.loadarff(io.StringIO(source.data.decode("utf-8")))
     except (ValueError, IndexError, StopIteration, NotImplementedError, arff.ArffError) as error:
-        raise LogError(f"the file is no table of ARFF ({error})", remedy=_REMEDY, where=source.name) from error
+        raise LogError(
+            f"the file is no table of ARFF ({error})", remedy=_REMEDY, where=source.name
+        ) from error
 
     labels: list[str] = []
-    values: list[np.ndarray] = []  # of each label, shape (rows,); NaN where the file has a question mark
+    values: list[
+        np.ndarray
+    ] = []  # of each label, shape (rows,); NaN where the file has a question mark
     left: list[str] = []
     for label in attributes.names():
         kind, _ = attributes[label]

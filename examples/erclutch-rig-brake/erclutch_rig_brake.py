@@ -70,7 +70,15 @@ def rig() -> UdpRig:
     session = int(os.environ.get("BRAKE_SESSION", "1"))
     if not host:
         host, port = "127.0.0.1", _simulated(session)
-    return UdpRig("brake", host, int(port), session, device="single", channels=CHANNELS, field_limit=LARGEST_CURRENT)
+    return UdpRig(
+        "brake",
+        host,
+        int(port),
+        session,
+        device="single",
+        channels=CHANNELS,
+        field_limit=LARGEST_CURRENT,
+    )
 
 
 def _simulated(session: int) -> str:

@@ -24,4 +24,9 @@ def test_a_current_stops_the_flywheel() -> None:
 def test_it_says_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BRAKE_ADDRESS", "10.0.0.2:5005")
     found = rig()
-    assert (found.host, found.port, found.device, found.channels) == ("10.0.0.2", 5005, "single", CHANNELS)
+    assert (found.host, found.port, found.device, found.channels) == (
+        "10.0.0.2",
+        5005,
+        "single",
+        CHANNELS,
+    )

@@ -48,7 +48,9 @@ class SlewRate:
         """The field has settled at the first command."""
         return {"x": signal}
 
-    def step(self, memory: Memory, signal: Any, q: Mapping[str, float], period: float) -> tuple[Any]:
+    def step(
+        self, memory: Memory, signal: Any, q: Mapping[str, float], period: float
+    ) -> tuple[Any]:
         """One row. The exported C is made from these lines."""
         most = memory.number(q["rate"]) * memory.number(period)
         (x,) = advance((memory.before("x"),), (signal, most))

@@ -18,14 +18,18 @@ ALL = slice(None)
 
 def test_a_step_becomes_a_ramp() -> None:
     x = stage_named("slew-rate").respond(COMMAND, CLOCK, (RATE,), ALL)
-    wanted = np.clip(RATE * PERIOD * np.arange(1, 91), 0.0, 1.0)  # the first row of the step moves already
+    wanted = np.clip(
+        RATE * PERIOD * np.arange(1, 91), 0.0, 1.0
+    )  # the first row of the step moves already
     np.testing.assert_allclose(x[10:100], wanted, atol=1e-12)
     np.testing.assert_array_equal(x[:100], x[100:])
 
 
 def test_a_slow_command_passes() -> None:
     slow = 0.5 + 0.5 * np.sin(20.0 * TIME)
-    np.testing.assert_allclose(stage_named("slew-rate").respond(slow, CLOCK, (RATE,), ALL), slow, atol=1e-12)
+    np.testing.assert_allclose(
+        stage_named("slew-rate").respond(slow, CLOCK, (RATE,), ALL), slow, atol=1e-12
+    )
 
 
 def test_the_bits_are_those_of_the_fit() -> None:
@@ -39,4 +43,6 @@ def test_derivatives() -> None:
     x = stage.respond(COMMAND, CLOCK, seed([RATE]), slice(5, 60))
     assert value_of(x).shape == (55,)
     ahead, behind = (stage.respond(COMMAND, CLOCK, (RATE + h,), ALL) for h in (1e-4, -1e-4))
-    np.testing.assert_allclose(partial_of(x, 0), (ahead - behind)[5:60] / 2e-4, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(
+        partial_of(x, 0), (ahead - behind)[5:60] / 2e-4, rtol=1e-6, atol=1e-9
+    )

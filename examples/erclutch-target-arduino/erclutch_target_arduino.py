@@ -27,7 +27,9 @@ def write(step: ExportedStep, folder: Path) -> None:
     sketch = folder / "examples" / step.name
     sketch.mkdir(parents=True)
     (sketch / f"{step.name}.ino").write_text(_sketch(step), encoding="ascii", errors="replace")
-    (folder / "library.properties").write_text(_properties(step), encoding="ascii", errors="replace")
+    (folder / "library.properties").write_text(
+        _properties(step), encoding="ascii", errors="replace"
+    )
 
 
 def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
@@ -37,17 +39,25 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         ExportError: there is no compiler.
     """
     if not natives():
-        raise ExportError("no C compiler is found", where=str(folder), remedy="Install one, for example gcc")
+        raise ExportError(
+            "no C compiler is found", where=str(folder), remedy="Install one, for example gcc"
+        )
     vectors = vectors_of(step)
     with tempfile.TemporaryDirectory() as made:
         work = Path(made)
-        (work / f"{step.name}_vectors.h").write_text(c.vectors_header(step, vectors), encoding="ascii")
+        (work / f"{step.name}_vectors.h").write_text(
+            c.vectors_header(step, vectors), encoding="ascii"
+        )
         main = work / "main.c"
         main.write_text(c.check_source(step), encoding="ascii")
         for compiler in natives():
             sources = [main, folder / "src" / f"{step.name}.c"]
-            compiler.build(sources, work / "check", "-DPRINT", "-O2", f"-I{folder / 'src'}", f"-I{work}")
-            printed = run([str(work / "check")], "the library does not run", "Export the model again")
+            compiler.build(
+                sources, work / "check", "-DPRINT", "-O2", f"-I{folder / 'src'}", f"-I{work}"
+            )
+            printed = run(
+                [str(work / "check")], "the library does not run", "Export the model again"
+            )
             yield compare(step, vectors, f"{compiler.name}, src", printed)
 
 
@@ -67,7 +77,9 @@ includes={step.name}.h
 
 def _sketch(step: ExportedStep) -> str:
     n, period = step.name, 1000.0 * (step.period or 1e-3)
-    inputs = ", ".join(f"{name} [{unit}]" for name, unit in zip(step.inputs, step.units, strict=True))
+    inputs = ", ".join(
+        f"{name} [{unit}]" for name, unit in zip(step.inputs, step.units, strict=True)
+    )
     return f"""// {step.model.title}: send {inputs} as numbers on a line; the effort comes back.
 // In your own sketch call {n}_step every {period:g} ms.
 #include <{n}.h>

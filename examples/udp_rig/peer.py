@@ -47,7 +47,11 @@ def command_in(data: bytes, session: int) -> tuple[int, float, float, float, int
     if len(data) != 64 or struct.unpack_from("<I", data, 60)[0] != zlib.crc32(data[:60]):
         return None
     magic, of, seq, _, field1, field2, motor, flags, device = BODY.unpack_from(data)
-    return (seq, field1, field2, motor, flags) if (magic, of, device) == (COMMAND, session, DEVICE) else None
+    return (
+        (seq, field1, field2, motor, flags)
+        if (magic, of, device) == (COMMAND, session, DEVICE)
+        else None
+    )
 
 
 def main(port: int, session: int) -> None:
@@ -55,7 +59,9 @@ def main(port: int, session: int) -> None:
     device, seq, last, heard, watchdog = Device(), 0, 0, -math.inf, True
     field1 = field2 = motor = 0.0
     due, loop = math.inf, None
-    with contextlib.suppress(AttributeError, OSError):  # a rig does not wait for a browser; without permission it may
+    with contextlib.suppress(
+        AttributeError, OSError
+    ):  # a rig does not wait for a browser; without permission it may
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(70))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as wire:
         wire.bind(("127.0.0.1", port))

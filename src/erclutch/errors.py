@@ -71,7 +71,9 @@ _OPTION = re.compile(
 )
 _VALUE = r"\"[^\"]*\"|'[^']*'|[^\s;\"']+(?<!\.)"
 #: A command that a message offers for copying, with its options.
-_COMMAND = re.compile(rf"erclutch inspect (?P<path>'[^']*'|\S+)(?P<options>(?: --[\w-]+ (?:{_VALUE}))+)")
+_COMMAND = re.compile(
+    rf"erclutch inspect (?P<path>'[^']*'|\S+)(?P<options>(?: --[\w-]+ (?:{_VALUE}))+)"
+)
 #: Options whose names in Python are others; "" where Python has the value alone, as the name of a folder.
 _IN_PYTHON = {"from": "begin", "until": "end", "out": "", "to": "", "run": ""}
 _DROPPED = re.compile(r"--(?:out|to|run) (?=[a-z])")
@@ -212,7 +214,9 @@ def require_known(given: Iterable[str], known: Sequence[str], of: str) -> None:
     for keyword in given:
         if keyword not in known:
             hint = did_you_mean(keyword, known)
-            raise SettingError(f"{of} knows no {keyword}", remedy=f"{hint}Known are {', '.join(known)}")
+            raise SettingError(
+                f"{of} knows no {keyword}", remedy=f"{hint}Known are {', '.join(known)}"
+            )
 
 
 def keywords_checked(taker: Taker) -> Taker:

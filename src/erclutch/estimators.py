@@ -27,7 +27,9 @@ try:
     from sklearn.base import BaseEstimator, RegressorMixin
     from sklearn.utils.validation import check_is_fitted, validate_data
 except ImportError as missing:
-    raise ImportError('erclutch.estimators needs scikit-learn: pip install "erclutch[sklearn]"') from missing
+    raise ImportError(
+        'erclutch.estimators needs scikit-learn: pip install "erclutch[sklearn]"'
+    ) from missing
 
 from erclutch.errors import SettingError
 from erclutch.fit.laws.fit_law import fit_structure
@@ -119,7 +121,9 @@ class LawRegressor(RegressorMixin, BaseEstimator):
 
     def _by_name(self, X: Any) -> Any:
         """The device's columns of a DataFrame that names them; anything else as it is."""
-        labels = {str(label).partition("[")[0].strip(): label for label in getattr(X, "columns", ())}
+        labels = {
+            str(label).partition("[")[0].strip(): label for label in getattr(X, "columns", ())
+        }
         wanted = _COLUMNS[self.device]
         missing = [name for name in wanted if name not in labels]
         if len(missing) == len(wanted):
@@ -191,7 +195,9 @@ class _Network(RegressorMixin, BaseEstimator, ABC):
         self.scaling_ = scaling_of(x, target, structure.kind)
         training = Training(self.seed, self.polish, workers=self.n_jobs or 1)
         with one_thread():
-            self.weights_, self.stop_, self.n_iter_ = learn((x, target), self.scaling_, structure, training)
+            self.weights_, self.stop_, self.n_iter_ = learn(
+                (x, target), self.scaling_, structure, training
+            )
         return self
 
     def predict(self, X: Any) -> Array:

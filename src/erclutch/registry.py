@@ -27,14 +27,23 @@ from traceback import extract_tb
 from typing import Any, Literal, NamedTuple, cast
 
 from erclutch._version import __version__
-from erclutch.errors import ErclutchError, PluginError, SettingError, did_you_mean, of_missing_wing, placed
+from erclutch.errors import (
+    ErclutchError,
+    PluginError,
+    SettingError,
+    did_you_mean,
+    of_missing_wing,
+    placed,
+)
 
 
 class _Group(NamedTuple):
     kind: str  # what a plug-in of the group is called
     room: str  # of the core, with a folder of the group; "": wings alone have such folders
     mark: str  # what the file assigns at its top level
-    value: Literal["mark", "module", "function"] = "mark"  # a plug-in's value: of the mark, the file itself, or the
+    value: Literal["mark", "module", "function"] = (
+        "mark"  # a plug-in's value: of the mark, the file itself, or the
+    )
     # function that is named as the file
 
 
@@ -108,11 +117,17 @@ class Plugin:
             yield
         except ErclutchError:
             raise
-        except (Exception, SystemExit, KeyboardInterrupt) as error:  # of somebody else: told, and no crash of ours
+        except (
+            Exception,
+            SystemExit,
+            KeyboardInterrupt,
+        ) as error:  # of somebody else: told, and no crash of ours
             if _asked_for_from_outside(error):
                 raise
             if self.own and isinstance(error, ModuleNotFoundError):
-                raise of_missing_wing(error, f"the {_GROUPS[self.group].kind} {self.name!r}") or error from None
+                raise (
+                    of_missing_wing(error, f"the {_GROUPS[self.group].kind} {self.name!r}") or error
+                ) from None
             if self.own:
                 raise
             said = " ".join(str(error).split())[:300] or "no reason given"
@@ -138,19 +153,29 @@ class Plugin:
         """
         if not isinstance(self.value, kind):
             given = type(self.value).__name__
-            raise self.fault(f"is of type {given}, it must be {kind.__name__} (of {kind.__module__})")
+            raise self.fault(
+                f"is of type {given}, it must be {kind.__name__} (of {kind.__module__})"
+            )
         return self.value
 
     def fault(self, what: str) -> PluginError:
         """What is wrong with it, with its name, package and version, to be raised."""
         remedy = (
-            f"Tell its author, install another version of {self.package}, or remove it: pip uninstall {self.package}"
+            f"Tell its author, install another version of {self.package}, or remove it: pip "
+            f"uninstall {self.package}"
         )
-        return PluginError(f"the {_GROUPS[self.group].kind} {self.name!r} of {self.label} {what}", remedy=remedy)
+        return PluginError(
+            f"the {_GROUPS[self.group].kind} {self.name!r} of {self.label} {what}", remedy=remedy
+        )
 
     def to_dict(self) -> dict[str, str]:
         """What a file says of a plug-in that it needs."""
-        return {"group": self.group, "name": self.name, "package": self.package, "version": self.version}
+        return {
+            "group": self.group,
+            "name": self.name,
+            "package": self.package,
+            "version": self.version,
+        }
 
 
 def names(group: str) -> tuple[str, ...]:
@@ -184,12 +209,18 @@ def find(group: str, name: str) -> Plugin:
     if len(of_others) > 1:
         packages = [plugin.package for plugin in of_others]
         problem = f"the {_GROUPS[group].kind} {name!r} is in {len(packages)} packages: {', '.join(packages)}"
-        raise PluginError(problem, remedy=f"Remove all but one of them: pip uninstall {packages[-1]}")
+        raise PluginError(
+            problem, remedy=f"Remove all but one of them: pip uninstall {packages[-1]}"
+        )
     return of_others[0]
 
 
 def unknown(
-    group: str, name: str, known: Iterable[str] = (), where: str = "", error: type[ErclutchError] = SettingError
+    group: str,
+    name: str,
+    known: Iterable[str] = (),
+    where: str = "",
+    error: type[ErclutchError] = SettingError,
 ) -> ErclutchError:
     """That there is no plug-in of a name, to be raised.
 
@@ -202,7 +233,11 @@ def unknown(
     """
     offered = tuple(known) or names(group)
     hint = did_you_mean(name, offered)
-    return error(f"unknown {_GROUPS[group].kind} {name!r}", where=where, remedy=f"{hint}Known are {', '.join(offered)}")
+    return error(
+        f"unknown {_GROUPS[group].kind} {name!r}",
+        where=where,
+        remedy=f"{hint}Known are {', '.join(offered)}",
+    )
 
 
 def require(needed: Any, where: str) -> None:
@@ -265,7 +300,11 @@ def _folders(group: str) -> list[tuple[str, Traversable]]:
     folders = [(f"erclutch.{room}.{last}", package / room / last)] if room else []
     wings = package / "wings"
     if wings.is_dir():
-        folders += [(f"erclutch.wings.{wing.name}.{last}", wing / last) for wing in wings.iterdir() if wing.is_dir()]
+        folders += [
+            (f"erclutch.wings.{wing.name}.{last}", wing / last)
+            for wing in wings.iterdir()
+            if wing.is_dir()
+        ]
     return [(name, folder) for name, folder in folders if folder.is_dir()]
 
 
@@ -287,7 +326,11 @@ def _others(group: str) -> tuple[Plugin, ...]:
             continue
         part = named.removeprefix(group).removeprefix(".")
         for point in installed.select(group=named):
-            package, version = (point.dist.name, point.dist.version) if point.dist else ("unknown", "")
-            source = point.value.partition("[")[0].strip()  # without the extras that an entry point may name
+            package, version = (
+                (point.dist.name, point.dist.version) if point.dist else ("unknown", "")
+            )
+            source = point.value.partition("[")[
+                0
+            ].strip()  # without the extras that an entry point may name
             others.append(Plugin(group, point.name, source, package, version, part))
     return tuple(sorted(others, key=lambda plugin: (plugin.name, plugin.package)))

@@ -39,17 +39,26 @@ def test_powers_of_an_array_and_of_a_record(exponent: float) -> None:
     np.testing.assert_allclose(np.asarray(found), X**exponent, rtol=1e-14)
     assert found.shape == X.shape
     if exponent in (1.0, 2.0, -1.0):
-        np.testing.assert_array_equal(np.asarray(found), {1.0: X, 2.0: X * X, -1.0: 1.0 / X}[exponent])
+        np.testing.assert_array_equal(
+            np.asarray(found), {1.0: X, 2.0: X * X, -1.0: 1.0 / X}[exponent]
+        )
     record = recorded(lambda x: np.power(x, exponent), ["x"])
     operations = [n.operation for n in record.needed() if n.operation not in ("input", "constant")]
-    assert operations == {0.0: [], 1.0: [], 2.0: ["multiply"], -1.0: ["divide"]}.get(exponent, ["power"])
+    assert operations == {0.0: [], 1.0: [], 2.0: ["multiply"], -1.0: ["divide"]}.get(
+        exponent, ["power"]
+    )
     if exponent == 0.0:
         assert record.outputs[0].value == 1.0
 
 
 def test_all_else_is_numpys() -> None:
     x = array_as_in_c(X)
-    for made in (x + 1.0, np.sqrt(x), np.maximum(x, 1.0), np.add(x, x, out=array_as_in_c(np.empty(50)))):
+    for made in (
+        x + 1.0,
+        np.sqrt(x),
+        np.maximum(x, 1.0),
+        np.add(x, x, out=array_as_in_c(np.empty(50))),
+    ):
         assert isinstance(made, ArrayAsInC)
     assert not isinstance(x > 1.0, ArrayAsInC)
     assert isinstance(np.add.reduce(x), float)

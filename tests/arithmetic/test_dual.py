@@ -65,7 +65,9 @@ def test_binary(ufunc: np.ufunc, data: st.DataObject) -> None:
     both = ufunc(Dual(x, {0: 1.0, 1: 0.5}), Dual(y, {0: 1.0, 2: 3.0}))
     assert both.value == ufunc(x, y)
     assert both.partials == pytest.approx(
-        {0: left + right, 1: 0.5 * left, 2: 3.0 * right}, rel=1e-6, abs=1e-6 * (1 + abs(left) + abs(right))
+        {0: left + right, 1: 0.5 * left, 2: 3.0 * right},
+        rel=1e-6,
+        abs=1e-6 * (1 + abs(left) + abs(right)),
     )
     first, second = ufunc(Dual(x, {0: 1.0}), y), ufunc(x, Dual(y, {0: 1.0}))
     assert (first.value, second.value) == (ufunc(x, y), ufunc(x, y))
@@ -115,18 +117,34 @@ def test_chain_of_rules(q: list[float]) -> None:
     x = np.linspace(-2, 2, 7)
 
     def f(a: Any, b: Any, c: Any) -> Any:
-        return np.tanh(a * x / b) * (1.0 + c * np.expm1(-b * np.abs(x))) / np.sqrt(np.square(a) + c**b)
+        return (
+            np.tanh(a * x / b) * (1.0 + c * np.expm1(-b * np.abs(x))) / np.sqrt(np.square(a) + c**b)
+        )
 
     out = f(*seed(q))
     np.testing.assert_allclose(value_of(out), f(*q), rtol=1e-13)
     for i in range(3):
-        expected = difference(lambda v, i=i: f(*(v if j == i else p for j, p in enumerate(q))), q[i])
+        expected = difference(
+            lambda v, i=i: f(*(v if j == i else p for j, p in enumerate(q))), q[i]
+        )
         np.testing.assert_allclose(partial_of(out, i), expected, rtol=1e-6, atol=1e-8)
 
 
 @pytest.mark.parametrize(
     "ufunc",
-    [np.sinh, np.arcsin, np.sign, np.maximum, np.floor, np.cbrt, np.hypot, np.greater, np.equal, np.matmul, np.mod],
+    [
+        np.sinh,
+        np.arcsin,
+        np.sign,
+        np.maximum,
+        np.floor,
+        np.cbrt,
+        np.hypot,
+        np.greater,
+        np.equal,
+        np.matmul,
+        np.mod,
+    ],
 )
 def test_without_a_rule_nothing_is_guessed(ufunc: np.ufunc) -> None:
     a = Dual(np.array([0.5, 0.7]), {0: np.array([1.0, 1.0])})

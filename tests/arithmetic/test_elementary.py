@@ -50,11 +50,16 @@ def test_powers_are_as_precise_as_stated(precision: PrecisionName, exponent: flo
 def test_functions_stay_finite_for_anything(precision: PrecisionName) -> None:
     p = PRECISIONS[precision]
     info = np.finfo(p.dtype)
-    x = np.array([np.nan, np.inf, -np.inf, info.max, -info.max, info.smallest_subnormal, -0.0, 0.0], p.dtype)
+    x = np.array(
+        [np.nan, np.inf, -np.inf, info.max, -info.max, info.smallest_subnormal, -0.0, 0.0], p.dtype
+    )
     functions = elementary(p)
     with np.errstate(all="ignore"):
         for name, function in functions.items():
-            if name in ("absolute", "nearest"):  # what is not finite stays so; no such angle is ever rounded
+            if name in (
+                "absolute",
+                "nearest",
+            ):  # what is not finite stays so; no such angle is ever rounded
                 continue
             # A function of a held argument is only ever called behind its hold.
             first = functions[name.replace("_held", "_hold")](x) if name.endswith("_held") else x

@@ -16,7 +16,18 @@ from erclutch.arithmetic.record import Record
 from erclutch.arithmetic.row_arithmetic import _NUMPY, _ON_NUMBERS, Numbers
 from tests.support.examples import examples
 
-_OPERATIONS = ("add", "subtract", "multiply", "choose", "tanh", "delay", "state", "call", "hold", "latch")
+_OPERATIONS = (
+    "add",
+    "subtract",
+    "multiply",
+    "choose",
+    "tanh",
+    "delay",
+    "state",
+    "call",
+    "hold",
+    "latch",
+)
 
 
 def _random_record(draw: st.DrawFn) -> Record:
@@ -34,7 +45,9 @@ def _random_record(draw: st.DrawFn) -> Record:
         elif operation == "tanh":
             values.append(np.tanh(one))
         elif operation == "delay":
-            values.append(record.operand("delay", one, going, value=(f"r{k}", draw(st.integers(1, 4)))))
+            values.append(
+                record.operand("delay", one, going, value=(f"r{k}", draw(st.integers(1, 4))))
+            )
         elif operation == "state":
             states.append(f"s{k}")
             values.append(record.state(f"s{k}"))
@@ -82,7 +95,9 @@ class _RowByRow:
                 known[node.index] = self.past[name][rows]
             elif node.operation == "call":
                 called = self.record.calls[node.value]
-                known[node.index] = evaluate(called, dict(zip(called.inputs(), a, strict=True)), self.numbers)[0]
+                known[node.index] = evaluate(
+                    called, dict(zip(called.inputs(), a, strict=True)), self.numbers
+                )[0]
             else:
                 known[node.index] = self.numbers.apply(node, a)
         self.state = {name: known[n.index] for name, n in self.record.after.items()}
@@ -92,7 +107,9 @@ class _RowByRow:
 @pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(data=st.data(), rows=st.integers(1, 12), precision=st.sampled_from([FLOAT64, FLOAT32]))
-def test_all_rows_at_once_are_the_rows_one_by_one(data: st.DataObject, rows: int, precision: Precision) -> None:
+def test_all_rows_at_once_are_the_rows_one_by_one(
+    data: st.DataObject, rows: int, precision: Precision
+) -> None:
     record = data.draw(st.composite(_random_record)())
     rng = np.random.default_rng(rows)
     inputs = {name: rng.normal(size=rows).astype(precision.dtype) for name in ("a", "b")}
@@ -100,7 +117,9 @@ def test_all_rows_at_once_are_the_rows_one_by_one(data: st.DataObject, rows: int
     single = _RowByRow(record, precision)
     alone = [single.row({name: x[k : k + 1] for name, x in inputs.items()}) for k in range(rows)]
     for j, found in enumerate(together):
-        np.testing.assert_array_equal(found, np.concatenate([np.broadcast_to(row[j], 1) for row in alone]))
+        np.testing.assert_array_equal(
+            found, np.concatenate([np.broadcast_to(row[j], 1) for row in alone])
+        )
 
 
 @settings(max_examples=examples(50), deadline=None)
@@ -111,7 +130,9 @@ def test_a_flat_record_is_the_record_with_its_calls(data: st.DataObject) -> None
     inputs = {name: np.random.default_rng(1).normal(size=9) for name in ("a", "b")}
     assert not any(n.operation == "call" for n in flat.nodes)
     for one, other in zip(
-        evaluate(record, inputs, Numbers(FLOAT64)), evaluate(flat, inputs, Numbers(FLOAT64)), strict=True
+        evaluate(record, inputs, Numbers(FLOAT64)),
+        evaluate(flat, inputs, Numbers(FLOAT64)),
+        strict=True,
     ):
         np.testing.assert_array_equal(one, other)
 
@@ -120,7 +141,9 @@ def test_a_given_value_stands_in_and_what_only_it_needed_is_not_computed() -> No
     record = Record()
     hidden = record.input("absent") + 1.0
     record.give(2.0 * hidden)
-    found = evaluate(record, {"a": np.zeros(3)}, Numbers(FLOAT64), {hidden.node: np.array([1.0, 2.0, 3.0])})
+    found = evaluate(
+        record, {"a": np.zeros(3)}, Numbers(FLOAT64), {hidden.node: np.array([1.0, 2.0, 3.0])}
+    )
     assert found[0].tolist() == [2.0, 4.0, 6.0]
     with pytest.raises(KeyError, match="absent"):
         evaluate(record, {"a": np.zeros(3)}, Numbers(FLOAT64))
@@ -132,11 +155,27 @@ def test_a_number_has_the_bits_of_an_array_of_one(operation: str, precision: Pre
     """Numbers that the C meets: both zeros, infinities, NaN, the smallest and the largest, and what rounds."""
     largest = np.finfo(precision.dtype).max
     smallest = np.finfo(precision.dtype).smallest_subnormal
-    numbers = [0.0, -0.0, 1.0, -1.3, 0.1, 1e-20, -np.inf, np.inf, np.nan, largest, -largest, smallest, -smallest]
+    numbers = [
+        0.0,
+        -0.0,
+        1.0,
+        -1.3,
+        0.1,
+        1e-20,
+        -np.inf,
+        np.inf,
+        np.nan,
+        largest,
+        -largest,
+        smallest,
+        -smallest,
+    ]
     on_arrays = absolute if operation == "absolute" else _NUMPY[operation]
     truths = np.array([True, False])
     reals = np.array(numbers, precision.dtype)
-    operands = {"both": [truths, truths], "either": [truths, truths], "opposite": [truths]}.get(operation)
+    operands = {"both": [truths, truths], "either": [truths, truths], "opposite": [truths]}.get(
+        operation
+    )
     operands = operands or {"choose": [truths, reals, reals], "finite": [reals]}.get(operation)
     operands = operands or [reals] * (1 if operation in ("negate", "absolute") else 2)
     with np.errstate(all="ignore"):
@@ -152,7 +191,9 @@ def test_a_number_has_the_bits_of_an_array_of_one(operation: str, precision: Pre
 
 
 @pytest.mark.parametrize("precision", [FLOAT32, FLOAT64], ids=lambda p: p.name)
-def test_a_lag_runs_in_numbers_with_the_bits_of_arrays(precision: Precision, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lag_runs_in_numbers_with_the_bits_of_arrays(
+    precision: Precision, monkeypatch: pytest.MonkeyPatch
+) -> None:
     record = Record()
     signal, before = record.input("a"), record.state("lag")
     share = record.choose(record.less(before * signal, 0.0), 0.3, 0.1)
@@ -165,6 +206,10 @@ def test_a_lag_runs_in_numbers_with_the_bits_of_arrays(precision: Precision, mon
     lag, low = evaluate(record, {"a": rows}, Numbers(precision))
     monkeypatch.setattr(Numbers, "on_numbers", {})
     lag_in_arrays, low_in_arrays = evaluate(record, {"a": rows}, Numbers(precision))
-    assert (lag.dtype, low.dtype) == (lag_in_arrays.dtype, low_in_arrays.dtype) == (precision.dtype, np.bool_)
+    assert (
+        (lag.dtype, low.dtype)
+        == (lag_in_arrays.dtype, low_in_arrays.dtype)
+        == (precision.dtype, np.bool_)
+    )
     assert np.array_equal(lag, lag_in_arrays, equal_nan=True)
     assert np.array_equal(low, low_in_arrays)

@@ -33,7 +33,10 @@ def noise(seed: int, rows: int) -> tuple[Array, Array, Array]:
 def test_arrays_have_the_bits_of_a_loop_over_the_rows(rows: list[int], seed: int) -> None:
     clock = clock_of(rows)
     keep, drive, first = noise(seed, sum(rows))
-    assert np.array_equal(recur(keep, drive, first, clock), np.asarray(recur(keep, array_as_in_c(drive), first, clock)))
+    assert np.array_equal(
+        recur(keep, drive, first, clock),
+        np.asarray(recur(keep, array_as_in_c(drive), first, clock)),
+    )
 
 
 @pytest.mark.slow
@@ -48,8 +51,12 @@ def test_duals_pass_with_the_derivatives_of_differences(rows: list[int], seed: i
 
     found = recur(Dual(keep, {0: keep}), Dual(drive, {3: 1.0}), Dual(first, {}), clock)
     assert np.array_equal(found.value, moved(0.0, 0.0))
-    np.testing.assert_allclose(partial_of(found, 0), (moved(h, 0.0) - moved(-h, 0.0)) / (2 * h), rtol=1e-4, atol=1e-6)
-    np.testing.assert_allclose(partial_of(found, 3), (moved(0.0, h) - moved(0.0, -h)) / (2 * h), rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(
+        partial_of(found, 0), (moved(h, 0.0) - moved(-h, 0.0)) / (2 * h), rtol=1e-4, atol=1e-6
+    )
+    np.testing.assert_allclose(
+        partial_of(found, 3), (moved(0.0, h) - moved(0.0, -h)) / (2 * h), rtol=1e-4, atol=1e-6
+    )
 
 
 @settings(deadline=None)
@@ -75,7 +82,9 @@ def test_one_step_stands_for_all_rows_only_where_all_spans_have_it() -> None:
         assert np.array_equal(step_of(clock), clock.steps)
 
 
-def test_where_nothing_can_be_kept_a_function_is_compiled_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_where_nothing_can_be_kept_a_function_is_compiled_all_the_same(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def without_folder(self: object) -> None:
         raise RuntimeError("cannot cache function: no locator available")
 

@@ -54,7 +54,9 @@ CASES = pytest.mark.parametrize(
 
 
 @CASES
-@pytest.mark.parametrize("limit", [pytest.param(0, marks=pytest.mark.slow), 10**9], ids=["compiled", "python"])
+@pytest.mark.parametrize(
+    "limit", [pytest.param(0, marks=pytest.mark.slow), 10**9], ids=["compiled", "python"]
+)
 def test_values_and_bits(
     advance: Any, numbers: list[float], linear: bool, limit: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -67,7 +69,9 @@ def test_values_and_bits(
 
 
 @CASES
-def test_derivatives_by_numbers_inputs_and_the_first_state(advance: Any, numbers: list[float], linear: bool) -> None:
+def test_derivatives_by_numbers_inputs_and_the_first_state(
+    advance: Any, numbers: list[float], linear: bool
+) -> None:
     at = [*numbers, 1.0, 0.2, -0.1]
 
     def run(q: list[Any]) -> tuple[Any, ...]:
@@ -84,7 +88,11 @@ def test_derivatives_by_numbers_inputs_and_the_first_state(advance: Any, numbers
             )
 
 
-@given(st.lists(st.floats(-3.0, 3.0), min_size=90, max_size=90), st.floats(0.0, 1.0), st.floats(-2.0, 2.0))
+@given(
+    st.lists(st.floats(-3.0, 3.0), min_size=90, max_size=90),
+    st.floats(0.0, 1.0),
+    st.floats(-2.0, 2.0),
+)
 def test_one_linear_state_is_recur(drive: list[float], keep: float, first: float) -> None:
     def advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]:
         return (given[1] * before[0] + given[0],)
@@ -119,7 +127,9 @@ def test_the_search_for_modes_in_python_has_the_bits_of_the_compiled_one() -> No
     command, up, down = drawn.normal(size=3000), *drawn.uniform(0.0, 1.0, (2, 3000))
     plain, compiled = np.ones((2, 3000), np.bool_)
     recursion._run_switched_plainly(command, up, down, [0, 1000, 1001], plain)
-    recursion.machine_code(recursion._run_switched)(command, up, down, np.array([0, 1000, 1001]), compiled)
+    recursion.machine_code(recursion._run_switched)(
+        command, up, down, np.array([0, 1000, 1001]), compiled
+    )
     assert plain.tobytes() == compiled.tobytes()
     assert 500 < np.count_nonzero(plain) < 2500
 

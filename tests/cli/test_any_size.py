@@ -30,7 +30,9 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("any-size") / "log.parquet"
     columns = synthetic_log(ROWS / 1000.0)
     time = columns["time"][1] + np.arange(ROWS) // 20_000
-    named = {f"{name} [{unit}]": values for name, (unit, values) in columns.items() if name != "time"}
+    named = {
+        f"{name} [{unit}]": values for name, (unit, values) in columns.items() if name != "time"
+    }
     pq.write_table(pa.table({"time [s]": time, **named}), path)
     return path
 
@@ -56,10 +58,18 @@ def test_the_run_is_as_any_other_and_every_row_is_scored(
     figures = read_every_row(run)
     assert figures is not None
     assert sorted(figures["models"]) == sorted(run.names)
-    assert figures["rows"] == ROWS > figures["kept_rows"] == run.body["train_rows"] + run.body["test_rows"]
+    assert (
+        figures["rows"]
+        == ROWS
+        > figures["kept_rows"]
+        == run.body["train_rows"] + run.body["test_rows"]
+    )
     assert not (out / FOLDER).exists()
     assert main(["report", str(out), "--out", str(tmp_path / "report.html")]) == 0
-    assert main(["predict", str(log), "--run", str(out), "--out", str(tmp_path / "predicted.parquet")]) == 0
+    assert (
+        main(["predict", str(log), "--run", str(out), "--out", str(tmp_path / "predicted.parquet")])
+        == 0
+    )
     assert pq.read_metadata(tmp_path / "predicted.parquet").num_rows == ROWS
 
 
@@ -72,7 +82,9 @@ def test_json_has_the_figures_of_every_row(log: Path, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.slow
-def test_a_log_that_fits_has_no_more_than_it_had(log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_log_that_fits_has_no_more_than_it_had(
+    log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["fit", str(log), *OPTIONS[:-1], "1", "--out", str(tmp_path / "run")]) == 0
     assert "Every row" not in capsys.readouterr().out
     assert not (tmp_path / "run" / FILE).exists()

@@ -62,7 +62,9 @@ def test_without_a_command_it_says_what_to_do(tmp_path: Path) -> None:
         assert f"erclutch {command}" in said
 
 
-@pytest.mark.parametrize("command", [(), ("inspect",), ("fit",), ("report",), ("compare",), ("figure",), ("laws",)])
+@pytest.mark.parametrize(
+    "command", [(), ("inspect",), ("fit",), ("report",), ("compare",), ("figure",), ("laws",)]
+)
 def test_help(command: tuple[str, ...], tmp_path: Path) -> None:
     assert "Usage: " in good(*command, "--help", cwd=tmp_path)
 
@@ -80,7 +82,9 @@ def test_version(tmp_path: Path) -> None:
 def test_version_cites_what_the_file_cites(tmp_path: Path) -> None:
     listed = " ".join((ROOT / "CITATION.cff").read_text(encoding="utf-8").split())
     cited = " ".join(good("--version", cwd=tmp_path).partition("To cite:")[2].split())
-    said = re.fullmatch(r"(.*)\. (.*), version (.*)\. Software, (.*)\. (\w+) and (\w+)\. (.*)\.", cited)
+    said = re.fullmatch(
+        r"(.*)\. (.*), version (.*)\. Software, (.*)\. (\w+) and (\w+)\. (.*)\.", cited
+    )
     assert said is not None
     authors, name, version, licence, *writers, title = said.groups()
     assert f"title: {name} version: {version} license: {licence}" in listed
@@ -98,8 +102,12 @@ def test_bash_completes_commands_options_and_choices(tmp_path: Path) -> None:
     assert str(script) in (tmp_path / ".bashrc").read_text()
     asked = {"fi": "fit", "fit log.csv --mod": "--models", "export run --precision fl": "float32"}
     for words, wanted in asked.items():
-        code = f". {script}; COMP_WORDS=(erclutch {words}); COMP_CWORD={len(words.split())}; _erclutch"
-        said = subprocess.check_output(["bash", "-c", f'{code}; echo "${{COMPREPLY[@]}}"'], text=True)
+        code = (
+            f". {script}; COMP_WORDS=(erclutch {words}); COMP_CWORD={len(words.split())}; _erclutch"
+        )
+        said = subprocess.check_output(
+            ["bash", "-c", f'{code}; echo "${{COMPREPLY[@]}}"'], text=True
+        )
         assert wanted in said.split(), words
 
 
@@ -107,7 +115,10 @@ def test_bash_completes_commands_options_and_choices(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("shell", "ask"),
     [
-        ("fish", 'source {script}; complete -C "erclutch fi"; complete -C "erclutch export run --precision fl"'),
+        (
+            "fish",
+            'source {script}; complete -C "erclutch fi"; complete -C "erclutch export run --precision fl"',
+        ),
         (
             "zsh",
             "fpath=({script.parent} $fpath); autoload -Uz compinit; compinit -u; autoload +X _erclutch; functions",
@@ -124,7 +135,10 @@ def test_other_shells_know_commands_and_choices(shell: str, ask: str, tmp_path: 
         good("--install-completion", "--shell", shell, "--output", script, cwd=tmp_path)
         flag = ["-f"] if shell == "zsh" else []
         done = subprocess.run(
-            [shell, *flag, "-c", ask.format(script=script)], capture_output=True, text=True, check=False
+            [shell, *flag, "-c", ask.format(script=script)],
+            capture_output=True,
+            text=True,
+            check=False,
         )
     assert done.returncode == 0, done.stderr
     assert all(word in done.stdout for word in ("fit", "float32")), done.stdout + done.stderr
@@ -147,7 +161,9 @@ def test_inspect_offers_what_two_shafts_differ_by_as_a_column(tmp_path: Path) ->
     driving = 50.0 + 5.0 * np.sin(0.01 * np.arange(600))
     columns = zip(np.arange(600) / 100, driving, driving - slip, np.tanh(5.0 * slip), strict=True)
     rows = [",".join(map(str, row)) + "\n" for row in columns]
-    (tmp_path / "log.csv").write_text("time [s],n_in [rpm],n_out [rpm],torque [N*m]\n" + "".join(rows))
+    (tmp_path / "log.csv").write_text(
+        "time [s],n_in [rpm],n_out [rpm],torque [N*m]\n" + "".join(rows)
+    )
     body = json.loads(good("inspect", "log.csv", "--json", "--field", "none", cwd=tmp_path))
     assert body["choices"]["slip"]["column"] == "n_in - n_out"
     made = body["columns"]["n_in - n_out"]
@@ -161,14 +177,20 @@ def test_inspect_of_a_folder_shows_each_log_and_what_all_of_them_cover(tmp_path:
         write_synthetic_log(tmp_path / "logs" / f"day{k}.csv", seconds, seed=k)
     said = good("inspect", "logs", cwd=tmp_path)
     assert "2 logs; columns and signals are shown of the first" in said
-    assert [line.split()[1] for line in said.splitlines() if line.startswith(" day")] == ["2,000", "3,000"]
+    assert [line.split()[1] for line in said.splitlines() if line.startswith(" day")] == [
+        "2,000",
+        "3,000",
+    ]
     body = json.loads(good("inspect", "logs/day0.csv", "logs/day1.csv", "--json", cwd=tmp_path))
     assert body["rows"] == 2000
     assert [(each["name"], each["rows"]) for each in body["further"]] == [("day1.csv", 3000)]
     (tmp_path / "logs" / "other.csv").write_text("a,b\n1,2\n2,3\n3,4\n")
     said = good("inspect", "logs", cwd=tmp_path, code=1)
     assert said.splitlines()[-1].startswith("Not understood yet: other.csv: ")
-    assert [line.split()[1] for line in said.splitlines() if line.startswith(" day")] == ["2,000", "3,000"]
+    assert [line.split()[1] for line in said.splitlines() if line.startswith(" day")] == [
+        "2,000",
+        "3,000",
+    ]
     body = json.loads(good("inspect", "logs", "--json", cwd=tmp_path, code=1))
     assert list(body["refused"]) == ["other.csv"]
 
@@ -176,7 +198,9 @@ def test_inspect_of_a_folder_shows_each_log_and_what_all_of_them_cover(tmp_path:
 def test_inspect_of_logs_in_different_units_shows_each_and_says_so(tmp_path: Path) -> None:
     for unit in ("A", "V"):
         lines = [f"{k / 100},{k % 2},{k % 7 - 3},{k % 5}\n" for k in range(60)]
-        (tmp_path / f"{unit}.csv").write_text(f"t [s],field [{unit}],slip [rad/s],torque [N*m]\n" + "".join(lines))
+        (tmp_path / f"{unit}.csv").write_text(
+            f"t [s],field [{unit}],slip [rad/s],torque [N*m]\n" + "".join(lines)
+        )
     said = good("inspect", "A.csv", "V.csv", cwd=tmp_path, code=1)
     assert "2 logs; columns and signals are shown of the first" in said
     assert "units differ" in said.splitlines()[-1]
@@ -186,11 +210,19 @@ def test_inspect_of_logs_in_different_units_shows_each_and_says_so(tmp_path: Pat
     ("rows", "answer"),
     [
         (72, "Understood. Fit it: erclutch fit log.csv --out RUN"),
-        (64, "Understood. Fit it, and hold out less than usual, for the rows are few: erclutch fit log.csv --test 0.2"),
-        (51, "Understood, but nothing can be fitted to it: 51 rows are too few: a fit trains on 50"),
+        (
+            64,
+            "Understood. Fit it, and hold out less than usual, for the rows are few: erclutch fit log.csv --test 0.2",
+        ),
+        (
+            51,
+            "Understood, but nothing can be fitted to it: 51 rows are too few: a fit trains on 50",
+        ),
     ],
 )
-def test_inspect_says_what_a_fit_of_few_rows_holds_out(tmp_path: Path, rows: int, answer: str) -> None:
+def test_inspect_says_what_a_fit_of_few_rows_holds_out(
+    tmp_path: Path, rows: int, answer: str
+) -> None:
     lines = [f"{k / 100},{np.sin(k):.5f},{np.tanh(9 * np.sin(k)):.5f}\n" for k in range(rows)]
     (tmp_path / "log.csv").write_text("time_s,velocity_rad_s,torque_Nm\n" + "".join(lines))
     last = good("inspect", "log.csv", cwd=tmp_path).splitlines()[-1]
@@ -200,7 +232,9 @@ def test_inspect_says_what_a_fit_of_few_rows_holds_out(tmp_path: Path, rows: int
         good(*fit, "--models", "bingham", cwd=tmp_path)
 
 
-def test_inspect_asks_about_a_guess_that_rests_on_little_and_names_the_command(tmp_path: Path) -> None:
+def test_inspect_asks_about_a_guess_that_rests_on_little_and_names_the_command(
+    tmp_path: Path,
+) -> None:
     lines = [f"{k / 100},{0.5 + 0.4 * np.sin(k)},{k % 7 - 3},{k % 5}\n" for k in range(80)]
     (tmp_path / "log.csv").write_text("t [s],q7 [V],slip [rad/s],torque [N*m]\n" + "".join(lines))
     last = good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
@@ -208,18 +242,25 @@ def test_inspect_asks_about_a_guess_that_rests_on_little_and_names_the_command(t
     command = shlex.split(last.partition("say so: erclutch ")[2])
     settled = good(*command, cwd=tmp_path)
     assert "field <- column q7 [V] (given)" in settled
-    assert settled.splitlines()[-1] == "Understood. Fit it: erclutch fit log.csv --field 'q7 [V]' --out RUN"
+    assert (
+        settled.splitlines()[-1]
+        == "Understood. Fit it: erclutch fit log.csv --field 'q7 [V]' --out RUN"
+    )
 
 
 @pytest.mark.slow
 def test_a_section_begins_on_the_clock_that_inspect_shows(tmp_path: Path) -> None:
     lines = [f"{100 + k / 100},{k % 2},{k % 7 - 3},{k % 5}\n" for k in range(600)]
-    (tmp_path / "log.csv").write_text("t [s],field [V],slip [rad/s],torque [N*m]\n" + "".join(lines))
+    (tmp_path / "log.csv").write_text(
+        "t [s],field [V],slip [rad/s],torque [N*m]\n" + "".join(lines)
+    )
     good("inspect", "log.csv", "--plots", "drawn", "--start", "102", cwd=tmp_path)
     (numbers,) = (tmp_path / "drawn").glob("*section*.csv")
     text = numbers.read_text(encoding="utf-8")
     assert len(text.splitlines()) > 90
-    assert "--start 107 s" in refused("inspect", "log.csv", "--plots", "other", "--start", "107", cwd=tmp_path)
+    assert "--start 107 s" in refused(
+        "inspect", "log.csv", "--plots", "other", "--start", "107", cwd=tmp_path
+    )
 
 
 @pytest.mark.slow
@@ -229,7 +270,10 @@ def test_a_prediction_is_no_measurement(tmp_path: Path) -> None:
     for name in ("told.csv", "told.parquet"):
         good("predict", "log.csv", "--run", "run", "--out", name, cwd=tmp_path)
         said = refused("score", name, "--run", "run", cwd=tmp_path)
-        assert said == f"error: {name}: its effort is predicted, not measured. Give the measured log.\n"
+        assert (
+            said
+            == f"error: {name}: its effort is predicted, not measured. Give the measured log.\n"
+        )
 
 
 def test_inspect_of_what_is_not_understood_yet(log: Path) -> None:
@@ -242,25 +286,35 @@ def test_inspect_of_what_is_not_understood_yet(log: Path) -> None:
 
 
 def test_all_that_is_missing_is_asked_for_at_once(tmp_path: Path) -> None:
-    table = np.random.default_rng(0).standard_normal((100, 4)) + [[5 * row, 0, 0, 0] for row in range(100)]
+    table = np.random.default_rng(0).standard_normal((100, 4)) + [
+        [5 * row, 0, 0, 0] for row in range(100)
+    ]
     np.savetxt(tmp_path / "log.csv", table, delimiter=",", header="q1,q2,q3,q4", comments="")
     told = good("inspect", "log.csv", "--json", "--invalid", "drop", cwd=tmp_path, code=1)
     problem = json.loads(told)["problem"]
-    assert problem.startswith("log.csv: 4 things are missing: (1) no time column and no sampling rate; (2) no column")
+    assert problem.startswith(
+        "log.csv: 4 things are missing: (1) no time column and no sampling rate; (2) no column"
+    )
     command = problem.partition("in place of these: erclutch ")[2].partition("; --field none")[0]
     words = shlex.split(command)
-    for place, column in zip([k for k, word in enumerate(words) if "COLUMN" in word], range(1, 5), strict=True):
+    for place, column in zip(
+        [k for k, word in enumerate(words) if "COLUMN" in word], range(1, 5), strict=True
+    ):
         words[place] = words[place].replace("COLUMN", f"q{column}")
     assert "slip <- column q3" in good(*words, cwd=tmp_path)
     good(*words, "--write-mapping", "log.toml", cwd=tmp_path)
-    assert "slip <- column q3 [cm/s], converted to m/s (log.toml)" in good("inspect", "log.csv", cwd=tmp_path)
+    assert "slip <- column q3 [cm/s], converted to m/s (log.toml)" in good(
+        "inspect", "log.csv", cwd=tmp_path
+    )
     again = refused(*words, "--write-mapping", "log.toml", cwd=tmp_path)
     assert "there is such a file" in again
 
 
 def test_a_mapping_with_something_missing_is_valid_and_says_what(tmp_path: Path) -> None:
     rows = [f"{k},{k % 7},{k % 5}" for k in range(50)]
-    (tmp_path / "log.csv").write_text("\n".join(["t [ms],Strom [A],Kraft (V)", *rows]), encoding="utf-8")
+    (tmp_path / "log.csv").write_text(
+        "\n".join(["t [ms],Strom [A],Kraft (V)", *rows]), encoding="utf-8"
+    )
     said = good("inspect", "log.csv", "--write-mapping", "half.toml", cwd=tmp_path, code=1)
     place = "Mapping written: half.toml; 2 to fill in. It is read once it lies beside the log as log.csv.toml"
     assert place in " ".join(said.split())
@@ -269,8 +323,28 @@ def test_a_mapping_with_something_missing_is_valid_and_says_what(tmp_path: Path)
     text = (tmp_path / "half.toml").read_text(encoding="utf-8")
     assert tomllib.loads(text)["columns"] == {"field": {"column": "Strom", "unit": "A"}}
     assert "# missing: no column for slip or position" in text
-    words = ("--effort", "Kraft", "--scale", "effort=2 kN/V", "--position", "Strom [mm]", "--constant", "field=1 A")
-    said = good("inspect", "log.csv", *words, "--from", "10ms", "--until", "0.03s", "--skip", "5 ms", cwd=tmp_path)
+    words = (
+        "--effort",
+        "Kraft",
+        "--scale",
+        "effort=2 kN/V",
+        "--position",
+        "Strom [mm]",
+        "--constant",
+        "field=1 A",
+    )
+    said = good(
+        "inspect",
+        "log.csv",
+        *words,
+        "--from",
+        "10ms",
+        "--until",
+        "0.03s",
+        "--skip",
+        "5 ms",
+        cwd=tmp_path,
+    )
     assert "effort <- column Kraft [V], times 2 kN/V (given)" in said
     assert "taken from 0.01 s to 0.03 s: 21 of 50 rows" in said
 
@@ -292,8 +366,20 @@ def test_a_command_says_what_it_lacks(words: tuple[str, ...], said: str, tmp_pat
 
 @pytest.mark.slow
 def test_fit_prints_eight_models_and_all_of_them_where_asked(log: Path) -> None:
-    short = good("fit", log, "--models", "paper", "bingham/critical", "--lag", "none", cwd=log.parent)
-    whole = good("fit", log, "--models", "paper", "bingham/critical", "--lag", "none", "--all", cwd=log.parent)
+    short = good(
+        "fit", log, "--models", "paper", "bingham/critical", "--lag", "none", cwd=log.parent
+    )
+    whole = good(
+        "fit",
+        log,
+        "--models",
+        "paper",
+        "bingham/critical",
+        "--lag",
+        "none",
+        "--all",
+        cwd=log.parent,
+    )
     rows = re.compile(r"^ [ *] +m\d+ ", re.MULTILINE)
     assert len(rows.findall(short)) == 8
     assert "more models: --all shows every one, with its notes." in short
@@ -303,10 +389,16 @@ def test_fit_prints_eight_models_and_all_of_them_where_asked(log: Path) -> None:
     # The first screen of a terminal has the verdict, the eight models and the notes; how the log was read stands below.
     screen = short.splitlines()[:24]
     verdict = " ".join(" ".join(screen[2:4]).split())  # a narrow terminal breaks it
-    assert re.match(r"m\d+, .+, is recommended: it errs by \S+ N\*m over the rows held out", verdict)
+    assert re.match(
+        r"m\d+, .+, is recommended: it errs by \S+ N\*m over the rows held out", verdict
+    )
     assert len(rows.findall("\n".join(screen))) == 8
     assert any("more models: --all" in line for line in screen)
-    assert short.index("more models") < short.index("How the log was read:") < short.index("effort <- column")
+    assert (
+        short.index("more models")
+        < short.index("How the log was read:")
+        < short.index("effort <- column")
+    )
 
 
 def test_fit_keeps_a_run(log: Path) -> None:
@@ -326,7 +418,9 @@ def test_fit_keeps_a_run(log: Path) -> None:
 
 
 def test_fit_as_json_is_run_json(log: Path) -> None:
-    body: dict[str, Any] = json.loads(good("fit", log, *QUICK, "--out", "run", "--json", cwd=log.parent))
+    body: dict[str, Any] = json.loads(
+        good("fit", log, *QUICK, "--out", "run", "--json", cwd=log.parent)
+    )
     kept = json.loads((log.parent / "run" / "run.json").read_text())
     assert sorted(kept.pop("files")) == ["predictions.parquet", "table.csv"]
     kept.pop("digest")
@@ -350,7 +444,9 @@ def test_fit_of_a_folder_and_of_logs_by_pattern(log: Path) -> None:
 @pytest.mark.slow
 def test_several_models_by_comma_or_space(log: Path) -> None:
     for models in (("quadratic,on-off",), ("quadratic", "on-off")):
-        body = json.loads(good("fit", log, "--lag", "none", "--json", "--models", *models, cwd=log.parent))
+        body = json.loads(
+            good("fit", log, "--lag", "none", "--json", "--models", *models, cwd=log.parent)
+        )
         assert {entry["name"] for entry in body["ranking"]} == {"quadratic", "on-off"}
 
 
@@ -371,7 +467,12 @@ def rows_text(count: int = 200, replace: dict[tuple[int, int], str] | None = Non
     rng = np.random.default_rng(0)
     lines = []
     for k in range(count):
-        cells = [f"{k / 1000:.3f}", f"{100 * (k // 10 % 7)}", f"{rng.normal():.4f}", f"{rng.normal():.4f}"]
+        cells = [
+            f"{k / 1000:.3f}",
+            f"{100 * (k // 10 % 7)}",
+            f"{rng.normal():.4f}",
+            f"{rng.normal():.4f}",
+        ]
         for (row, column), text in (replace or {}).items():
             if row == k:
                 cells[column] = text
@@ -388,13 +489,31 @@ def rows_text(count: int = 200, replace: dict[tuple[int, int], str] | None = Non
             rows_text(replace={(k, 3): "nan" for k in range(50, 200, 5)}),
             ["column torque has 30 values missing", "row 51", "--invalid drop"],
         ),
-        (rows_text(replace={(50, 1): "inf"}), ["column field has 1 value", "infinit", "row 51", "--invalid drop"]),
+        (
+            rows_text(replace={(50, 1): "inf"}),
+            ["column field has 1 value", "infinit", "row 51", "--invalid drop"],
+        ),
         (rows_text(1), ["only 1 row of data", "Give a longer log"]),
         (rows_text(60), ["42 rows to train on, at least 50", "--test"]),
-        (rows_text(replace={(k, 2): "7" for k in range(200)}), ["slip is constant at 7", "right column"]),
-        (rows_text(replace={(100, 0): "0.01"}), ["runs backwards at data row 101", "0.01 s after 0.099 s"]),
+        (
+            rows_text(replace={(k, 2): "7" for k in range(200)}),
+            ["slip is constant at 7", "right column"],
+        ),
+        (
+            rows_text(replace={(100, 0): "0.01"}),
+            ["runs backwards at data row 101", "0.01 s after 0.099 s"],
+        ),
     ],
-    ids=["empty", "text", "nan", "infinity", "one row", "few rows", "constant slip", "time backwards"],
+    ids=[
+        "empty",
+        "text",
+        "nan",
+        "infinity",
+        "one row",
+        "few rows",
+        "constant slip",
+        "time backwards",
+    ],
 )
 def test_bad_logs(text: str, words: list[str], tmp_path: Path) -> None:
     (tmp_path / "bad.csv").write_text(text)
@@ -406,7 +525,9 @@ def test_bad_logs(text: str, words: list[str], tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_an_error_is_a_line_in_a_process_of_its_own_too(tmp_path: Path) -> None:
-    done = subprocess.run([*COMMAND, "fit", "gone.csv"], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [*COMMAND, "fit", "gone.csv"], cwd=tmp_path, capture_output=True, text=True, timeout=120
+    )
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == refused("fit", "gone.csv", cwd=tmp_path)
 
@@ -421,7 +542,10 @@ def test_random_bytes_named_mat(tmp_path: Path) -> None:
     ("arguments", "words"),
     [
         (("--effort", "nope"), ["log.csv", "there is no column 'nope' for effort", "torque [N*m]"]),
-        (("--effort", "torque [m]"), ["log.csv", "unit 'm', which does not fit effort", "N*m, N, Pa"]),
+        (
+            ("--effort", "torque [m]"),
+            ["log.csv", "unit 'm', which does not fit effort", "N*m, N, Pa"],
+        ),
         (("--effort", "torque [furlong]"), ["furlong"]),
         (("--models", "binghm"), ["unknown law 'binghm'", "Did you mean bingham?"]),
         (("--models", "foo"), ["unknown law 'foo'", "rbfm-N, fnn-N, rbfn-N"]),
@@ -437,7 +561,10 @@ def test_random_bytes_named_mat(tmp_path: Path) -> None:
         (("--seed", "-1"), ["--seed -1"]),
         (("--rate", "abc"), ["rate is 'abc'", "Hz"]),
         (("--constant", "field=much"), ["field is 'much'"]),
-        (("--field", "field", "--constant", "field=1 V"), ["field is given as a column and as a constant"]),
+        (
+            ("--field", "field", "--constant", "field=1 V"),
+            ["field is given as a column and as a constant"],
+        ),
         (("--map", "nowhere.toml"), ["nowhere.toml"]),
         (("--out", "no/run"), ["no/run: its parent folder does not exist", "Make no first"]),
         (("--out", "thesis"), ["thesis: exists and is not a run", "another name"]),
@@ -480,8 +607,9 @@ def test_a_folder_of_folders_names_those_that_hold_logs(tmp_path: Path) -> None:
     (tmp_path / "papers" / "paper.pdf").write_bytes(b"%PDF")
     for folder in ("raw", "smoothed"):
         (tmp_path / folder / "log.csv").write_text("t,c\n0,1\n1,2\n")
-    assert "the folder holds no log. Give one of its folders: raw, smoothed; or, where all are" in refused(
-        "inspect", tmp_path, cwd=tmp_path
+    assert (
+        "the folder holds no log. Give one of its folders: raw, smoothed; or, where all are"
+        in refused("inspect", tmp_path, cwd=tmp_path)
     )
 
 
@@ -490,7 +618,8 @@ def test_logs_that_ask_the_same_are_told_once_with_one_command(tmp_path: Path) -
     for yielding, field in enumerate(("0x5", "1", "2"), start=1):
         efforts = [yielding * math.tanh(slip) + 0.1 * slip for slip in slips]
         rows = (
-            f"{k / 100} {slip:.5f} {effort:.5f}\n" for k, (slip, effort) in enumerate(zip(slips, efforts, strict=True))
+            f"{k / 100} {slip:.5f} {effort:.5f}\n"
+            for k, (slip, effort) in enumerate(zip(slips, efforts, strict=True))
         )
         (tmp_path / f"{field}A.txt").write_text("".join(rows))
     said = good("inspect", tmp_path, cwd=tmp_path, code=1)
@@ -499,15 +628,28 @@ def test_logs_that_ask_the_same_are_told_once_with_one_command(tmp_path: Path) -
     assert f"What settles it: erclutch inspect {tmp_path} " in said
     assert "--name-pattern '{field}A'" in said
 
-    words = ("--time", "c1 [s]", "--slip", "c2 [rad/s]", "--effort", "c3 [N*m]", "--name-pattern", "{field}A")
+    words = (
+        "--time",
+        "c1 [s]",
+        "--slip",
+        "c2 [rad/s]",
+        "--effort",
+        "c3 [N*m]",
+        "--name-pattern",
+        "{field}A",
+    )
     said = good("inspect", tmp_path, *words, cwd=tmp_path)
     assert said.splitlines()[-1].startswith(f"Understood. Fit them: erclutch fit {tmp_path} --slip")
 
 
-def test_fields_in_the_names_of_files_are_asked_about_once_with_one_command_for_all(tmp_path: Path) -> None:
+def test_fields_in_the_names_of_files_are_asked_about_once_with_one_command_for_all(
+    tmp_path: Path,
+) -> None:
     slips = [3 * math.sin(k / 9) for k in range(300)]
     for field in (0.0, 0.5, 1.0):
-        rows = "".join(f"{k / 100},{w:.5f},{(0.1 + field) * math.tanh(w):.5f}\n" for k, w in enumerate(slips))
+        rows = "".join(
+            f"{k / 100},{w:.5f},{(0.1 + field) * math.tanh(w):.5f}\n" for k, w in enumerate(slips)
+        )
         (tmp_path / f"brake7_{field:g}A.csv").write_text(f"t [s],slip [rad/s],torque [N*m]\n{rows}")
     said = good("inspect", tmp_path, cwd=tmp_path, code=1)
     assert said.count("Not understood yet") == 1
@@ -517,7 +659,9 @@ def test_fields_in_the_names_of_files_are_asked_about_once_with_one_command_for_
     assert "Understood. Fit them" in good(*settled[1:], cwd=tmp_path)
 
 
-@pytest.mark.parametrize("arguments", [("--device", "triaxial"), ("--blocks", "two"), ("--nonsense",)])
+@pytest.mark.parametrize(
+    "arguments", [("--device", "triaxial"), ("--blocks", "two"), ("--nonsense",)]
+)
 def test_what_the_parser_refuses(arguments: tuple[str, ...], log: Path) -> None:
     said = refused("fit", log, *arguments, cwd=log.parent)
     assert arguments[-1] in said
@@ -559,7 +703,12 @@ def test_more_unknowns_than_rows(tmp_path: Path) -> None:
 def test_output_that_cannot_be_written(tmp_path: Path) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [*COMMAND, "laws"], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60
+            [*COMMAND, "laws"],
+            cwd=tmp_path,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=60,
         )
     assert done.returncode == 2
     assert done.stderr == "error: the output cannot be written (No space left on device)\n"
@@ -671,7 +820,10 @@ def test_compare(runs: Path) -> None:
     assert "600 rows that all 2 runs held out" in said
     assert "Differences to one, paired" in said
     assert "models    quadratic   bingham" in said
-    assert "two: Bingham law cannot be told from one: Quadratic law in E: the difference" in " ".join(said.split())
+    assert (
+        "two: Bingham law cannot be told from one: Quadratic law in E: the difference"
+        in " ".join(said.split())
+    )
     assert "What was done differently" in (runs / "c.html").read_text()
 
 
@@ -682,24 +834,43 @@ def test_figure(runs: Path) -> None:
         good("report", "one", "--out", "one.pdf", cwd=runs)
         assert (runs / "one.pdf").read_bytes().startswith(b"%PDF")
     assert "parity.pdf" in good("figure", "parity", "one", cwd=runs)
-    assert sorted(p.name for p in (runs / "figures").iterdir()) == ["parity.csv", "parity.pdf", "parity.png"]
+    assert sorted(p.name for p in (runs / "figures").iterdir()) == [
+        "parity.csv",
+        "parity.pdf",
+        "parity.png",
+    ]
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("report", "nowhere"), "nowhere: not a run: there is no such folder. Give the --out folder of erclutch fit"),
+        (
+            ("report", "nowhere"),
+            "nowhere: not a run: there is no such folder. Give the --out folder of erclutch fit",
+        ),
         (("report", "log.csv"), "log.csv: not a run"),
-        (("report", "."), ".: not a run: it holds no run.json. Give one of the runs in it: one, two."),
+        (
+            ("report", "."),
+            ".: not a run: it holds no run.json. Give one of the runs in it: one, two.",
+        ),
         (("figure", "trac", "one"), "no figure 'trac'. Did you mean trace?"),
         (("verify", "nowhere"), "nowhere: not an export: there is no such folder"),
-        (("report", "one", "--out", "no/x.html"), "no/x.html: its folder does not exist. Make no first."),
-        (("report", "one", "--out", "log.csv"), "log.csv: exists and is not a report. Give --out another name"),
+        (
+            ("report", "one", "--out", "no/x.html"),
+            "no/x.html: its folder does not exist. Make no first.",
+        ),
+        (
+            ("report", "one", "--out", "log.csv"),
+            "log.csv: exists and is not a report. Give --out another name",
+        ),
         (("report", "one", "--out", "two"), "two: this is a folder"),
         (("compare", "one"), "a comparison needs two runs or more"),
         (("compare", "one", "one"), "the same run twice"),
         (("compare", "one", "two", "--model", "hem"), "no model 'hem'"),
-        (("compare", "one", "two", "--model", "a", "--model", "b", "--model", "c"), "3 models for 2 runs"),
+        (
+            ("compare", "one", "two", "--model", "a", "--model", "b", "--model", "c"),
+            "3 models for 2 runs",
+        ),
         (("compare", "one", "two", "--open"), "--open needs a file"),
         (("figure", "fig3", "one"), "no figure 'fig3'"),
         (("figure", "trace"), "no run was given"),
@@ -729,7 +900,10 @@ def test_a_log_of_one_field_after_another(tmp_path: Path) -> None:
     rows = ["t [s],x [mm],F [N]"]
     for k in range(3):
         times = [k * 5 + i / 500 for i in range(500)]
-        rows += [f"{t:.3f},{5 * math.sin(9 * t):.5f},{(k + 1) * math.tanh(9 * math.cos(9 * t)):.5f}" for t in times]
+        rows += [
+            f"{t:.3f},{5 * math.sin(9 * t):.5f},{(k + 1) * math.tanh(9 * math.cos(9 * t)):.5f}"
+            for t in times
+        ]
     (tmp_path / "steps.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
     more = ("--position", "x [mm]", "--effort", "F [N]", "--constant", "field=0, 0.5, 1 A")
     seen = good("inspect", "steps.csv", *more, cwd=tmp_path)
@@ -746,17 +920,29 @@ def test_a_log_of_one_field_after_another(tmp_path: Path) -> None:
 def test_a_log_of_one_field_from_reading_to_export(how: str, tmp_path: Path) -> None:
     t = np.arange(3000) / 1000
     slip = 2 * np.sin(9 * t) + np.sin(2.3 * t)
-    torque = 12 * np.tanh(slip / 0.15) + 5 * slip + 0.3 * np.random.default_rng(0).standard_normal(t.size)
+    torque = (
+        12 * np.tanh(slip / 0.15)
+        + 5 * slip
+        + 0.3 * np.random.default_rng(0).standard_normal(t.size)
+    )
     table = np.column_stack([t, slip, torque])
     header = "time [s],slip [rad/s],torque [N*m]"
     np.savetxt(tmp_path / "one.csv", table, delimiter=",", header=header, comments="", fmt="%.7g")
     given = ("--constant", "field=0.5 A") if how == "constant" else ()
     assert "field" in good("inspect", "one.csv", *given, cwd=tmp_path)
-    said = good("fit", "one.csv", *given, "--models", "bingham", "fnn-4", "--out", "run", cwd=tmp_path)
+    said = good(
+        "fit", "one.csv", *given, "--models", "bingham", "fnn-4", "--out", "run", cwd=tmp_path
+    )
     assert "Recommended: m1, Bingham law (constant yield)" in said
-    assert ("the field is 0.5 A in all 3000 rows" if how == "constant" else "the log has no field") in said
+    assert (
+        "the field is 0.5 A in all 3000 rows" if how == "constant" else "the log has no field"
+    ) in said
     good("report", "run", cwd=tmp_path)
-    for model, target in (("bingham/constant", "python"), ("fnn-4", "python"), ("bingham/constant", "c")):
+    for model, target in (
+        ("bingham/constant", "python"),
+        ("fnn-4", "python"),
+        ("bingham/constant", "c"),
+    ):
         name = f"{target}-{model[:3]}"
         good("export", "run", "--model", model, "--to", target, "--out", name, cwd=tmp_path)
         good("verify", name, cwd=tmp_path)
@@ -767,11 +953,29 @@ def test_a_log_of_one_field_from_reading_to_export(how: str, tmp_path: Path) -> 
 @pytest.mark.slow
 def test_past_samples_and_another_rate(log: Path) -> None:
     rate = ("--resample", "0.5 kHz")
-    said = good("fit", log, "--models", "fnn-2", "--lag", "none", "--past", "2ms", "4", *rate, cwd=log.parent)
+    said = good(
+        "fit",
+        log,
+        "--models",
+        "fnn-2",
+        "--lag",
+        "none",
+        "--past",
+        "2ms",
+        "4",
+        *rate,
+        cwd=log.parent,
+    )
     said = " ".join(said.split())
     assert "logs were brought from 1000 Hz to 500 Hz by a zero-phase filter" in said
-    assert "past samples (--past 2ms, 4) lie 1, 4 rows back, 2, 8 ms, at the 500 Hz of these rows" in said
-    for wrong, words in ((("--past", "2 m"), "neither a time"), (("--resample", "often"), "no sampling rate")):
+    assert (
+        "past samples (--past 2ms, 4) lie 1, 4 rows back, 2, 8 ms, at the 500 Hz of these rows"
+        in said
+    )
+    for wrong, words in (
+        (("--past", "2 m"), "neither a time"),
+        (("--resample", "often"), "no sampling rate"),
+    ):
         assert words in refused("fit", log, "--models", "fnn-2", *wrong, cwd=log.parent)
 
 
@@ -826,7 +1030,9 @@ def test_no_unit_of_a_constant_is_cut_on_a_narrow_screen(
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
     unit = "N*m/(rad/s^2)"
-    long = Estimate("m_1", "inertia between fluid and load cell, CH1", unit, -3.221e-6, -5.083e-6, -2.957e-6)
+    long = Estimate(
+        "m_1", "inertia between fluid and load cell, CH1", unit, -3.221e-6, -5.083e-6, -2.957e-6
+    )
     bound = Estimate("h_l", "static effort over that at high slip", "1", 5.0, 1.373, 5.0, "upper")
     terminal.tell(terminal.estimates("Parameters", [long, bound]))
     said = capsys.readouterr().out

@@ -24,7 +24,9 @@ def usual() -> Iterator[None]:
     """Each signal as a process has it that has just begun, and after the test as it was."""
     before = {number: signal.getsignal(number) for number in _ALL}
     for number in _ALL:
-        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+        signal.signal(
+            number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
+        )
     yield
     for number, handler in before.items():
         signal.signal(number, handler)
@@ -56,7 +58,9 @@ def test_a_signal_is_heard_again_where_nothing_can_be_raised(usual: None, number
         ending.end()
 
 
-def test_who_does_not_end_in_time_hears_the_next_signal(usual: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_who_does_not_end_in_time_hears_the_next_signal(
+    usual: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     ending = EndingSignal()
     ending.begin()
     with pytest.raises(KeyboardInterrupt):
@@ -66,7 +70,9 @@ def test_who_does_not_end_in_time_hears_the_next_signal(usual: None, monkeypatch
         signal.raise_signal(signal.SIGTERM)
 
 
-def test_after_its_end_a_command_hears_nothing_and_control_c_is_the_callers_again(usual: None) -> None:
+def test_after_its_end_a_command_hears_nothing_and_control_c_is_the_callers_again(
+    usual: None,
+) -> None:
     ending = EndingSignal()
     ending.begin()
     ending.end()
@@ -81,7 +87,9 @@ def test_what_is_ignored_stays_ignored(usual: None) -> None:
     assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)]
+)
 @pytest.mark.parametrize("kind", [ImportError, OSError, MemoryError, ValueError])
 def test_a_library_that_makes_an_error_of_a_signal_is_not_told_as_a_fault(
     usual: None,
@@ -109,7 +117,9 @@ def test_a_library_that_makes_an_error_of_a_signal_is_not_told_as_a_fault(
     assert "initialization" not in capsys.readouterr().err
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems do not tell of a parent's end")
+@pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="other systems do not tell of a parent's end"
+)
 def test_a_reader_whose_parent_died_before_it_began_reads_nothing(tmp_path: Path) -> None:
     """While it imports, its parent may be ended: it read on, with no one to answer."""
     code = (
@@ -117,7 +127,9 @@ def test_a_reader_whose_parent_died_before_it_began_reads_nothing(tmp_path: Path
         "sys.exit(child_process.serve(lambda path: ([], {'read': str(path)})))"
     )
     words = [sys.executable, "-c", code, "a.mat", str(tmp_path), str(2 << 30), "20"]
-    with subprocess.Popen(words, env={"PYTHONPATH": ":".join(sys.path), "ERCLUTCH_PARENT": "1"}) as child:
+    with subprocess.Popen(
+        words, env={"PYTHONPATH": ":".join(sys.path), "ERCLUTCH_PARENT": "1"}
+    ) as child:
         child.wait(60.0)
     assert child.returncode == -signal.SIGKILL
     assert list(tmp_path.iterdir()) == []

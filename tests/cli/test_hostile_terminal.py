@@ -26,7 +26,9 @@ Said = Callable[..., str]
 
 
 @pytest.fixture
-def said(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Said:
+def said(
+    capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> Said:
     """Runs a command; all that it says, which holds no hidden character."""
     monkeypatch.chdir(tmp_path)
 
@@ -42,9 +44,16 @@ def said(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
 @pytest.mark.usefixtures("read_here")
 def test_units_of_a_parquet_file(said: Said, tmp_path: Path) -> None:
     time = np.arange(400) / 1000
-    columns = {"time": time, "current": abs(np.sin(7 * time)), "speed": np.sin(20 * time), "torque": np.sin(9 * time)}
+    columns = {
+        "time": time,
+        "current": abs(np.sin(7 * time)),
+        "speed": np.sin(20 * time),
+        "torque": np.sin(9 * time),
+    }
     fields = [pa.field(name, pa.float64(), metadata={"unit": f"N*m{HOSTILE}"}) for name in columns]
-    table = pa.Table.from_arrays([pa.array(values) for values in columns.values()], schema=pa.schema(fields))
+    table = pa.Table.from_arrays(
+        [pa.array(values) for values in columns.values()], schema=pa.schema(fields)
+    )
     parquet.write_table(table, tmp_path / "a.parquet")
     assert f"N*m{SHOWN}" in said("inspect", "a.parquet", code=1)
     said("inspect", "a.parquet", "--json", code=1)
@@ -74,7 +83,9 @@ def test_texts_of_a_run(said: Said, tmp_path: Path) -> None:
     body["versions"]["numpy"] = body["logs"][0]["name"] = HOSTILE
     body.pop("digest")
     file.write_text(json.dumps({**body, "digest": digest_of(body)}), encoding="utf-8")
-    assert said("compare", "first", "other").count(SHOWN) == 3  # two cells, and the sentence on what changed
+    assert (
+        said("compare", "first", "other").count(SHOWN) == 3
+    )  # two cells, and the sentence on what changed
 
 
 def test_words_of_a_command(said: Said) -> None:
@@ -84,7 +95,11 @@ def test_words_of_a_command(said: Said) -> None:
 
 
 def test_titles_headings_and_our_own_line_ends(capsys: pytest.CaptureFixture[str]) -> None:
-    terminal.tell(terminal.table(HOSTILE, [terminal.with_unit("F", HOSTILE), "two\nlines"], [["a:x:[b]", "\r"]]))
+    terminal.tell(
+        terminal.table(
+            HOSTILE, [terminal.with_unit("F", HOSTILE), "two\nlines"], [["a:x:[b]", "\r"]]
+        )
+    )
     terminal.say(f"one\ntwo {HOSTILE}")
     printed = capsys.readouterr().out
     assert not _HIDDEN.search(printed)

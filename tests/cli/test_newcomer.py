@@ -52,7 +52,9 @@ def test_a_text_of_the_help_fills_its_lines_wherever_its_docstring_breaks() -> N
 
 
 @pytest.mark.parametrize(("width", "most"), [(80, 3), (150, 1)])
-def test_a_meaning_has_room_on_a_narrow_screen(width: int, most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_meaning_has_room_on_a_narrow_screen(
+    width: int, most: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("COLUMNS", str(width))
     meaning = "effort of the bristles' damping at the reference field"
     value = Estimate("T_ldy", meaning, "N/(m/s)", 0.0, 0.0, 284.7, "lower")
@@ -91,8 +93,21 @@ def test_a_word_too_many_is_told_with_the_way_out(bench: Path) -> None:
 def test_a_named_column_without_a_number_is_told_as_such(tmp_path: Path) -> None:
     rows = "\n".join(f"{i / 1000},{i % 7},{i % 5}," for i in range(60))
     (tmp_path / "log.csv").write_text(f"t [s],E [A],w [rad/s],T [N*m]\n{rows}\n")
-    said = refused("fit", "log.csv", "--field", "E [A]", "--slip", "w [rad/s]", "--effort", "T [N*m]", cwd=tmp_path)
-    assert "column 'T' holds no number in any row, so it cannot be the effort; the file has: t [s], E [A]" in said
+    said = refused(
+        "fit",
+        "log.csv",
+        "--field",
+        "E [A]",
+        "--slip",
+        "w [rad/s]",
+        "--effort",
+        "T [N*m]",
+        cwd=tmp_path,
+    )
+    assert (
+        "column 'T' holds no number in any row, so it cannot be the effort; the file has: t [s], E [A]"
+        in said
+    )
 
 
 def test_an_umlaut_in_a_log_s_name_stays_in_the_names_of_c() -> None:
@@ -116,14 +131,25 @@ def test_the_export_of_several_logs_is_called_by_what_their_names_have_in_common
 
 
 @pytest.mark.parametrize("still", ["speed", "torque"])
-def test_inspect_says_that_nothing_can_be_fitted_where_a_signal_stands_still(still: str, tmp_path: Path) -> None:
+def test_inspect_says_that_nothing_can_be_fitted_where_a_signal_stands_still(
+    still: str, tmp_path: Path
+) -> None:
     time = np.arange(1000) / 1000.0
     speed = 20.0 * np.sin(6.0 * time)
-    rows = {"time [s]": time, "speed [rad/s]": speed, "torque [N*m]": 0.02 * speed + 0.1 * np.sign(speed)}
+    rows = {
+        "time [s]": time,
+        "speed [rad/s]": speed,
+        "torque [N*m]": 0.02 * speed + 0.1 * np.sign(speed),
+    }
     name = next(name for name in rows if name.startswith(still))
     rows[name] = np.full_like(time, 12.5)
     np.savetxt(
-        tmp_path / "log.csv", np.column_stack(list(rows.values())), "%.6g", ",", header=",".join(rows), comments=""
+        tmp_path / "log.csv",
+        np.column_stack(list(rows.values())),
+        "%.6g",
+        ",",
+        header=",".join(rows),
+        comments="",
     )
 
     signal = {"speed": "slip", "torque": "effort"}[still]
@@ -133,7 +159,10 @@ def test_inspect_says_that_nothing_can_be_fitted_where_a_signal_stands_still(sti
         f"Check that the right column is mapped to {signal}."
     )
     findings = json.loads(good("inspect", "log.csv", "--json", cwd=tmp_path))["findings"]
-    assert any(f"nothing can be fitted: log.csv: the {signal} is constant at 12.5" in finding for finding in findings)
+    assert any(
+        f"nothing can be fitted: log.csv: the {signal} is constant at 12.5" in finding
+        for finding in findings
+    )
 
 
 def test_inspect_tells_what_its_command_confirms_beside_what_it_answers(tmp_path: Path) -> None:
@@ -142,7 +171,10 @@ def test_inspect_tells_what_its_command_confirms_beside_what_it_answers(tmp_path
     columns = {"time": time}
     for joint in (1, 2, 3, 4):
         speed = (0.5 + 0.1 * joint) * np.sin((3.0 + 0.4 * joint) * time)
-        columns |= {f"qd_{joint}": speed, f"tau_{joint}": joint * np.tanh(8.0 * speed) + 0.1 * speed}
+        columns |= {
+            f"qd_{joint}": speed,
+            f"tau_{joint}": joint * np.tanh(8.0 * speed) + 0.1 * speed,
+        }
     rows = np.column_stack(list(columns.values()))
     np.savetxt(tmp_path / "arm.csv", rows, "%.6g", ",", header=",".join(columns), comments="")
     said = good("inspect", "arm.csv", cwd=tmp_path, code=1)

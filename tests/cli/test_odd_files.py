@@ -53,7 +53,8 @@ def test_a_small_file_is_small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 @pytest.mark.parametrize(
-    "text", ["a" + ".a" * 50_000 + "=1", "[" + '"b c" . ' * 50_000 + "d]", "x={" + "a." * 50_000 + "b=1}"]
+    "text",
+    ["a" + ".a" * 50_000 + "=1", "[" + '"b c" . ' * 50_000 + "d]", "x={" + "a." * 50_000 + "b=1}"],
 )
 def test_a_name_of_many_parts_takes_no_time(text: str) -> None:
     """The library takes the square of their number: a file of 200 kB took minutes."""
@@ -84,7 +85,10 @@ def test_no_command_waits_for_a_pipe_or_reads_a_device_to_its_end(
         ("live", "--headless", "--seconds", "1", "--run", "odd.json"),
     ):
         said = refused(*words, cwd=tmp_path)
-        assert "it is a pipe or a device and no plain file" in said or "is no plain file" in said, (words, said)
+        assert "it is a pipe or a device and no plain file" in said or "is no plain file" in said, (
+            words,
+            said,
+        )
 
 
 @pytest.mark.parametrize("make", ODD.values(), ids=ODD)

@@ -23,7 +23,15 @@ from tests.support.installed_plugin import Install
 #: Their unit is that of a rig's field, which no option knows; or they are shares of one, such as field per rad.
 PLAIN = {"--k-p", "--k-d", "--torque-p", "--torque-i", "--field-limit", "--largest", "--field-rate"}
 #: Of a rig's motion: in rad of a brake, in m of a damper.
-PLAIN |= {"--speed", "--acceleration", "--stroke", "--largest-effort", "--idle-effort", "--slow-effort", "--exponent"}
+PLAIN |= {
+    "--speed",
+    "--acceleration",
+    "--stroke",
+    "--largest-effort",
+    "--idle-effort",
+    "--slow-effort",
+    "--exponent",
+}
 #: A weight.
 PLAIN |= {"--held"}
 #: A name may be one of several, or a choice of few.
@@ -60,7 +68,9 @@ def element(hint: Any) -> str:
 
 
 def test_an_option_means_one_thing_in_all_commands() -> None:
-    kinds = {name: {element(each.hint) for each in used.values()} for name, used in options().items()}
+    kinds = {
+        name: {element(each.hint) for each in used.values()} for name, used in options().items()
+    }
     assert {name: seen for name, seen in kinds.items() if len(seen) > 1 and name not in SAME} == {}
     assert kinds["--model"] == {"<class 'str'>"}
     assert kinds["--run"] == {"<class 'pathlib.Path'>"}
@@ -71,7 +81,9 @@ def test_a_number_with_a_unit_is_a_quantity() -> None:
         f"{command} {name}"
         for name, used in options().items()
         for command, argument in used.items()
-        if element(argument.hint) == str(float) and name not in PLAIN and argument.parameter.converter is None
+        if element(argument.hint) == str(float)
+        and name not in PLAIN
+        and argument.parameter.converter is None
     }
     assert bare == set()
 
@@ -104,7 +116,9 @@ def limits_in(code: str) -> tuple[float, ...]:
     """The limits of the effort in exported C."""
     written = re.search(r"limited\(unlimited, state->effort, (\S+), (\S+)\)", code)
     assert written is not None
-    return tuple(float.fromhex(number) if "x" in number else float(number) for number in written.groups())
+    return tuple(
+        float.fromhex(number) if "x" in number else float(number) for number in written.groups()
+    )
 
 
 @pytest.mark.parametrize(
@@ -133,33 +147,51 @@ def test_a_period_takes_a_unit(bench: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("export", "run", "--period", "2kg"), "--period '2kg' is no quantity in s. Write it like --period 2s."),
+        (
+            ("export", "run", "--period", "2kg"),
+            "--period '2kg' is no quantity in s. Write it like --period 2s.",
+        ),
         (("export", "run", "--limits", "1"), "'1' are no two efforts"),
         (("export", "run", "--limits", "1,2 V"), "'1,2 V' are no two efforts"),
-        (("recalibrate", "run", "log.csv", "--share", "x"), "--share 'x' is no number or share in %"),
+        (
+            ("recalibrate", "run", "log.csv", "--share", "x"),
+            "--share 'x' is no number or share in %",
+        ),
         (("fit", "log.csv", "--memory", "2m"), "--memory '2m' is no quantity in GB"),
         (("inspect", "log.csv", "--plots", "p", "--seconds=-1s"), "--seconds -1"),
     ],
 )
-def test_what_is_no_quantity_is_told_with_an_example(words: tuple[str, ...], said: str, bench: Path) -> None:
+def test_what_is_no_quantity_is_told_with_an_example(
+    words: tuple[str, ...], said: str, bench: Path
+) -> None:
     assert said in refused(*words, cwd=bench)
 
 
 def test_times_before_zero_need_no_sign_of_equality(bench: Path) -> None:
     said = good("inspect", "log.csv", "--from", "-1s", cwd=bench)
     assert "--from -1s --out RUN" in said, "the last line repeats the options as they were given"
-    assert said.replace("--from -1s", "--from -1") == good("inspect", "log.csv", "--from=-1", cwd=bench)
+    assert said.replace("--from -1s", "--from -1") == good(
+        "inspect", "log.csv", "--from=-1", cwd=bench
+    )
 
 
 @pytest.mark.parametrize(
     ("words", "option"),
-    [(("--models", "bingham", "casson"), "--models"), (("--lag", "none", "--test", "0.3"), "--test")],
+    [
+        (("--models", "bingham", "casson"), "--models"),
+        (("--lag", "none", "--test", "0.3"), "--test"),
+    ],
 )
-def test_a_list_that_has_taken_the_log_says_so(words: tuple[str, ...], option: str, bench: Path) -> None:
+def test_a_list_that_has_taken_the_log_says_so(
+    words: tuple[str, ...], option: str, bench: Path
+) -> None:
     done = run("fit", *words, "log.csv", cwd=bench)
     said = " ".join(done.error.split())
     assert done.code == 2
-    assert f"{option} takes all words up to the next option, log.csv too. Write log.csv before {option}." in said
+    assert (
+        f"{option} takes all words up to the next option, log.csv too. Write log.csv before {option}."
+        in said
+    )
 
 
 def test_score_and_compare_as_json_hold_the_numbers_of_their_tables(bench: Path) -> None:
@@ -173,8 +205,12 @@ def test_score_and_compare_as_json_hold_the_numbers_of_their_tables(bench: Path)
     first, second = json.loads(good("compare", "run", "second", "--json", cwd=bench))["runs"]
     assert first["difference"] is None
     assert second["rmse"][0] - first["rmse"][0] == pytest.approx(second["difference"][0])
-    adapted = json.loads(good("recalibrate", "run", "other.csv", "--share", "70%", "--json", cwd=bench))
-    assert adapted["train_rows"] == pytest.approx(0.7 * (adapted["train_rows"] + adapted["test_rows"]), abs=2)
+    adapted = json.loads(
+        good("recalibrate", "run", "other.csv", "--share", "70%", "--json", cwd=bench)
+    )
+    assert adapted["train_rows"] == pytest.approx(
+        0.7 * (adapted["train_rows"] + adapted["test_rows"]), abs=2
+    )
 
 
 def test_another_package_names_its_heading(install: Install) -> None:
@@ -214,7 +250,11 @@ def test_the_command_of_a_report_has_options_that_there_are() -> None:
     from erclutch.report.html.provenance_section import command_of
 
     reading = {field.name: "x" for field in fields(LogOptions)}
-    body = {"reading": reading, "logs": [], "recalibration": {"run": "r", "model": "m", "share": 0.5, "stretches": 1}}
+    body = {
+        "reading": reading,
+        "logs": [],
+        "recalibration": {"run": "r", "model": "m", "share": 0.5, "stretches": 1},
+    }
     known = options()
     given = [word.partition("=")[0] for word in command_of(body).split() if word.startswith("--")]
     assert [word for word in given if word not in known and word != "--out"] == []
@@ -226,7 +266,9 @@ def test_help_folds_what_few_need_and_help_all_shows_each_option() -> None:
         if not command.plugin.own:
             continue
         whole = good(command.name, "--help-all")
-        hidden = {name for name, used in options().items() if command.name in used and name not in whole}
+        hidden = {
+            name for name, used in options().items() if command.name in used and name not in whole
+        }
         assert hidden == set(), command.name
 
 

@@ -24,9 +24,19 @@ NAMES = {"time": "t", "field": "u", "slip": "w", "torque": "M"}
 
 
 def _write(path: Path, seed: int, effort: bool = True, seconds: float = 3.0) -> None:
-    columns = {name: column for name, column in synthetic_log(seconds, seed).items() if effort or name != "torque"}
+    columns = {
+        name: column
+        for name, column in synthetic_log(seconds, seed).items()
+        if effort or name != "torque"
+    }
     header = ",".join(f"{NAMES[name]} [{unit}]" for name, (unit, _) in columns.items())
-    np.savetxt(path, np.column_stack([v for _, v in columns.values()]), delimiter=",", header=header, comments="")
+    np.savetxt(
+        path,
+        np.column_stack([v for _, v in columns.values()]),
+        delimiter=",",
+        header=header,
+        comments="",
+    )
 
 
 @pytest.fixture(scope="module")
@@ -45,9 +55,18 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_predict_writes_all_rows_with_the_band_and_needs_no_effort(place: Path, tmp_path: Path) -> None:
+def test_predict_writes_all_rows_with_the_band_and_needs_no_effort(
+    place: Path, tmp_path: Path
+) -> None:
     code, said, _ = run(
-        "predict", place / "blind.csv", "--run", place / "run", "--band", "--out", "p.csv", cwd=tmp_path
+        "predict",
+        place / "blind.csv",
+        "--run",
+        place / "run",
+        "--band",
+        "--out",
+        "p.csv",
+        cwd=tmp_path,
     )
     assert code == 0
     assert "3,000 rows" in said
@@ -55,25 +74,36 @@ def test_predict_writes_all_rows_with_the_band_and_needs_no_effort(place: Path, 
     assert lines[1] == "time [s],field [V],slip [rad/s],effort [N*m],low [N*m],high [N*m],outside"
     kept = erclutch.read_run(place / "run")
     log = erclutch.read(
-        place / "two.csv", {"field": "u [V]", "slip": "w [rad/s]", "effort": "M [N*m]", "time": "t [s]"}
+        place / "two.csv",
+        {"field": "u [V]", "slip": "w [rad/s]", "effort": "M [N*m]", "time": "t [s]"},
     )
     data, model = erclutch.build_dataset(log), kept.model()
     assert model.band is not None
     effort = model.predict(data)
     ends = model.band.around(effort, data.elements, data.clock)
-    for values, column in zip((effort, *ends, model.outside(data)), lines[1].split(",")[3:], strict=True):
-        written = np.genfromtxt(lines[2:], delimiter=",", usecols=[lines[1].split(",").index(column)])
+    for values, column in zip(
+        (effort, *ends, model.outside(data)), lines[1].split(",")[3:], strict=True
+    ):
+        written = np.genfromtxt(
+            lines[2:], delimiter=",", usecols=[lines[1].split(",").index(column)]
+        )
         assert np.allclose(written, values, rtol=1e-8, atol=1e-9)
     assert len(lines) == 2 + data.rows
 
 
-@pytest.mark.parametrize(("cell", "said"), [("", "has 1 value missing"), ("-999", "holds -999 in 1 row")])
-def test_predict_says_which_rows_it_leaves_out(place: Path, tmp_path: Path, cell: str, said: str) -> None:
+@pytest.mark.parametrize(
+    ("cell", "said"), [("", "has 1 value missing"), ("-999", "holds -999 in 1 row")]
+)
+def test_predict_says_which_rows_it_leaves_out(
+    place: Path, tmp_path: Path, cell: str, said: str
+) -> None:
     lines = (place / "blind.csv").read_text().splitlines()
     row = lines[-100].split(",")
     lines[-100] = ",".join([*row[:2], cell, *row[3:]])
     (tmp_path / "holes.csv").write_text("\n".join(lines) + "\n")
-    code, told, _ = run("predict", "holes.csv", "--run", place / "run", "--out", "p.csv", cwd=tmp_path)
+    code, told, _ = run(
+        "predict", "holes.csv", "--run", place / "run", "--out", "p.csv", cwd=tmp_path
+    )
     assert code == 0
     assert "2,999 rows" in told
     assert said in " ".join(told.split())
@@ -89,7 +119,18 @@ def test_the_command_line_wins_over_how_the_run_read_its_logs(place: Path, tmp_p
     asked = ("score", place / "two.csv", "--run", copy)
     assert "does not match the pattern" in run(*asked, cwd=tmp_path)[2]
     assert run(*asked, "--constant", "field=0.75 V", cwd=tmp_path)[0] == 0
-    assert run("score", place / "two.csv", "--run", place / "run", "--constant", "field=1 V", cwd=tmp_path)[0] == 0
+    assert (
+        run(
+            "score",
+            place / "two.csv",
+            "--run",
+            place / "run",
+            "--constant",
+            "field=1 V",
+            cwd=tmp_path,
+        )[0]
+        == 0
+    )
 
 
 def test_predict_as_parquet_with_a_sensor_of_a_models_file(place: Path, tmp_path: Path) -> None:
@@ -112,7 +153,9 @@ def test_score_ranks_the_models_of_a_run_on_another_log(
     assert code == 0
     errors = [
         float(number)
-        for number in re.findall(r"^ m\d, (?:Bingham|Quadratic) law(?: in E)?\s+([\d.]+)", said, re.MULTILINE)
+        for number in re.findall(
+            r"^ m\d, (?:Bingham|Quadratic) law(?: in E)?\s+([\d.]+)", said, re.MULTILINE
+        )
     ]
     assert len(errors) == 2, said
     assert errors == sorted(errors)
@@ -123,7 +166,14 @@ def test_score_ranks_the_models_of_a_run_on_another_log(
     assert words.count("is recommended by") == words.count(title) == 1
     assert "on the rows that its fit held out." in words
     both = run(
-        "score", place / "one.csv", place / "two.csv", "--run", place / "run", "--model", "bingham", cwd=tmp_path
+        "score",
+        place / "one.csv",
+        place / "two.csv",
+        "--run",
+        place / "run",
+        "--model",
+        "bingham",
+        cwd=tmp_path,
     )
     assert "worst log" in both[1]
     assert "Bingham law" in both[1]
@@ -136,8 +186,13 @@ def test_score_says_what_to_do_where_the_device_has_changed(place: Path, tmp_pat
     weaker = [row.split(",") for row in rows]
     for row in weaker:
         row[effort] = f"{0.6 * float(row[effort]):.9g}"
-    (tmp_path / "worn.csv").write_text("\n".join([names, *(",".join(row) for row in weaker)]) + "\n")
-    said = {log: run("score", log, "--run", place / "run", cwd=tmp_path)[1] for log in (place / "one.csv", "worn.csv")}
+    (tmp_path / "worn.csv").write_text(
+        "\n".join([names, *(",".join(row) for row in weaker)]) + "\n"
+    )
+    said = {
+        log: run("score", log, "--run", place / "run", cwd=tmp_path)[1]
+        for log in (place / "one.csv", "worn.csv")
+    }
     assert "erclutch recalibrate" not in said[place / "one.csv"]
     advice = f"adapt the model: erclutch recalibrate {shell_word(str(place / 'run'))} LOG --out NEW"
     assert advice in " ".join(said["worn.csv"].split())
@@ -162,11 +217,25 @@ def test_score_of_several_logs_shows_which_of_them_has_changed(place: Path, tmp_
 
 
 def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_path: Path) -> None:
-    code, said, _ = run("predict", place / "several", "--run", place / "run", "--out", "p", cwd=tmp_path)
-    assert (code, sorted(path.name for path in (tmp_path / "p").iterdir())) == (0, ["one.csv", "two.csv"])
+    code, said, _ = run(
+        "predict", place / "several", "--run", place / "run", "--out", "p", cwd=tmp_path
+    )
+    assert (code, sorted(path.name for path in (tmp_path / "p").iterdir())) == (
+        0,
+        ["one.csv", "two.csv"],
+    )
     assert said.count("3,000 rows") == 2
     shutil.copytree(place / "run", tmp_path / "sister")
-    _, said, _ = run("score", place / "two.csv", "--run", place / "run", "sister", "--model", "bingham", cwd=tmp_path)
+    _, said, _ = run(
+        "score",
+        place / "two.csv",
+        "--run",
+        place / "run",
+        "sister",
+        "--model",
+        "bingham",
+        cwd=tmp_path,
+    )
     assert "Models of 2 runs" in said
     assert "sister" in said
 
@@ -174,8 +243,13 @@ def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_
 def test_score_says_that_a_run_was_trained_on_the_log(place: Path, tmp_path: Path) -> None:
     shutil.copy(place / "one.csv", tmp_path / "renamed.csv")
     for log, trained in ((tmp_path / "renamed.csv", True), (place / "two.csv", False)):
-        code, said, _ = run("score", log, "--run", place / "run", "--model", "bingham", cwd=tmp_path)
-        assert (code, "trained on 70 % of the rows of its logs" in " ".join(said.split())) == (0, trained)
+        code, said, _ = run(
+            "score", log, "--run", place / "run", "--model", "bingham", cwd=tmp_path
+        )
+        assert (code, "trained on 70 % of the rows of its logs" in " ".join(said.split())) == (
+            0,
+            trained,
+        )
 
 
 @pytest.mark.slow
@@ -211,7 +285,9 @@ def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_p
     frame = pd.read_csv(place / "two.csv")
     found = erclutch.predict(place / "run", frame.set_index(np.arange(10, 3010)), band=True)
     run("predict", place / "two.csv", "--run", place / "run", "--out", "p.csv", cwd=tmp_path)
-    assert np.allclose(found["effort"], pd.read_csv(tmp_path / "p.csv", comment="#")["effort [N*m]"], atol=1e-8)
+    assert np.allclose(
+        found["effort"], pd.read_csv(tmp_path / "p.csv", comment="#")["effort [N*m]"], atol=1e-8
+    )
     assert found.index[0] == 10
     assert found[["low", "high"]].notna().all(axis=None)
     fast = erclutch.predict(place / "run", pd.DataFrame(frame * [1.0, 1.0, 2.0, 1.0]), band=True)
@@ -221,17 +297,33 @@ def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_p
     broken = erclutch.predict(place / "run", frame.drop(columns="M [N*m]"))
     assert broken["effort"].isna().to_numpy().nonzero()[0].tolist() == [7]
     assert broken["outside"][7]
-    wider = erclutch.score(place / "run", pd.read_csv(place / "two.csv") * [1.0, 1.5, 1.0, 1.0], name="bingham")
+    wider = erclutch.score(
+        place / "run", pd.read_csv(place / "two.csv") * [1.0, 1.5, 1.0, 1.0], name="bingham"
+    )
     assert wider["guessed"][0] > 0.1
     assert "field above 1826 V" in wider["where"][0]
 
 
 def test_python_reads_a_log_as_the_run_did(place: Path, tmp_path: Path) -> None:
-    how = ("--time", "t [s]", "--field", "u [V]", "--slip", "w [rad/s]", "--resample", "500Hz", "--from", "1s")
+    how = (
+        "--time",
+        "t [s]",
+        "--field",
+        "u [V]",
+        "--slip",
+        "w [rad/s]",
+        "--resample",
+        "500Hz",
+        "--from",
+        "1s",
+    )
     models = ("--effort", "M [N*m]", "--models", "bingham", "--lag", "none", "--out", "run")
     assert run("fit", place / "one.csv", *how, *models, cwd=tmp_path)[0] == 0
     run("predict", place / "two.csv", "--run", "run", "--out", "p.csv", cwd=tmp_path)
-    written, found = pd.read_csv(tmp_path / "p.csv", comment="#"), erclutch.predict(tmp_path / "run", place / "two.csv")
+    written, found = (
+        pd.read_csv(tmp_path / "p.csv", comment="#"),
+        erclutch.predict(tmp_path / "run", place / "two.csv"),
+    )
     assert len(written) < 1500 < 2 * len(written)
     np.testing.assert_allclose(found["effort"], written["effort [N*m]"], atol=1e-8)
     np.testing.assert_allclose(found.index, written["time [s]"], atol=1e-9)
@@ -253,7 +345,9 @@ def _without_bands(run: Path) -> None:
     (run / "run.json").write_text(json.dumps({**body, "digest": digest_of(body)}))
 
 
-def test_a_run_without_bands_still_predicts_scores_and_is_reported(place: Path, tmp_path: Path) -> None:
+def test_a_run_without_bands_still_predicts_scores_and_is_reported(
+    place: Path, tmp_path: Path
+) -> None:
     shutil.copytree(place / "run", tmp_path / "old")
     _without_bands(tmp_path / "old")
     asked = ("predict", place / "two.csv", "--run", "old", "--out", "p.csv")
@@ -274,18 +368,38 @@ def test_a_run_without_bands_still_predicts_scores_and_is_reported(place: Path, 
         (("predict", "two.csv", "--run", "run", "--out", "two.csv"), "there is a file already"),
         (("predict", "two.csv", "--run", "run", "--out", "new.xls"), "cannot end in"),
         (
-            ("predict", "two.csv", "--run", "run/models/bingham.json", "--model", "x", "--out", "n.csv"),
+            (
+                "predict",
+                "two.csv",
+                "--run",
+                "run/models/bingham.json",
+                "--model",
+                "x",
+                "--out",
+                "n.csv",
+            ),
             "of a run, and",
         ),
-        (("predict", "two.csv", "--run", "run", "--model", "casson", "--out", "n.csv"), "no model 'casson'"),
+        (
+            ("predict", "two.csv", "--run", "run", "--model", "casson", "--out", "n.csv"),
+            "no model 'casson'",
+        ),
         (("predict", "none.csv", "--run", "run", "--out", "n.csv"), "there is no such file"),
         (("predict", "several", "--run", "run", "--out", "n.csv"), "one file for 2 logs"),
         (("score", "blind.csv", "--run", "run"), "M"),
-        (("score", "two.csv", "--run", "two.csv"), "two.csv: no readable model: it is no JSON from line 1 on"),
-        (("score", "two.csv", "--run", "gone"), "gone: no readable model: there is no such file. Check the path"),
+        (
+            ("score", "two.csv", "--run", "two.csv"),
+            "two.csv: no readable model: it is no JSON from line 1 on",
+        ),
+        (
+            ("score", "two.csv", "--run", "gone"),
+            "gone: no readable model: there is no such file. Check the path",
+        ),
     ],
 )
-def test_what_cannot_be_is_one_line_and_leaves_no_file(place: Path, arguments: tuple[str, ...], said: str) -> None:
+def test_what_cannot_be_is_one_line_and_leaves_no_file(
+    place: Path, arguments: tuple[str, ...], said: str
+) -> None:
     before = {path: path.stat().st_mtime_ns for path in place.iterdir()}
     code, out, error = run(*arguments, cwd=place)
     assert (code, out, error.count("\n")) == (2, "", 1), error
@@ -309,8 +423,12 @@ def test_a_log_that_moves_otherwise_is_told(place: Path, tmp_path: Path) -> None
     columns["t [s]"] *= 6.0
     columns.to_csv(tmp_path / "slow.csv", index=False)
     for command in (("score",), ("predict", "--out", tmp_path / "p.csv")):
-        code, said, warned = run(*command, tmp_path / "slow.csv", "--run", place / "run", cwd=tmp_path)
+        code, said, warned = run(
+            *command, tmp_path / "slow.csv", "--run", place / "run", cwd=tmp_path
+        )
         assert code == 0
-        assert "slow.csv moves more slowly than every training log" in " ".join((said + warned).split())
+        assert "slow.csv moves more slowly than every training log" in " ".join(
+            (said + warned).split()
+        )
     _, said, warned = run("score", place / "two.csv", "--run", place / "run", cwd=tmp_path)
     assert "than every training log" not in said + warned

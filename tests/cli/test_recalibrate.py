@@ -27,7 +27,19 @@ def write(path: Path, gain: float, seed: int, force: str = "N*m", seconds: float
 def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("base")
     write(folder / "log.csv", 1.0, 0)
-    good("fit", "log.csv", "--models", "bingham", "--lag", "lag", "--effort", "torque", "--out", "RUN", cwd=folder)
+    good(
+        "fit",
+        "log.csv",
+        "--models",
+        "bingham",
+        "--lag",
+        "lag",
+        "--effort",
+        "torque",
+        "--out",
+        "RUN",
+        cwd=folder,
+    )
     return folder / "RUN"
 
 
@@ -47,7 +59,11 @@ def test_a_gain_becomes_a_run_that_other_commands_take(base: Path, tmp_path: Pat
     assert values[0]["T_y"]["value"] == pytest.approx(1.15 * values[1]["T_y"]["value"], rel=0.05)
     assert values[0]["T_y"]["low"] < values[0]["T_y"]["value"] < values[0]["T_y"]["high"]
     assert values[0]["tau"] == values[1]["tau"]
-    for name in ("T_y", "eta", "T_0"):  # the gain is known well; what the base did not know of each number stays
+    for name in (
+        "T_y",
+        "eta",
+        "T_0",
+    ):  # the gain is known well; what the base did not know of each number stays
         widths = [each[name]["high"] - each[name]["low"] for each in values]
         assert 1.1 * widths[1] < widths[0] < 1.6 * widths[1], name
     assert command_of(found.body) == (
@@ -57,7 +73,9 @@ def test_a_gain_becomes_a_run_that_other_commands_take(base: Path, tmp_path: Pat
     good("report", "NEW", cwd=tmp_path)
     assert "Recalibrated, common gain" in (tmp_path / "NEW" / "report.html").read_text()
     good("export", "NEW", "--out", "C", cwd=tmp_path)
-    assert json.loads((tmp_path / "C" / "model.json").read_text())["about"]["recalibrated"].startswith("common gain")
+    assert json.loads((tmp_path / "C" / "model.json").read_text())["about"][
+        "recalibrated"
+    ].startswith("common gain")
     good("recalibrate", "NEW", "new.csv", cwd=tmp_path)
 
 

@@ -26,7 +26,9 @@ def broken_pipe() -> int:
     return writing
 
 
-@pytest.mark.parametrize("words", slow_but([("--version",)], [("laws",), ("--version",), ("fit", "--help")]))
+@pytest.mark.parametrize(
+    "words", slow_but([("--version",)], [("laws",), ("--version",), ("fit", "--help")])
+)
 def test_a_reader_that_went_away_is_no_error(words: tuple[str, ...]) -> None:
     pipe = broken_pipe()
     done = subprocess.run([*COMMAND, *words], stdout=pipe, stderr=PIPE, text=True, timeout=60)
@@ -36,7 +38,9 @@ def test_a_reader_that_went_away_is_no_error(words: tuple[str, ...]) -> None:
 
 @pytest.mark.slow
 def test_a_closed_output_is_told() -> None:
-    done = subprocess.run([*COMMAND, "laws"], stderr=PIPE, text=True, timeout=60, preexec_fn=lambda: os.close(1))
+    done = subprocess.run(
+        [*COMMAND, "laws"], stderr=PIPE, text=True, timeout=60, preexec_fn=lambda: os.close(1)
+    )
     assert done.returncode == 2
     assert done.stderr == "error: the output cannot be written (standard output is closed)\n"
 
@@ -65,8 +69,13 @@ def test_a_run_is_kept_whatever_becomes_of_the_output(output: str, tmp_path: Pat
 def test_names_that_are_not_utf_8(tmp_path: Path) -> None:
     log, run = os.fsdecode(b"lo\xffg.csv"), os.fsdecode(b"r\xffn")
     write_synthetic_log(tmp_path / log)
-    for words in (("fit", log, "--models", "bingham", "--lag", "none", "--out", run), ("report", run)):
-        done = subprocess.run([*COMMAND, *words], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    for words in (
+        ("fit", log, "--models", "bingham", "--lag", "none", "--out", run),
+        ("report", run),
+    ):
+        done = subprocess.run(
+            [*COMMAND, *words], cwd=tmp_path, capture_output=True, text=True, timeout=120
+        )
         assert done.returncode == 0, done.stderr
     assert (tmp_path / run / "report.html").is_file()
 
@@ -84,7 +93,9 @@ def test_the_first_failure_is_kept_and_the_rest_is_dropped() -> None:
     assert output.unheard
 
 
-@pytest.mark.parametrize(("encoding", "seen"), [("utf-8", "·█ N·m é"), ("cp1252", "·# N·m é"), ("ascii", ".# N.m ?")])
+@pytest.mark.parametrize(
+    ("encoding", "seen"), [("utf-8", "·█ N·m é"), ("cp1252", "·# N·m é"), ("ascii", ".# N.m ?")]
+)
 def test_signs_that_an_encoding_lacks_are_written_by_like_signs(encoding: str, seen: str) -> None:
     raw = io.BytesIO()
     output = StandardOutput(io.TextIOWrapper(raw, encoding=encoding))

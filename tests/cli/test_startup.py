@@ -10,21 +10,41 @@ import pytest
 import erclutch
 
 #: Public names that come with a wing: tests/wings/test_public_names.py looks for them.
-OF_WINGS = {name: home.split(".")[1] for name, home in erclutch._HOME_OF.items() if home.startswith("wings.")}
-HEAVY = ("numpy", "scipy", "pandas", "pyarrow", "pint", "sympy", "rich", "cyclopts", "h5py", "threadpoolctl")
+OF_WINGS = {
+    name: home.split(".")[1]
+    for name, home in erclutch._HOME_OF.items()
+    if home.startswith("wings.")
+}
+HEAVY = (
+    "numpy",
+    "scipy",
+    "pandas",
+    "pyarrow",
+    "pint",
+    "sympy",
+    "rich",
+    "cyclopts",
+    "h5py",
+    "threadpoolctl",
+)
 
 
 def imported_by(code: str) -> set[str]:
     """Top-level packages in memory after a piece of code."""
-    tail = "\nimport sys; print('MODULES', *sorted({name.partition('.')[0] for name in sys.modules}))"
-    done = subprocess.run([sys.executable, "-c", code + tail], capture_output=True, text=True, timeout=60)
+    tail = (
+        "\nimport sys; print('MODULES', *sorted({name.partition('.')[0] for name in sys.modules}))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code + tail], capture_output=True, text=True, timeout=60
+    )
     assert done.returncode == 0, done.stderr
     return set(done.stdout.splitlines()[-1].split()[1:])
 
 
 def command(*arguments: str) -> str:
     return (
-        f"import sys; sys.argv = ['erclutch', {', '.join(map(repr, arguments))}]\nfrom erclutch.cli import main\nmain()"
+        f"import sys; sys.argv = ['erclutch', {', '.join(map(repr, arguments))}]\nfrom "
+        "erclutch.cli import main\nmain()"
     )
 
 
@@ -49,7 +69,9 @@ def test_help_brings_no_numbers(arguments: tuple[str, ...]) -> None:
 
 
 @pytest.mark.parametrize(("given", "taken"), [("", "1"), ("3", "3")])
-def test_a_command_has_one_thread_of_blas_where_the_user_asks_for_no_others(given: str, taken: str) -> None:
+def test_a_command_has_one_thread_of_blas_where_the_user_asks_for_no_others(
+    given: str, taken: str
+) -> None:
     """Two threads took 0.4 of the 1.3 CPU s of `inspect` on 74,068 rows, to wait for each other."""
     code = (
         "import os, sys; os.environ.pop('OPENBLAS_NUM_THREADS', None); sys.argv = ['erclutch', '--version']\n"
@@ -67,7 +89,10 @@ def test_help_of_no_command_brings_numbers() -> None:
         "from erclutch.cli import main\nfrom erclutch.cli.command_list import commands\n"
         "assert not any(main([command.name, '--help']) for command in commands())"
     )
-    assert imported_by(code) & {"numpy", "scipy", "pandas", "pyarrow", "pint", "sympy", "h5py"} == set()
+    assert (
+        imported_by(code) & {"numpy", "scipy", "pandas", "pyarrow", "pint", "sympy", "h5py"}
+        == set()
+    )
 
 
 def test_every_public_name_is_there() -> None:
@@ -78,6 +103,8 @@ def test_every_public_name_is_there() -> None:
 
 
 def test_the_main_job_of_the_docstring() -> None:
-    called = [line for line in (erclutch.__doc__ or "").splitlines() if "build_dataset(log)" in line]
+    called = [
+        line for line in (erclutch.__doc__ or "").splitlines() if "build_dataset(log)" in line
+    ]
     assert called
     assert all("erclutch.compare(" in line for line in called)

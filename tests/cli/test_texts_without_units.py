@@ -20,8 +20,21 @@ def test_no_gap_before_a_comma_or_a_stop(tmp_path: Path) -> None:
     log = tmp_path / "log.csv"
     columns = np.column_stack([time, slip, force])
     np.savetxt(log, columns, delimiter=",", header="time,velocity,force", comments="", fmt="%.6f")
-    out = good("fit", log, "--field", "none", "--models", "bingham,fnn-4", "--lag", "none", "--out", tmp_path / "run")
+    out = good(
+        "fit",
+        log,
+        "--field",
+        "none",
+        "--models",
+        "bingham,fnn-4",
+        "--lag",
+        "none",
+        "--out",
+        tmp_path / "run",
+    )
     sentences = [line for line in out.splitlines() if not line.startswith(" ")]
     assert "mean width" in out
     assert not [line for line in sentences if re.search(r"\d [.,;]|\?", line)]
-    assert re.search(r"in the second from \d+\.\d s after the log's start on", " ".join(out.split()))
+    assert re.search(
+        r"in the second from \d+\.\d s after the log's start on", " ".join(out.split())
+    )

@@ -13,13 +13,28 @@ from tests.support.command import good, refused
     ("words", "said"),
     [
         (("fti", "log.csv"), "there is no command 'fti'. Did you mean fit?"),
-        (("fit", "log.csv", "--modles", "bingham"), "Unknown option: --modles. Did you mean --models?"),
+        (
+            ("fit", "log.csv", "--modles", "bingham"),
+            "Unknown option: --modles. Did you mean --models?",
+        ),
         (("fit", "log.csv", "--device", "coaxal"), 'Did you mean "coaxial"? erclutch fit --help'),
-        (("fit", "log.csv", "--seed", "two"), "--seed: 'two' is no whole number. erclutch fit --help"),
-        (("fit", "log.csv", "--seed", "1.5"), "--seed: '1.5' is no whole number. erclutch fit --help"),
-        (("fit", "log.csv", "--workers=2.6"), "--workers: '2.6' is no whole number. erclutch fit --help"),
+        (
+            ("fit", "log.csv", "--seed", "two"),
+            "--seed: 'two' is no whole number. erclutch fit --help",
+        ),
+        (
+            ("fit", "log.csv", "--seed", "1.5"),
+            "--seed: '1.5' is no whole number. erclutch fit --help",
+        ),
+        (
+            ("fit", "log.csv", "--workers=2.6"),
+            "--workers: '2.6' is no whole number. erclutch fit --help",
+        ),
         (("fit", "log.csv", "--seed", "1.0", "--modles", "x"), "Unknown option: --modles."),
-        (("export", "run", "--model", "m2", "--target", "c"), "Unknown option: --target."),  # --model is an option
+        (
+            ("export", "run", "--model", "m2", "--target", "c"),
+            "Unknown option: --target.",
+        ),  # --model is an option
         (("report",), "RUN is missing. Write: erclutch report RUN [OPTIONS]."),
         (
             ("recalibrate", "log.csv", "--run", "any.run"),
@@ -27,7 +42,9 @@ from tests.support.command import good, refused
         ),
     ],
 )
-def test_wrong_words_are_one_line_with_the_way_out(words: tuple[str, ...], said: str, tmp_path: Path) -> None:
+def test_wrong_words_are_one_line_with_the_way_out(
+    words: tuple[str, ...], said: str, tmp_path: Path
+) -> None:
     assert said in refused(*words, cwd=tmp_path)
 
 

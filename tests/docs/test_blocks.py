@@ -29,7 +29,8 @@ DOCS = ROOT / "docs"
 RECORDINGS = ROOT.parent / "shared" / "data"
 PAGES = sorted(page for page in DOCS.rglob("*.md") if "decisions" not in page.parts)
 _BLOCK = re.compile(
-    r"(?:^% file: (?P<file>\S+)\n)?^```(?P<language>\S+).*?\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL
+    r"(?:^% file: (?P<file>\S+)\n)?^```(?P<language>\S+).*?\n(?P<body>.*?)^```$",
+    re.MULTILINE | re.DOTALL,
 )
 #: Directives; the build itself runs the commands of a picture.
 _DIRECTIVE = re.compile(r"^\{\w")
@@ -67,10 +68,22 @@ def run(block: Block, folder: Path, warm: WarmStart) -> str:
         script.write_text(block.body, encoding="utf-8")
         command = [warm.folder / "warm-python", script]
     path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
-    surroundings = {**os.environ, "PATH": path, "COLUMNS": "100", "NO_COLOR": "1", "PYTHONUTF8": "1"}
+    surroundings = {
+        **os.environ,
+        "PATH": path,
+        "COLUMNS": "100",
+        "NO_COLOR": "1",
+        "PYTHONUTF8": "1",
+    }
     surroundings = warm.environment(surroundings)
     done = subprocess.run(
-        command, cwd=folder, env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=900
+        command,
+        cwd=folder,
+        env=surroundings,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=900,
     )
     assert done.returncode == 0, f"{block.body}\nfailed:\n{done.stdout}"
     return done.stdout
@@ -88,8 +101,12 @@ def matches(shown: str, printed: str) -> bool:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("page", [p for p in PAGES if runs(p.read_text("utf-8"))], ids=lambda p: p.stem)
-def test_every_block_of_the_page_runs_and_prints_what_is_shown(page: Path, tmp_path: Path, warm: WarmStart) -> None:
+@pytest.mark.parametrize(
+    "page", [p for p in PAGES if runs(p.read_text("utf-8"))], ids=lambda p: p.stem
+)
+def test_every_block_of_the_page_runs_and_prints_what_is_shown(
+    page: Path, tmp_path: Path, warm: WarmStart
+) -> None:
     text = page.read_text("utf-8")
     needs = re.search(r"^% needs: (\S+)$", text, re.MULTILINE)
     if needs:
@@ -108,10 +125,16 @@ def test_every_block_of_the_page_runs_and_prints_what_is_shown(page: Path, tmp_p
             (tmp_path / block.file).write_text(block.body, encoding="utf-8")
             printed = None
         elif block.language in {"sh", "python"}:
-            printed = next(session)["printed"] if page.parent.name == FOLDER else run(block, tmp_path, warm)
+            printed = (
+                next(session)["printed"]
+                if page.parent.name == FOLDER
+                else run(block, tmp_path, warm)
+            )
         else:
             assert printed is not None
-            assert matches(block.body, printed), f"{page.name} shows\n{block.body}\nbut this was printed:\n{printed}"
+            assert matches(block.body, printed), (
+                f"{page.name} shows\n{block.body}\nbut this was printed:\n{printed}"
+            )
             printed = None
 
 
@@ -131,11 +154,25 @@ def test_every_block_is_code_that_runs_a_file_or_output(page: Path) -> None:
 
 
 def test_all_pages_are_looked_at() -> None:
-    pages = {"tour", "your-log", "good-log", "laws", "lag", "networks", "twin", "wrong", "report", "checks", "glossary"}
+    pages = {
+        "tour",
+        "your-log",
+        "good-log",
+        "laws",
+        "lag",
+        "networks",
+        "twin",
+        "wrong",
+        "report",
+        "checks",
+        "glossary",
+    }
     assert pages <= {p.stem for p in PAGES}
     for page in PAGES:
         fences = re.findall(r"^```", page.read_text("utf-8"), re.MULTILINE)
-        assert len(fences) == 2 * len(_BLOCK.findall(page.read_text("utf-8"))), f"{page.name}: a fence that is not read"
+        assert len(fences) == 2 * len(_BLOCK.findall(page.read_text("utf-8"))), (
+            f"{page.name}: a fence that is not read"
+        )
 
 
 @pytest.mark.parametrize(
@@ -151,7 +188,9 @@ def test_output_matches_only_itself(shown: str, printed: str, same: bool) -> Non
     assert matches(shown, printed) is same
 
 
-_SAID = re.compile(r"((?:`\w+(?:\([^`]*\))?`(?:, | or | and )?)*)(?:`\w+` )?(?: in | of |)`(erclutch(?:\.\w+)+)`")
+_SAID = re.compile(
+    r"((?:`\w+(?:\([^`]*\))?`(?:, | or | and )?)*)(?:`\w+` )?(?: in | of |)`(erclutch(?:\.\w+)+)`"
+)
 #: Names of files and of groups of entry points, which are no modules.
 _NO_MODULES = {
     "erclutch.advice",

@@ -84,8 +84,14 @@ def numbers(text: str) -> list[float]:
 
 
 def sources(page: str, names: frozenset[str]) -> list[float]:
-    texts = [body for language, body in _FENCE.findall(page) if language == "text"] if "printed" in names else []
-    texts += [(cited.KEPT / f"{name}.txt").read_text("utf-8") for name in sorted(names - {"printed"})]
+    texts = (
+        [body for language, body in _FENCE.findall(page) if language == "text"]
+        if "printed" in names
+        else []
+    )
+    texts += [
+        (cited.KEPT / f"{name}.txt").read_text("utf-8") for name in sorted(names - {"printed"})
+    ]
     return numbers("\n".join(texts))
 
 
@@ -94,12 +100,16 @@ def test_each_figure_has_a_source(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
     for part in stretches(text):
         where = f"{page.name}, {part.heading!r}"
-        assert part.sources or not part.figures, f"{where}: where are {part.figures} from? (see {Path(__file__).name})"
+        assert part.sources or not part.figures, (
+            f"{where}: where are {part.figures} from? (see {Path(__file__).name})"
+        )
         if part.sources & {"once", "set"}:
             continue
         values = sources(text, part.sources)
         missing = [figure for figure in part.figures if not stands_in(figure, values)]
-        assert not missing, f"{where}: {missing} are not in {sorted(part.sources)}; try python studies/figures.py"
+        assert not missing, (
+            f"{where}: {missing} are not in {sorted(part.sources)}; try python studies/figures.py"
+        )
 
 
 @pytest.mark.parametrize("page", MEASUREMENTS, ids=lambda page: page.stem)
@@ -109,15 +119,24 @@ def test_what_a_measurement_says_to_be_printed_is_printed(page: Path) -> None:
         if part.sources and not part.sources & {"once", "set"}:
             values = sources(text, part.sources)
             missing = [figure for figure in part.figures if not stands_in(figure, values)]
-            assert not missing, f"{page.name}, {part.heading!r}: {missing} are not in {sorted(part.sources)}"
+            assert not missing, (
+                f"{page.name}, {part.heading!r}: {missing} are not in {sorted(part.sources)}"
+            )
 
 
 def test_each_file_of_figures_has_its_command_and_is_cited() -> None:
     listed = tomllib.loads(cited.LISTED.read_text(encoding="utf-8"))
     sources = {
-        name for page in [*PAGES, *MEASUREMENTS] for part in stretches(page.read_text("utf-8")) for name in part.sources
+        name
+        for page in [*PAGES, *MEASUREMENTS]
+        for part in stretches(page.read_text("utf-8"))
+        for name in part.sources
     }
-    assert {file.stem for file in cited.KEPT.glob("*")} == set(listed) == sources - {"once", "set", "printed"}
+    assert (
+        {file.stem for file in cited.KEPT.glob("*")}
+        == set(listed)
+        == sources - {"once", "set", "printed"}
+    )
     for name, entry in listed.items():
         assert (cited.KEPT / f"{name}.txt").read_text("utf-8").startswith(f"$ {entry['command']}\n")
 
@@ -126,7 +145,9 @@ def test_records_of_decisions_say_when_they_measured() -> None:
     folder = ROOT / "docs" / "decisions"
     assert "measured once, at the commit" in (folder / "README.md").read_text(encoding="utf-8")
     for record in folder.glob("[0-9]*.md"):
-        assert re.search(r"^Status: .*Date: 20\d\d-\d\d-\d\d", record.read_text("utf-8"), re.MULTILINE), record.name
+        assert re.search(
+            r"^Status: .*Date: 20\d\d-\d\d-\d\d", record.read_text("utf-8"), re.MULTILINE
+        ), record.name
 
 
 # --- the check itself -------------------------------------------------------------------------------------------------
@@ -148,7 +169,9 @@ def test_figures_are_found(text: str, found: list[str]) -> None:
 
 def test_marks_hold_to_the_next_heading() -> None:
     page = "# A\n1 s\n<!-- figures: x y -->\n2 s\n## B\n3 s, measured once\non 2026-01-02.\n## C\n4 s\n"
-    told = [(part.heading, set(part.sources), part.figures) for part in stretches(page) if part.figures]
+    told = [
+        (part.heading, set(part.sources), part.figures) for part in stretches(page) if part.figures
+    ]
     assert told == [
         ("# A", set(), ("1",)),
         ("# A", {"x", "y"}, ("2",)),
@@ -159,7 +182,14 @@ def test_marks_hold_to_the_next_heading() -> None:
 
 @pytest.mark.parametrize(
     ("figure", "same"),
-    [("65.8", True), ("66", True), ("65.7", False), ("65.80", False), ("1,234", True), ("2e-4", True)],
+    [
+        ("65.8", True),
+        ("66", True),
+        ("65.7", False),
+        ("65.80", False),
+        ("1,234", True),
+        ("2e-4", True),
+    ],
 )
 def test_a_figure_is_a_printed_number_rounded(figure: str, same: bool) -> None:
     assert stands_in(figure, numbers("65.78 and -1,234.1, 1.96e-4")) is same
@@ -167,7 +197,11 @@ def test_a_figure_is_a_printed_number_rounded(figure: str, same: bool) -> None:
 
 def test_a_command_is_run_and_shown(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("a,b\n")
-    entry = {"command": "cat log.csv; echo; echo took 3 s; echo 12 N", "needs": "log.csv", "leave_out": " s$"}
+    entry = {
+        "command": "cat log.csv; echo; echo took 3 s; echo 12 N",
+        "needs": "log.csv",
+        "leave_out": " s$",
+    }
     assert cited.printed(entry, tmp_path) == f"$ {entry['command']}\na,b\n12 N\n"
     with pytest.raises(SystemExit, match="--data"):
         cited.printed(entry, tmp_path / "nowhere")
@@ -187,4 +221,6 @@ def test_what_moved_is_told() -> None:
     ]
     assert cited.moved(old, old.replace("198.4", "199.1")) == ["bingham 199.1: 198.4 -> 199.1"]
     assert cited.moved(old, old) == []
-    assert cited.moved(old, old.replace("bingham ", "bingham   ")) == []  # columns became wider, and no figure moved
+    assert (
+        cited.moved(old, old.replace("bingham ", "bingham   ")) == []
+    )  # columns became wider, and no figure moved

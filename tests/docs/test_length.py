@@ -15,7 +15,11 @@ MOST, LONGEST = 35_000, 2_000
 
 def test_every_page_is_in_a_part() -> None:
     listed = {page for pages in parts(DOCS).values() for page in pages}
-    below = {page for page in DOCS.rglob("*.md") if "decisions" not in page.parts and page.parent.name != "_ext"}
+    below = {
+        page
+        for page in DOCS.rglob("*.md")
+        if "decisions" not in page.parts and page.parent.name != "_ext"
+    }
     assert below - listed == {DOCS / "index.md"}
 
 
@@ -23,7 +27,9 @@ def test_the_users_way_is_short() -> None:
     assert sum(map(words, users_way(DOCS))) <= MOST
 
 
-@pytest.mark.parametrize("page", [p for pages in parts(DOCS).values() for p in pages], ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page", [p for pages in parts(DOCS).values() for p in pages], ids=lambda page: page.stem
+)
 def test_no_page_is_long(page: Path) -> None:
     assert words(page) <= LONGEST
 

@@ -18,13 +18,21 @@ from tests.support.said_words import SAID, first_pages
 ROOT = Path(__file__).resolve().parents[2]
 SITE = ROOT / "build" / "docs"
 CHROMIUM = Path("/usr/bin/chromium")
-QUIET = ("--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync")
+QUIET = (
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-sync",
+)
 LOOKS = [(1440, "light"), (390, "dark")]
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(not CHROMIUM.exists(), reason="needs chromium: apt install chromium"),
-    pytest.mark.skipif(not (SITE / "index.html").is_file(), reason="needs the built site: make docs"),
+    pytest.mark.skipif(
+        not (SITE / "index.html").is_file(), reason="needs the built site: make docs"
+    ),
 ]
 
 
@@ -32,19 +40,26 @@ pytestmark = [
 def browser() -> Generator[Any, None, None]:
     sync: Any = import_module("playwright.sync_api")
     with sync.sync_playwright() as playwright:
-        made = playwright.chromium.launch(executable_path=str(CHROMIUM), args=[*QUIET, "--disable-component-update"])
+        made = playwright.chromium.launch(
+            executable_path=str(CHROMIUM), args=[*QUIET, "--disable-component-update"]
+        )
         yield made
         made.close()
 
 
 def tab(browser: Any, width: int, scheme: str) -> tuple[Any, list[str]]:
     """An empty tab, and what its pages will ask for outside the site or complain about."""
-    page = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme).new_page()
+    page = browser.new_context(
+        viewport={"width": width, "height": 900}, color_scheme=scheme
+    ).new_page()
     said: list[str] = []
     page.on("console", lambda message: said.append(f"{message.type}: {message.text}"))
     page.on("pageerror", lambda error: said.append(str(error)))
     inside = (SITE.as_uri(), "data:")
-    page.on("request", lambda request: None if request.url.startswith(inside) else said.append(request.url))
+    page.on(
+        "request",
+        lambda request: None if request.url.startswith(inside) else said.append(request.url),
+    )
     return page, said
 
 
@@ -56,14 +71,20 @@ def opened(browser: Any, address: str, width: int, scheme: str) -> tuple[Any, li
 
 
 @pytest.mark.parametrize(("width", "scheme"), LOOKS)
-def test_no_page_asks_anyone_or_is_wider_than_the_screen(browser: Any, width: int, scheme: str) -> None:
+def test_no_page_asks_anyone_or_is_wider_than_the_screen(
+    browser: Any, width: int, scheme: str
+) -> None:
     pages = sorted(SITE.rglob("*.html"))
     assert len(pages) > 20
-    page, said = tab(browser, width, scheme)  # one for all: a tab each starts a process of the browser each
+    page, said = tab(
+        browser, width, scheme
+    )  # one for all: a tab each starts a process of the browser each
     for path in pages:
         page.goto(path.as_uri())
         assert said == [], path.name
-        assert page.evaluate("document.documentElement.scrollWidth") <= width, f"{path.name} at {width} px"
+        assert page.evaluate("document.documentElement.scrollWidth") <= width, (
+            f"{path.name} at {width} px"
+        )
     page.context.close()
 
 
@@ -79,7 +100,9 @@ def test_nothing_in_the_files_would_load_from_elsewhere() -> None:
 def test_search_answers_without_a_server(browser: Any) -> None:
     page, said = opened(browser, (SITE / "search.html").as_uri() + "?q=bingham", 1440, "light")
     page.wait_for_selector("#search-results li a", timeout=20_000)
-    assert any("The laws" in text for text in page.locator("#search-results li a").all_text_contents())
+    assert any(
+        "The laws" in text for text in page.locator("#search-results li a").all_text_contents()
+    )
     assert said == []
 
 

@@ -54,7 +54,9 @@ def test_the_timer_interrupt_gives_the_bits_of_the_vectors(export: Path, tmp_pat
 
 
 @needs_board
-def test_flags_that_change_the_arithmetic_are_told_on_the_board(export: Path, tmp_path: Path) -> None:
+def test_flags_that_change_the_arithmetic_are_told_on_the_board(
+    export: Path, tmp_path: Path
+) -> None:
     done = made(export, tmp_path, "EXACT=-std=c99 -ffast-math")
     assert done.returncode != 0
     assert "INEXACT" in done.stdout or "bit: 256" not in done.stdout

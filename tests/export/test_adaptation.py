@@ -29,7 +29,11 @@ def motion(made: ExportedStep, rows: int = ROWS) -> Array:
     """Rows within the ranges; no measured effort."""
     t, e = np.arange(rows) / 1000.0, made.elements
     field = 300.0 * (1.0 + np.sin(40.0 * t))
-    fields = [field] if e == 1 else [np.where(t % 0.2 < 0.1, field, 0.0), np.where(t % 0.2 < 0.1, 0.0, field)]
+    fields = (
+        [field]
+        if e == 1
+        else [np.where(t % 0.2 < 0.1, field, 0.0), np.where(t % 0.2 < 0.1, 0.0, field)]
+    )
     speeds = [12.0 * np.sin(15.0 * t + i) for i in range(e)]
     return np.column_stack([*fields, *speeds, np.full(rows, np.nan)])
 
@@ -59,13 +63,22 @@ def test_c_and_record_have_the_same_bits_on_hostile_streams_and_keep_the_budget(
     made = adapting(models[label], precision)
     device, limit, adapted = compile_model(made), 0.25 * made.scale, 0
     base = run(made, motion(made))[0].astype(np.float64)
-    kinds = ("gain", "stuck", "odd", "flipped", "noise", *(() if has_memory(made) else ("adversary",)))
+    kinds = (
+        "gain",
+        "stuck",
+        "odd",
+        "flipped",
+        "noise",
+        *(() if has_memory(made) else ("adversary",)),
+    )
     for kind in kinds:
         rows = motion(made)
         said = hostile("gain" if kind == "adversary" else kind, base, limit)
         device.reset()
         for k, row in enumerate(rows.tolist()):
-            if kind == "adversary" and k > ROWS // 3:  # it sees the effort first; a row twice is as once
+            if (
+                kind == "adversary" and k > ROWS // 3
+            ):  # it sees the effort first; a row twice is as once
                 given = device.step(*row)
                 said[k] = base[k] - 1e3 * (given - base[k]) if given != base[k] else said[k]
             rows[k, -1] = said[k]
@@ -78,14 +91,19 @@ def test_c_and_record_have_the_same_bits_on_hostile_streams_and_keep_the_budget(
         assert np.array_equal(effort, wanted.astype(np.float64)), kind
         assert np.array_equal(flags, wanted_flags), kind
         finite = np.isfinite(rows[:, -1])
-        own, other = (np.cumsum(np.clip(rows[finite, -1] - x[finite], -limit, limit) ** 2) for x in (effort, base))
+        own, other = (
+            np.cumsum(np.clip(rows[finite, -1] - x[finite], -limit, limit) ** 2)
+            for x in (effort, base)
+        )
         assert np.all(own <= (1.02**2 + 1e-4) * other + 1e-6 * limit**2), kind
         assert np.array_equal(effort[(flags & ADAPTED) == 0], base[(flags & ADAPTED) == 0])
         adapted += int(np.sum(effort != base))
     assert adapted > ROWS
 
 
-def test_a_gain_is_followed_and_a_reset_restores_the_model(models: dict[str, Model], need: Callable[..., None]) -> None:
+def test_a_gain_is_followed_and_a_reset_restores_the_model(
+    models: dict[str, Model], need: Callable[..., None]
+) -> None:
     need("gcc")
     made = adapting(models[LABELS[0]])
     device = compile_model(made)
@@ -101,11 +119,16 @@ def test_a_gain_is_followed_and_a_reset_restores_the_model(models: dict[str, Mod
 
 
 def test_adaptation_changes_no_inverse(models: dict[str, Model]) -> None:
-    made, plain = adapting(models[LABELS[1]]), step_of(models[LABELS[1]], ExportOptions("m", period=1e-3))
+    made, plain = (
+        adapting(models[LABELS[1]]),
+        step_of(models[LABELS[1]], ExportOptions("m", period=1e-3)),
+    )
     rows, wanted = motion(made, 20), np.linspace(-0.5, 0.5, 20)
     rows[:, -1] = 0.3
     for of in (inverse, inverse_now):
-        for got, expected in zip(of(made, rows, wanted), of(plain, rows[:, :-1], wanted), strict=True):
+        for got, expected in zip(
+            of(made, rows, wanted), of(plain, rows[:, :-1], wanted), strict=True
+        ):
             assert np.array_equal(got, expected)
 
 
@@ -116,7 +139,9 @@ def test_exports_that_adapt_verify(
 ) -> None:
     need("gcc", "g++")
     checks = verify_export(
-        export_model(models[LABELS[1]], tmp_path / to, to, ExportOptions("m", "float32", 1e-3, adapt=True))
+        export_model(
+            models[LABELS[1]], tmp_path / to, to, ExportOptions("m", "float32", 1e-3, adapt=True)
+        )
     )  # type: ignore[type-var]
     assert checks
     assert all(check.passed and check.other_bits == 0 for check in checks), checks

@@ -38,7 +38,9 @@ BLOCK, SHORT = 20, 5
 LABELS = ("bingham, single", "fnn-16, coaxial", "bingham+rise-fall, coaxial")
 
 
-def alarmed(model: Any, precision: str = "float64", block: int = BLOCK, band: Band = BAND) -> ExportedStep:
+def alarmed(
+    model: Any, precision: str = "float64", block: int = BLOCK, band: Band = BAND
+) -> ExportedStep:
     """A step with alarms whose blocks are short and whose goal is near."""
     options = ExportOptions("m", precision, 1e-3, alarms=True)  # type: ignore[arg-type]
     made = step_of(replace(model, band=band), options)
@@ -50,7 +52,9 @@ def motion(made: ExportedStep, count: int, seed: int = 0) -> Array:
     """Slow rows within the ranges; no measured effort."""
     rng, e = np.random.default_rng(seed), made.elements
     held = np.repeat(rng.uniform(*made.field.range, count // 50 + 1), 50)[:count]
-    fields = [held] if e == 1 else [np.where(held > 300.0, held, 0.0), np.where(held > 300.0, 0.0, held)]
+    fields = (
+        [held] if e == 1 else [np.where(held > 300.0, held, 0.0), np.where(held > 300.0, 0.0, held)]
+    )
     speeds = [12.0 * np.sin(np.arange(count) / 40.0 + i) for i in range(e)]
     return np.column_stack([*fields, *speeds, np.full(count, np.nan)])
 
@@ -79,7 +83,11 @@ def test_the_c_gives_the_bits_of_the_record(
     rows[::97, 0], rows[5::31, -1] = np.nan, np.inf
     rows = rows.astype(made.precision.dtype).astype(np.float64)
     effort, flags = run(made, rows)
-    assert {int(bit) for bit in (OUTSIDE, NON_FINITE, WIDE_BAND, DRIFT) if np.any(flags & bit)} >= {2, 32, 64}
+    assert {int(bit) for bit in (OUTSIDE, NON_FINITE, WIDE_BAND, DRIFT) if np.any(flags & bit)} >= {
+        2,
+        32,
+        64,
+    }
     device = compile_model(made)
     found = device.run(np.ascontiguousarray(rows))
     with pytest.raises(TypeError, match="are no rows of"):
@@ -92,7 +100,9 @@ def test_the_c_gives_the_bits_of_the_record(
         assert device.band == tuple(ends)
 
 
-@pytest.mark.parametrize("band", [BAND, HASTY, SMOOTH], ids=["plain", "by haste", "by smoothed haste"])
+@pytest.mark.parametrize(
+    "band", [BAND, HASTY, SMOOTH], ids=["plain", "by haste", "by smoothed haste"]
+)
 @pytest.mark.parametrize("label", slow_but(("bingham, single",), LABELS))
 def test_the_band_is_the_models(label: str, band: Band, models: dict[str, Model]) -> None:
     made = alarmed(models[label], band=band)
@@ -132,12 +142,17 @@ def test_edges_of_a_band_cost_nothing_in_a_step(models: dict[str, Model]) -> Non
 @pytest.mark.slow
 def test_alarms_change_no_effort_and_no_inverse(models: dict[str, Model]) -> None:
     for label in LABELS:
-        made, plain = alarmed(models[label]), step_of(models[label], ExportOptions("m", period=1e-3))
+        made, plain = (
+            alarmed(models[label]),
+            step_of(models[label], ExportOptions("m", period=1e-3)),
+        )
         rows = measuring(made, motion(made, 200), np.full(200, 3.0))
         assert np.array_equal(run(made, rows)[0], run(plain, rows[:, :-1])[0])
         wanted = np.linspace(-0.5, 0.5, 20)
         for of in (inverse, inverse_now):
-            for got, expected in zip(of(made, rows[:20], wanted), of(plain, rows[:20, :-1], wanted), strict=True):
+            for got, expected in zip(
+                of(made, rows[:20], wanted), of(plain, rows[:20, :-1], wanted), strict=True
+            ):
                 assert np.array_equal(got, expected)
 
 
@@ -187,7 +202,9 @@ def test_false_alarms_are_as_rare_as_said(correlation: float) -> None:
 
 
 @pytest.mark.parametrize(("correlation", "least", "most"), [(0.0, 0.0, 0.001), (0.9, 0.15, 0.2)])
-def test_blocks_that_lean_by_chance_raise_no_more(correlation: float, least: float, most: float) -> None:
+def test_blocks_that_lean_by_chance_raise_no_more(
+    correlation: float, least: float, most: float
+) -> None:
     """AR(1) residuals, 95 % of them in the band: with long correlation nearly as many blocks lean as may."""
     alarms, _ = watcher()
     alarms = replace(alarms, goal=1000.0)
@@ -214,14 +231,19 @@ def test_a_residual_that_leans_inside_the_band_is_a_drift() -> None:
     forward = np.where(rows[:, 1] < 0, -1.0, 1.0)
     for share, told in ((0.3, True), (-0.3, True), (0.1, False)):
         assert bool(run(made, measuring(made, rows, share * forward))[1][-1] & DRIFT) == told
-    assert not run(made, measuring(made, rows, 0.9 * np.resize([1.0, -1.0], len(rows))))[1][-1] & DRIFT
+    assert (
+        not run(made, measuring(made, rows, 0.9 * np.resize([1.0, -1.0], len(rows))))[1][-1] & DRIFT
+    )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("part", "asked", "told"), [(-0.04, 0.005, True), (0.04, 0.005, True), (0.015, 0.005, False), (-0.04, None, False)]
+    ("part", "asked", "told"),
+    [(-0.04, 0.005, True), (0.04, 0.005, True), (0.015, 0.005, False), (-0.04, None, False)],
 )
-def test_residuals_that_are_a_part_of_the_estimate_are_a_drift(part: float, asked: float | None, told: bool) -> None:
+def test_residuals_that_are_a_part_of_the_estimate_are_a_drift(
+    part: float, asked: float | None, told: bool
+) -> None:
     """They lie inside the band and lean less than is told."""
     watched = alarmed(_single().model, block=SHORT, band=replace(BAND, part=asked))
     rows = motion(watched, 200 * SHORT)
@@ -266,7 +288,11 @@ ODD = st.sampled_from([np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324, 0.0])
 @given(st.data())
 def test_no_input_spoils_an_alarm_for_ever(data: st.DataObject) -> None:
     made = _single()
-    odd = np.array(data.draw(st.lists(st.tuples(*[ODD | st.floats(-50.0, 700.0)] * 3), min_size=1, max_size=60)))
+    odd = np.array(
+        data.draw(
+            st.lists(st.tuples(*[ODD | st.floats(-50.0, 700.0)] * 3), min_size=1, max_size=60)
+        )
+    )
     after = measuring(made, motion(made, 12 * SHORT), np.tile([0.3, -0.4], 6 * SHORT))
     far = after.copy()
     far[:, -1] += 10.0
@@ -287,7 +313,9 @@ def _single() -> ExportedStep:
     shape = {s.name: 0.4 * (s.lower + s.upper) for s in structure.shapes(1e-3)}
     gains = {g.name: 0.1 for g in structure.gains()}
     ranges = Range((0.0, 600.0), (-25.0, 25.0), (-1.0, 1.0))
-    model = TorqueModel(structure, Reference(600.0, 17.0, 1e-3), shape, gains, Units("N*m", "V", "rad/s"), ranges)
+    model = TorqueModel(
+        structure, Reference(600.0, 17.0, 1e-3), shape, gains, Units("N*m", "V", "rad/s"), ranges
+    )
     return alarmed(model, block=SHORT)
 
 
@@ -305,12 +333,20 @@ def test_rows_that_no_training_row_was_near_do_not_count() -> None:
 def test_a_plain_export_says_nothing_of_alarms(models: dict[str, Model], tmp_path: Path) -> None:
     folders = [
         export_model(model, tmp_path / name, options=ExportOptions("m", period=1e-3))
-        for name, model in (("without", models[LABELS[0]]), ("with", replace(models[LABELS[0]], band=BAND)))  # type: ignore[type-var]
+        for name, model in (
+            ("without", models[LABELS[0]]),
+            ("with", replace(models[LABELS[0]], band=BAND)),
+        )  # type: ignore[type-var]
     ]
     digests = [json.loads((folder / "model.json").read_text())["digest"] for folder in folders]
     for name in ("m.c", "m.h", "m_check.c", "Makefile"):
-        texts = [(folder / name).read_text().replace(d, "") for folder, d in zip(folders, digests, strict=True)]
-        texts = [re.sub(r"\bM_H_[0-9a-f]{16}\b", "", text) for text in texts]  # the header's mark follows its text
+        texts = [
+            (folder / name).read_text().replace(d, "")
+            for folder, d in zip(folders, digests, strict=True)
+        ]
+        texts = [
+            re.sub(r"\bM_H_[0-9a-f]{16}\b", "", text) for text in texts
+        ]  # the header's mark follows its text
         assert texts[0] == texts[1]
         assert "DRIFT" not in texts[0]
     assert "alarms" not in (folders[0] / "export.json").read_text()
@@ -338,9 +374,13 @@ def test_what_has_no_alarms_says_so(models: dict[str, Model]) -> None:
         step_of(model, ExportOptions(alarms=True))
 
 
-def test_a_library_without_alarms_has_no_band(models: dict[str, Model], need: Callable[..., None]) -> None:
+def test_a_library_without_alarms_has_no_band(
+    models: dict[str, Model], need: Callable[..., None]
+) -> None:
     need("gcc")
-    device: CompiledModel = compile_model(step_of(models[LABELS[0]], ExportOptions("m", period=1e-3)))
+    device: CompiledModel = compile_model(
+        step_of(models[LABELS[0]], ExportOptions("m", period=1e-3))
+    )
     with pytest.raises(TypeError, match="exported without alarms"):
         _ = device.band
 

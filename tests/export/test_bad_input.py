@@ -21,7 +21,9 @@ from erclutch.models.networks.network_model import NetworkModel
 from erclutch.signals.speed import Derivative
 
 
-def test_a_model_with_nan_is_refused_by_name(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
+def test_a_model_with_nan_is_refused_by_name(
+    law: Callable[..., TorqueModel], tmp_path: Path
+) -> None:
     model = law("bingham")
     bad = replace(model, gains={**model.gains, "eta_1": float("nan")})
     with pytest.raises(ExportError, match="eta_1 is nan"):
@@ -37,7 +39,9 @@ def test_a_network_with_an_infinite_weight_is_refused(network: Callable[..., Net
 
 
 @pytest.mark.parametrize("name", ["string", "Math", "erc_core", "ERC_x"])
-def test_a_name_of_another_header(law: Callable[..., TorqueModel], name: str, tmp_path: Path) -> None:
+def test_a_name_of_another_header(
+    law: Callable[..., TorqueModel], name: str, tmp_path: Path
+) -> None:
     """With the export's folder among those of includes, `#include <string.h>` would take the export."""
     with pytest.raises(ExportError, match="is the name of another header"):
         export_model(law("bingham"), tmp_path / "out", options=ExportOptions(name=name))
@@ -45,7 +49,9 @@ def test_a_name_of_another_header(law: Callable[..., TorqueModel], name: str, tm
 
 
 @pytest.mark.parametrize("name", ["", "2nd", "a-b", "int", "class", "_x", "a__b", "größe", "a b"])
-def test_a_name_that_is_no_c_identifier(law: Callable[..., TorqueModel], name: str, tmp_path: Path) -> None:
+def test_a_name_that_is_no_c_identifier(
+    law: Callable[..., TorqueModel], name: str, tmp_path: Path
+) -> None:
     with pytest.raises(ExportError, match="no name for C functions"):
         export_model(law("bingham"), tmp_path / "out", options=ExportOptions(name=name))
     assert list(tmp_path.iterdir()) == []
@@ -58,7 +64,10 @@ def test_a_run_in_place_of_its_model_is_refused_with_the_call_that_gives_it(tmp_
         def model(self) -> None:
             """The recommended model."""
 
-    for given, remedy in (("a.run", r"erclutch.read_run\('a.run'\).model\(\)"), (Run(), r"run.model\(\)")):
+    for given, remedy in (
+        ("a.run", r"erclutch.read_run\('a.run'\).model\(\)"),
+        (Run(), r"run.model\(\)"),
+    ):
         with pytest.raises(ExportError, match=remedy):
             export_model(given, tmp_path / "out")
     assert list(tmp_path.iterdir()) == []
@@ -124,7 +133,9 @@ def test_a_disk_that_fails_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_export_is_replaced_only_when_told_to(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
+def test_an_export_is_replaced_only_when_told_to(
+    law: Callable[..., TorqueModel], tmp_path: Path
+) -> None:
     export_model(law("bingham"), tmp_path / "out")
     with pytest.raises(ExportError, match="there is an export already"):
         export_model(law("hem"), tmp_path / "out")
@@ -142,11 +153,16 @@ def test_an_export_is_replaced_only_when_told_to(law: Callable[..., TorqueModel]
         (ExportOptions(limits=(1.0, -1.0)), "effort limits"),
         (ExportOptions(limits=(0.0, float("inf"))), "effort limits"),
         (ExportOptions(inputs="angles", derivative=Derivative("savgol")), "samples of the future"),
-        (ExportOptions(inputs="angles", derivative=Derivative("kalman", 800.0)), "a cutoff of 800 Hz"),
+        (
+            ExportOptions(inputs="angles", derivative=Derivative("kalman", 800.0)),
+            "a cutoff of 800 Hz",
+        ),
         (ExportOptions(period=1e-7), "rows at a period"),
     ],
 )
-def test_an_option_that_does_not_fit(law: Callable[..., TorqueModel], options: ExportOptions, says: str) -> None:
+def test_an_option_that_does_not_fit(
+    law: Callable[..., TorqueModel], options: ExportOptions, says: str
+) -> None:
     model = law("bingham", "coaxial", "lag")
     model = replace(model, shape={**model.shape, "delay": 0.04})
     with pytest.raises(ErclutchError, match=says):
@@ -163,31 +179,46 @@ def test_a_memory_at_another_period_is_told(
 ) -> None:
     still, lagged = law("bingham", "coaxial"), law("bingham", "coaxial", "lag")
     own = lagged.period
-    assert step_of(lagged).other_period == step_of(lagged, ExportOptions(period=1.004 * own)).other_period == ""
+    assert (
+        step_of(lagged).other_period
+        == step_of(lagged, ExportOptions(period=1.004 * own)).other_period
+        == ""
+    )
     assert step_of(still, ExportOptions(period=3.0 * own)).other_period == ""
     path = tmp_path / "model.json"
     path.write_text(json.dumps(lagged.to_dict()), encoding="utf-8")
-    app(["export", str(path), "--out", str(tmp_path / "out"), "--period", "0.004"], exit_on_error=False)
+    app(
+        ["export", str(path), "--out", str(tmp_path / "out"), "--period", "0.004"],
+        exit_on_error=False,
+    )
     said = " ".join(capsys.readouterr().out.split())
     assert f"fitted to rows of {1e3 * own:.4g} ms and is called every 4 ms." in said
     assert "Fit with --resample 250Hz" in said
 
 
-def test_past_rows_are_of_the_training_period(network: Callable[..., NetworkModel], tmp_path: Path) -> None:
+def test_past_rows_are_of_the_training_period(
+    network: Callable[..., NetworkModel], tmp_path: Path
+) -> None:
     model = network("fnn-3", past=(1, 4))
     with pytest.raises(ExportError, match="past rows, dynamics or filter need a sampling period"):
         step_of(model)
     known = replace(model, period=1.0003e-3)
-    with pytest.raises(ExportError, match=r"a period of 0.002 s for a network whose inputs are rows 1, 4"):
+    with pytest.raises(
+        ExportError, match=r"a period of 0.002 s for a network whose inputs are rows 1, 4"
+    ):
         export_model(known, tmp_path / "out", options=ExportOptions(period=2e-3))
     assert list(tmp_path.iterdir()) == []
     assert step_of(known, ExportOptions(period=1e-3)).period == 1e-3
     assert step_of(known).period == 1.0003e-3
     # A network that looks at the present row alone may run at any period, and so may a law's lag.
-    assert step_of(replace(network("fnn-3"), period=1e-3), ExportOptions(period=2e-3)).period == 2e-3
+    assert (
+        step_of(replace(network("fnn-3"), period=1e-3), ExportOptions(period=2e-3)).period == 2e-3
+    )
 
 
-def test_a_networks_file_holds_its_period(network: Callable[..., NetworkModel], tmp_path: Path) -> None:
+def test_a_networks_file_holds_its_period(
+    network: Callable[..., NetworkModel], tmp_path: Path
+) -> None:
     model = replace(network("fnn-3", past=(1,)), period=2.5e-3)
     path = tmp_path / "model.json"
     path.write_text(json.dumps(model.to_dict()), encoding="utf-8")
@@ -205,7 +236,9 @@ def test_a_target_that_does_not_exist(law: Callable[..., TorqueModel], tmp_path:
         export_model(law("bingham"), tmp_path / "out", "pyhton")
 
 
-def test_float32_that_leaves_no_digits_is_refused(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
+def test_float32_that_leaves_no_digits_is_refused(
+    law: Callable[..., TorqueModel], tmp_path: Path
+) -> None:
     model = law("rbfm-10")
     # Gains that cancel, as fits of many kernels have them: the direction in which the kernels hardly change anything.
     columns = model.structure.law.columns(np.linspace(0.0, 1.0, 99), np.ones(99), 1.0)[2:]
@@ -213,7 +246,11 @@ def test_float32_that_leaves_no_digits_is_refused(law: Callable[..., TorqueModel
     names = [name for name in model.gains if name.startswith("k_") and name.endswith("_1")]
     gains = {**model.gains, **{name: 1e7 * float(g) for name, g in zip(names, flat, strict=True)}}
     with pytest.raises(ExportError, match=r"terms that nearly cancel.*--precision float64"):
-        export_model(replace(model, gains=gains), tmp_path / "out", options=ExportOptions(precision="float32"))
+        export_model(
+            replace(model, gains=gains),
+            tmp_path / "out",
+            options=ExportOptions(precision="float32"),
+        )
 
 
 def test_a_changed_file_is_found(law: Callable[..., TorqueModel], tmp_path: Path) -> None:

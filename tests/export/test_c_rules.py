@@ -21,21 +21,40 @@ from erclutch.export.targets.c import write_core
 from erclutch.models.model import Model
 
 #: Advisory rules of MISRA C:2012 that the file does not keep; docs/export.md says why. Required ones: none.
-ADVISORY = {"misra-c2012-2.5", "misra-c2012-8.9", "misra-c2012-12.1", "misra-c2012-15.5", "misra-c2012-19.2"}
+ADVISORY = {
+    "misra-c2012-2.5",
+    "misra-c2012-8.9",
+    "misra-c2012-12.1",
+    "misra-c2012-15.5",
+    "misra-c2012-19.2",
+}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_no_warning(models: dict[str, Model], compiler: str, tmp_path: Path, need: Callable[..., None]) -> None:
+def test_no_warning(
+    models: dict[str, Model], compiler: str, tmp_path: Path, need: Callable[..., None]
+) -> None:
     need(compiler)
     more = ("-Wshadow", "-Wcast-qual", "-Wstrict-prototypes", "-Wfloat-equal", "-Wdouble-promotion")
     for i, model in enumerate(models.values()):
-        options = ExportOptions(f"m{i}", "float32" if i % 2 else "float64", 1e-3, "angles" if i % 3 == 0 else "speeds")
+        options = ExportOptions(
+            f"m{i}", "float32" if i % 2 else "float64", 1e-3, "angles" if i % 3 == 0 else "speeds"
+        )
         program = step_of(model, options)
         files = write_core(program, tmp_path)
         (tmp_path / f"m{i}_abi.c").write_text(wrapper(program), encoding="ascii")
         for source in (*files, tmp_path / f"m{i}_abi.c"):
-            command = [compiler, *EXACT, *STRICT, *more, "-c", str(source), "-o", str(tmp_path / "m.o")]
+            command = [
+                compiler,
+                *EXACT,
+                *STRICT,
+                *more,
+                "-c",
+                str(source),
+                "-o",
+                str(tmp_path / "m.o"),
+            ]
             done = subprocess.run(command, capture_output=True, text=True, check=False)
             assert done.returncode == 0, done.stderr
 
@@ -50,20 +69,32 @@ def test_the_example_in_the_header_compiles_and_runs(
     (source,) = write_core(program, tmp_path)
     said = (tmp_path / "m.h").read_text()
     assert said.count("SPDX-License-Identifier: Apache-2.0") == 1
-    example = re.findall(r"^       (.+;)$", said.partition("Example: ")[2].partition("*/")[0], re.MULTILINE)
+    example = re.findall(
+        r"^       (.+;)$", said.partition("Example: ")[2].partition("*/")[0], re.MULTILINE
+    )
     assert len(example) == 7
     calls = "\n".join([*example, 'printf("%u %d\\n", (unsigned)flags, effort > 0.0f);'])
     (tmp_path / "main.c").write_text(
         f'#include <stdio.h>\n#include "m.h"\nint main(void)\n{{\n{calls}\nreturn 0;\n}}\n'
     )
-    command = ["gcc", *EXACT, *STRICT, str(source), str(tmp_path / "main.c"), "-o", str(tmp_path / "example")]
+    command = [
+        "gcc",
+        *EXACT,
+        *STRICT,
+        str(source),
+        str(tmp_path / "main.c"),
+        "-o",
+        str(tmp_path / "example"),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert subprocess.check_output([str(tmp_path / "example")], text=True) == "0 1\n"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("label", ["hem+rise-fall, coaxial", "fnn-7, coaxial", "casson+lag, single"])
+@pytest.mark.parametrize(
+    "label", ["hem+rise-fall, coaxial", "fnn-7, coaxial", "casson+lag, single"]
+)
 def test_no_required_rule_of_misra_is_broken(
     models: dict[str, Model], label: str, tmp_path: Path, need: Callable[..., None]
 ) -> None:
@@ -72,7 +103,11 @@ def test_no_required_rule_of_misra_is_broken(
     write_core(program, tmp_path)
     # incorrectLogicOperator: cppcheck takes the hexadecimal limits -0x1.8p-1 and 0x1.8p-1 for the same number.
     words = ["cppcheck", "--std=c99", "--addon=misra", "--enable=warning,portability", "-q"]
-    words += ["--suppress=incorrectLogicOperator", "--suppress=missingIncludeSystem", str(tmp_path / "m.c")]
+    words += [
+        "--suppress=incorrectLogicOperator",
+        "--suppress=missingIncludeSystem",
+        str(tmp_path / "m.c"),
+    ]
     said = subprocess.run(words, capture_output=True, text=True, check=True).stderr
     found = set(re.findall(r"\[([\w.-]+)\]$", said, re.MULTILINE))
     assert "misra-c2012-19.2" in found, "the addon ran"
@@ -132,19 +167,35 @@ int main(void)
 
 
 @pytest.mark.slow
-def test_sanitizers_find_nothing_under_any_input(model: Model, tmp_path: Path, need: Callable[..., None]) -> None:
+def test_sanitizers_find_nothing_under_any_input(
+    model: Model, tmp_path: Path, need: Callable[..., None]
+) -> None:
     need("clang")
     precision = "float64" if len(model.name) % 2 else "float32"
-    program = step_of(model, ExportOptions("m", precision, 1e-3, "angles" if "lag" in model.name else "speeds"))  # type: ignore[arg-type]
+    program = step_of(
+        model, ExportOptions("m", precision, 1e-3, "angles" if "lag" in model.name else "speeds")
+    )  # type: ignore[arg-type]
     files = write_core(program, tmp_path)
     (tmp_path / "fuzz.c").write_text(_FUZZ.format(count=20_000), encoding="ascii")
     checks = "-fsanitize=address,undefined,float-cast-overflow,unsigned-integer-overflow"
     # Unsigned sums wrap by definition; these do so on purpose where the exponent's bits are put together.
     allowed = "-fno-sanitize=unsigned-integer-overflow"
-    command = ["clang", *EXACT, "-g", "-O1", checks, allowed, "-fno-sanitize-recover=all", "-I", str(tmp_path)]
+    command = [
+        "clang",
+        *EXACT,
+        "-g",
+        "-O1",
+        checks,
+        allowed,
+        "-fno-sanitize-recover=all",
+        "-I",
+        str(tmp_path),
+    ]
     command += [str(tmp_path / "fuzz.c"), *map(str, files), "-o", str(tmp_path / "fuzz")]
     subprocess.run(command, check=True, capture_output=True)
-    done = subprocess.run([str(tmp_path / "fuzz")], capture_output=True, text=True, check=False, timeout=120)
+    done = subprocess.run(
+        [str(tmp_path / "fuzz")], capture_output=True, text=True, check=False, timeout=120
+    )
     assert done.returncode == 0, done.stdout + done.stderr
 
 
@@ -169,10 +220,17 @@ def test_the_file_says_what_it_is(models: dict[str, Model], tmp_path: Path) -> N
     assert "T_y_1" in source
     # A model with a memory has NULL, of a header that needs no library.
     assert re.findall(r"#include <(.*)>", header + source) == ["stdint.h", "stddef.h"]
-    assert not re.search(r"\b(malloc|static (?!const|clutch_real clutch|uint32_t clutch|void clutch)\w+ \w+;)", source)
+    assert not re.search(
+        r"\b(malloc|static (?!const|clutch_real clutch|uint32_t clutch|void clutch)\w+ \w+;)",
+        source,
+    )
     # Whole numbers and hexadecimal floats only: nothing for a compiler to round its own way.
     code = re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL)
-    assert {n for n in re.findall(r"(?<![\w.])\d+\.\d+(?:e[-+]?\d+)?f?", code) if float(n.rstrip("f")) % 1} <= {"0.5f"}
+    assert {
+        n
+        for n in re.findall(r"(?<![\w.])\d+\.\d+(?:e[-+]?\d+)?f?", code)
+        if float(n.rstrip("f")) % 1
+    } <= {"0.5f"}
 
 
 def _children_cpu() -> float:
@@ -182,7 +240,9 @@ def _children_cpu() -> float:
 
 
 @pytest.mark.slow
-def test_a_whole_export_takes_less_than_two_seconds(models: dict[str, Model], tmp_path: Path) -> None:
+def test_a_whole_export_takes_less_than_two_seconds(
+    models: dict[str, Model], tmp_path: Path
+) -> None:
     import json
 
     path = tmp_path / "model.json"
@@ -190,14 +250,24 @@ def test_a_whole_export_takes_less_than_two_seconds(models: dict[str, Model], tm
     best = float("inf")
     for i in range(3):
         began = _children_cpu()
-        command = [sys.executable, "-m", "erclutch", "export", str(path), "--out", str(tmp_path / f"out{i}")]
+        command = [
+            sys.executable,
+            "-m",
+            "erclutch",
+            "export",
+            str(path),
+            "--out",
+            str(tmp_path / f"out{i}"),
+        ]
         subprocess.run(command, check=True, capture_output=True)
         best = min(best, _children_cpu() - began)
     assert best < 2.0
 
 
 @pytest.mark.slow
-def test_the_abi_of_the_live_loop(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
+def test_the_abi_of_the_live_loop(
+    models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
     need("gcc")
     from erclutch.export.targets.python import build, load
 
@@ -211,8 +281,14 @@ def test_the_abi_of_the_live_loop(models: dict[str, Model], tmp_path: Path, need
     assert model.digest == program.digest
     field, _ = inverse(program, rows[:1], np.array([0.2]))
     assert model.inverse(rows[0].tolist(), 0.2) == field[0]
-    names = subprocess.run(["nm", "-D", "--undefined-only", str(library)], capture_output=True, text=True, check=True)
-    wanted = {line.split()[-1].split("@")[0] for line in names.stdout.splitlines() if " w " not in f" {line} "}
+    names = subprocess.run(
+        ["nm", "-D", "--undefined-only", str(library)], capture_output=True, text=True, check=True
+    )
+    wanted = {
+        line.split()[-1].split("@")[0]
+        for line in names.stdout.splitlines()
+        if " w " not in f" {line} "
+    }
     assert not {n for n in wanted if not n.startswith(("_", "mem"))}, "no libm, nothing of Python"
 
 

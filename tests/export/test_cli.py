@@ -24,7 +24,15 @@ def test_export_writes_the_folder(saved: Path, tmp_path: Path) -> None:
     words = ("export", str(saved), "--out", str(out), "--precision", "float32", "--name", "hem1")
     said = good(*words)
     made = {p.name for p in out.iterdir()}
-    assert made == {"hem1.c", "hem1.h", "hem1_check.c", "hem1_vectors.h", "Makefile", "model.json", "export.json"}
+    assert made == {
+        "hem1.c",
+        "hem1.h",
+        "hem1_check.c",
+        "hem1_vectors.h",
+        "Makefile",
+        "model.json",
+        "export.json",
+    }
     assert f"erclutch verify {out}" in said.replace("\n", "")
 
 
@@ -40,7 +48,9 @@ def test_export_writes_the_folder(saved: Path, tmp_path: Path) -> None:
         (("--period", "-1"), "a period of -1 s"),
     ],
 )
-def test_bad_words_give_one_error(saved: Path, tmp_path: Path, words: tuple[str, ...], says: str) -> None:
+def test_bad_words_give_one_error(
+    saved: Path, tmp_path: Path, words: tuple[str, ...], says: str
+) -> None:
     before = sorted(tmp_path.iterdir())
     done = run("export", saved, "--out", tmp_path / "out", *words)
     said = done.error

@@ -25,7 +25,9 @@ def test_compilers_in_their_order(
 ) -> None:
     monkeypatch.setenv("CC", chosen)
     monkeypatch.setattr(compilers.shutil, "which", lambda name: name if name in there else None)
-    monkeypatch.setattr(compilers.importlib.util, "find_spec", lambda name: object() if zig else None)
+    monkeypatch.setattr(
+        compilers.importlib.util, "find_spec", lambda name: object() if zig else None
+    )
     found = compilers.natives.__wrapped__()
     assert [compiler.name for compiler in found] == expected
     if chosen and chosen.split()[0] in there:

@@ -39,7 +39,9 @@ PERIOD = 1e-3
 
 
 def program(model: Model, precision: str = "float64", **options: object) -> ExportedStep:
-    return step_of(model, ExportOptions(**{"name": "m", "precision": precision, "period": PERIOD, **options}))  # type: ignore[arg-type]
+    return step_of(
+        model, ExportOptions(**{"name": "m", "precision": precision, "period": PERIOD, **options})
+    )  # type: ignore[arg-type]
 
 
 def _against_numpy(model: Model, precision: str, count: int) -> None:
@@ -51,7 +53,9 @@ def _against_numpy(model: Model, precision: str, count: int) -> None:
     assert np.array_equal(flags, expected_flags)
     difference = np.abs(effort - expected)
     # Where a network gives way to a law, a cell's share makes 16 last digits of the effort of one of the field.
-    assert ulps(made, float(np.max(difference))) <= BOUND[precision] * (1.0 if model.gives_way is None else 16.0)
+    assert ulps(made, float(np.max(difference))) <= BOUND[precision] * (
+        1.0 if model.gives_way is None else 16.0
+    )
     if precision == "float32":  # in float64 the difference is nought
         # The stated bound of the error analysis, NumPy's own rounding included, holds row by row. A row's bound takes
         # five times as long as its effort and follows from that row and those before.
@@ -95,7 +99,9 @@ def test_a_fitted_model_gives_predicts_bits(tmp_path: Path, need: Callable[..., 
     for name in sorted(fitted.names):
         model = fitted.model(name)
         _against_numpy(model, "float64", 10_000)
-        folder = export_model(model, tmp_path / name, "python", ExportOptions(name="m", period=PERIOD))
+        folder = export_model(
+            model, tmp_path / name, "python", ExportOptions(name="m", period=PERIOD)
+        )
         _sound(verify_export(folder), "float64", 2)
 
 
@@ -105,7 +111,9 @@ def test_numpys_own_functions_would_not_do(models: dict[str, Model]) -> None:
     from erclutch.signals.device import Element
 
     rng = np.random.default_rng(4)
-    elements = [Element(rng.uniform(0.0, 600.0, 2000), rng.uniform(-30.0, 30.0, 2000)) for _ in range(2)]
+    elements = [
+        Element(rng.uniform(0.0, 600.0, 2000), rng.uniform(-30.0, 30.0, 2000)) for _ in range(2)
+    ]
     clock = Clock(np.zeros(2000), ())
     for label in ("fnn-16, coaxial", "hem, coaxial", "seo-seo, coaxial", "rbfn-50, coaxial"):
         model = models[label]
@@ -131,10 +139,14 @@ def test_every_compiler_and_processor_gives_the_same_bits(
     boards: ModuleType,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    need("gcc", "clang", "qemu-aarch64", "qemu-ppc", "aarch64-linux-gnu-gcc", "powerpc-linux-gnu-gcc")
+    need(
+        "gcc", "clang", "qemu-aarch64", "qemu-ppc", "aarch64-linux-gnu-gcc", "powerpc-linux-gnu-gcc"
+    )
     need("arm-none-eabi-gcc", "qemu-system-arm")
     pytest.importorskip("ziglang", reason="pip install ziglang")
-    folder = export_model(model, tmp_path / "c", "c", ExportOptions(name="m", precision=precision, period=PERIOD))  # type: ignore[arg-type]
+    folder = export_model(
+        model, tmp_path / "c", "c", ExportOptions(name="m", precision=precision, period=PERIOD)
+    )  # type: ignore[arg-type]
     # zig is a younger clang, so one of the two compiles each precision; the file calls nothing of a C library.
     other = {"float64": "clang", "float32": "zig"}[precision]
     taken = [compiler for compiler in natives() if compiler.name != other]
@@ -144,7 +156,9 @@ def test_every_compiler_and_processor_gives_the_same_bits(
     made = program(model, precision)
     # Neither board computes with doubles: both call the same library for them, so one of the two shows what it gives.
     for board in boards.BOARDS if precision == "float32" else boards.BOARDS[-1:]:
-        outcome = boards.run_board(board, made, folder, tmp_path, repeats=1)  # bits are asked for, no speed
+        outcome = boards.run_board(
+            board, made, folder, tmp_path, repeats=1
+        )  # bits are asked for, no speed
         _sound([compare(made, vectors_of(made), board.name, outcome.printed)], precision, 1, model)
         assert outcome.note.endswith("flash")
 
@@ -170,15 +184,23 @@ def test_a_network_has_the_same_bits_with_vectors_and_without(
 @pytest.mark.usefixtures("compiled_plainly")
 @pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float64", "float32"])
-def test_python_gives_the_same_bits(model: Model, precision: str, tmp_path: Path, need: Callable[..., None]) -> None:
+def test_python_gives_the_same_bits(
+    model: Model, precision: str, tmp_path: Path, need: Callable[..., None]
+) -> None:
     need("gcc")
-    folder = export_model(model, tmp_path / "p", "python", ExportOptions(name="m", precision=precision, period=PERIOD))  # type: ignore[arg-type]
+    folder = export_model(
+        model, tmp_path / "p", "python", ExportOptions(name="m", precision=precision, period=PERIOD)
+    )  # type: ignore[arg-type]
     _sound(verify_export(folder), precision, 2, model)
 
 
 @pytest.mark.parametrize("inputs", ["angles"])
-@pytest.mark.parametrize("label", ["hem+rise-fall, coaxial", "fnn-16, coaxial", "casson+lag, single"])
-def test_angles_are_differentiated_as_live_does(models: dict[str, Model], label: str, inputs: str) -> None:
+@pytest.mark.parametrize(
+    "label", ["hem+rise-fall, coaxial", "fnn-16, coaxial", "casson+lag, single"]
+)
+def test_angles_are_differentiated_as_live_does(
+    models: dict[str, Model], label: str, inputs: str
+) -> None:
     from erclutch.signals.speed import Derivative, live
 
     made = program(models[label], inputs=inputs, derivative=Derivative("kalman", 120.0))
@@ -223,7 +245,9 @@ def test_the_last_good_row_stands_in_for_a_bad_one(models: dict[str, Model]) -> 
 
 
 @pytest.mark.parametrize("label", ["hem, coaxial", "fnn-7, coaxial", "casson+lag, single"])
-def test_a_row_with_one_bad_number_counts_as_the_row_before(models: dict[str, Model], label: str) -> None:
+def test_a_row_with_one_bad_number_counts_as_the_row_before(
+    models: dict[str, Model], label: str
+) -> None:
     made = program(models[label])
     rows = ordinary(made, np.random.default_rng(1), 20)
     held = rows.copy()
@@ -237,8 +261,19 @@ def test_a_row_with_one_bad_number_counts_as_the_row_before(models: dict[str, Mo
         assert flags[7] & NON_FINITE
 
 
-BINARY_OPERATIONS = {"add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide}
-FUNCTIONS = {"exp": np.exp, "expm1": np.expm1, "tanh": np.tanh, "negate": np.negative, "absolute": np.absolute}
+BINARY_OPERATIONS = {
+    "add": np.add,
+    "subtract": np.subtract,
+    "multiply": np.multiply,
+    "divide": np.divide,
+}
+FUNCTIONS = {
+    "exp": np.exp,
+    "expm1": np.expm1,
+    "tanh": np.tanh,
+    "negate": np.negative,
+    "absolute": np.absolute,
+}
 
 
 @pytest.mark.parametrize("name", [*BINARY_OPERATIONS, *FUNCTIONS])
@@ -250,10 +285,12 @@ def test_the_error_of_an_operation_is_neither_too_small_nor_twice_too_large(name
     node = record.operand(name, *(record.input(f"x{i}") for i in range(count))).node
     for values in ((1.3, -0.7), (-0.4, 2.1)):
         x, e = np.array(values[:count]), np.array([1e-6, 3e-6])[:count]
-        value, error = Errors(None, FLOAT64).apply(node, [np.array([[a], [b]]) for a, b in zip(x, e, strict=True)])[
-            :, 0
+        value, error = Errors(None, FLOAT64).apply(
+            node, [np.array([[a], [b]]) for a, b in zip(x, e, strict=True)]
+        )[:, 0]
+        ends = [
+            function(*(x + e * np.array(signs))) for signs in product((-1.0, 1.0), repeat=count)
         ]
-        ends = [function(*(x + e * np.array(signs))) for signs in product((-1.0, 1.0), repeat=count)]
         worst = float(np.max(np.abs(np.array(ends) - function(*x))))
         assert value == pytest.approx(float(function(*x)), rel=1e-15)
         assert worst * (1.0 - 1e-5) <= error <= worst * (1.0 + 1e-5)
@@ -299,7 +336,9 @@ def test_the_error_of_an_oscillator_is_bounded_from_both_sides() -> None:
 
 def _at_rest(made: ExportedStep, rows: Array) -> Array:
     settled = rest_record(made)
-    return evaluate(settled.record, named(settled, rows.astype(made.precision.dtype)), numbers(made))[0]
+    return evaluate(
+        settled.record, named(settled, rows.astype(made.precision.dtype)), numbers(made)
+    )[0]
 
 
 @pytest.mark.parametrize("precision", ["float64", pytest.param("float32", marks=pytest.mark.slow)])
@@ -310,7 +349,9 @@ def test_inverse_gives_the_field_of_an_effort(model: Model, precision: str) -> N
     wanted = _at_rest(made, rows)
     field, flags = inverse(made, rows, wanted)
     # Every one of these efforts is that of some field, so all are within reach.
-    assert np.mean((flags & OUT_OF_REACH) == 0) > (0.99 if made.search.monotone_share == 1.0 else 0.9)
+    assert np.mean((flags & OUT_OF_REACH) == 0) > (
+        0.99 if made.search.monotone_share == 1.0 else 0.9
+    )
     again = rows.copy()
     again[:, 0] = np.maximum(field, 0.0) if made.elements == 2 else field
     if made.elements == 2:
@@ -341,7 +382,9 @@ def _with_delay(model: Model, delay: float) -> Model:
 def _applied(made: ExportedStep, rows: Array, k: int, field: float) -> tuple[float, int]:
     """Effort and flags of a row where its field is the signed one."""
     again = rows[: k + 1].copy()
-    again[k, : made.elements] = [max(field, 0.0), max(-field, 0.0)] if made.elements == 2 else [field]
+    again[k, : made.elements] = (
+        [max(field, 0.0), max(-field, 0.0)] if made.elements == 2 else [field]
+    )
     effort, flags = run(made, again)
     return float(effort[k]), int(flags[k])
 
@@ -389,7 +432,9 @@ def test_the_field_for_the_next_step_gives_its_effort(
 
 
 @pytest.mark.parametrize("label", slow_but(AHEAD[:1], AHEAD[:3]))
-def test_behind_a_dead_time_the_next_effort_is_out_of_reach(models: dict[str, Model], label: str) -> None:
+def test_behind_a_dead_time_the_next_effort_is_out_of_reach(
+    models: dict[str, Model], label: str
+) -> None:
     from erclutch.export.c.c_header import header
 
     made = program(_with_delay(models[label], 1.3e-3))
@@ -405,7 +450,9 @@ def test_behind_a_dead_time_the_next_effort_is_out_of_reach(models: dict[str, Mo
     assert inverse_now(made, rows[:1], effort[:1])[1][0] == 0
 
 
-@pytest.mark.parametrize("label", slow_but(AHEAD_QUICK, [*AHEAD, "hem, coaxial", "bingham+fnn-3, single"]))
+@pytest.mark.parametrize(
+    "label", slow_but(AHEAD_QUICK, [*AHEAD, "hem, coaxial", "bingham+fnn-3, single"])
+)
 def test_after_a_reset_the_inverse_of_the_next_step_is_the_inverse_at_rest(
     models: dict[str, Model], label: str
 ) -> None:
@@ -440,7 +487,9 @@ def test_names_of_the_state_are_names_in_c(models: dict[str, Model]) -> None:
         record = step_record(program(model)).record
         names = [*record.after, *record.registers(), *record.labels.values()]
         assert all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) for name in names)
-        assert len({*record.after, *record.registers()}) == len(record.after) + len(record.registers())
+        assert len({*record.after, *record.registers()}) == len(record.after) + len(
+            record.registers()
+        )
 
 
 def test_a_stage_whose_state_has_no_name_in_c_is_refused(
@@ -452,7 +501,9 @@ def test_a_stage_whose_state_has_no_name_in_c_is_refused(
 
     step_record.cache_clear()
     monkeypatch.setattr(EffortLag, "initial", lambda self, signal, q: {"Größe": signal})
-    monkeypatch.setattr(EffortLag, "step", lambda self, memory, signal, q, period: (memory.keep("Größe", signal),))
+    monkeypatch.setattr(
+        EffortLag, "step", lambda self, memory, signal, q, period: (memory.keep("Größe", signal),)
+    )
     with pytest.raises(ExportError, match="no name in C"):
         program(models[AHEAD[0]])
 
@@ -480,6 +531,8 @@ def test_the_bound_of_a_speed_from_angles(models: dict[str, Model], period: floa
 
 
 def test_edges_have_both_zeros_and_both_infinities(models: dict[str, Model]) -> None:
-    for column in _edges(step_of(models["hem+rise-fall, coaxial"], ExportOptions("m", "float32", PERIOD))):
+    for column in _edges(
+        step_of(models["hem+rise-fall, coaxial"], ExportOptions("m", "float32", PERIOD))
+    ):
         assert set(np.signbit(column[column == 0.0])) == {False, True}
         assert set(column[np.isinf(column)]) == {-np.inf, np.inf}

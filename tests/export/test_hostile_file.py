@@ -25,16 +25,53 @@ from erclutch.models.model_file import digest_of
 from erclutch.models.networks.network_model import NetworkModel
 
 NUMBERS: tuple[Any, ...] = (
-    *(float("nan"), float("inf"), -float("inf"), 1e308, -1e308, 1e200, 1e-200, 1e-308, 5e-324, 1e16, -1.0, 0.0, -0.0),
+    *(
+        float("nan"),
+        float("inf"),
+        -float("inf"),
+        1e308,
+        -1e308,
+        1e200,
+        1e-200,
+        1e-308,
+        5e-324,
+        1e16,
+        -1.0,
+        0.0,
+        -0.0,
+    ),
     *(0, -1, -3, 10**9, 2**64, 10**400, -(10**400)),
 )
-OTHERS: tuple[Any, ...] = (True, False, None, "", "x", "1.0", "nan", [], {}, [[]], [1], [1, 2, 3], [1, [2]], {"a": 1})
-BAND = Band(0.95, 0.01, 5.0, (0.0, 100.0), (-1.0, 1.0), (10.0, 60.0), (0.3,), (0.1, 0.2) * 6, (0.2, 0.1) * 6)
+OTHERS: tuple[Any, ...] = (
+    True,
+    False,
+    None,
+    "",
+    "x",
+    "1.0",
+    "nan",
+    [],
+    {},
+    [[]],
+    [1],
+    [1, 2, 3],
+    [1, [2]],
+    {"a": 1},
+)
+BAND = Band(
+    0.95, 0.01, 5.0, (0.0, 100.0), (-1.0, 1.0), (10.0, 60.0), (0.3,), (0.1, 0.2) * 6, (0.2, 0.1) * 6
+)
 FACTORS = (-1, 1e3, 1e-3, 0.5, 1e30, 1e-30, 1e300)
 
 
 def _places(body: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    entries = body.items() if isinstance(body, dict) else enumerate(body) if isinstance(body, list) else ()
+    entries = (
+        body.items()
+        if isinstance(body, dict)
+        else enumerate(body)
+        if isinstance(body, list)
+        else ()
+    )
     for key, value in entries:
         if key != "digest":
             yield (*at, key)
@@ -156,7 +193,9 @@ def test_what_fits_may_leave_is_taken(network: Callable[..., NetworkModel], tmp_
                 load_model(path)
 
 
-def test_an_exponent_that_would_overflow(network: Callable[..., NetworkModel], tmp_path: Path) -> None:
+def test_an_exponent_that_would_overflow(
+    network: Callable[..., NetworkModel], tmp_path: Path
+) -> None:
     body = network("fnn-2", "single", "dahl").to_dict()
     body["dynamics"]["n_m"] = 5e15
     path = tmp_path / "m.json"

@@ -13,12 +13,21 @@ from erclutch.models.model import margins
 
 
 def model(
-    field: tuple[float, float], *, device: str = "single", signed: bool = False, steady: Any = None, effort: float = 2.0
+    field: tuple[float, float],
+    *,
+    device: str = "single",
+    signed: bool = False,
+    steady: Any = None,
+    effort: float = 2.0,
 ) -> Any:
     trained = SimpleNamespace(field=field, slip=(-1.0, 1.0), effort=(-effort, 0.5 * effort))
     structure = SimpleNamespace(device=device)
     return SimpleNamespace(
-        trained_on=trained, structure=structure, signed=signed, steady=steady, extras={"D": (2.0, 5.0)}
+        trained_on=trained,
+        structure=structure,
+        signed=signed,
+        steady=steady,
+        extras={"D": (2.0, 5.0)},
     )
 
 
@@ -37,7 +46,9 @@ def model(
         ((2.0, 2.0), {}, (2.0, margins((2.0, 2.0))[1], 2.0)),
     ],
 )
-def test_where_an_inverse_searches(field: tuple[float, float], how: Any, expected: tuple[float, ...]) -> None:
+def test_where_an_inverse_searches(
+    field: tuple[float, float], how: Any, expected: tuple[float, ...]
+) -> None:
     assert sides(model(field, **how)) == expected
 
 

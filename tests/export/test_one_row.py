@@ -34,7 +34,10 @@ def drawn(model: Model, rng: np.random.Generator) -> Row:
     fields, slips = ([rng.choice(values, 1) for _ in range(count)] for values in signals)
     extras = {name: rng.uniform(-3.0, 3.0, 1) for name in model.extras}
     return Row(
-        model.structure.device, model.units, [Element(np.abs(f), w) for f, w in zip(fields, slips, strict=True)], extras
+        model.structure.device,
+        model.units,
+        [Element(np.abs(f), w) for f, w in zip(fields, slips, strict=True)],
+        extras,
     )
 
 
@@ -44,7 +47,9 @@ def fresh(model: Any) -> Any:
     return pickle.loads(pickle.dumps(model))
 
 
-def test_a_lone_row_has_the_bits_of_the_long_road(fresh: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lone_row_has_the_bits_of_the_long_road(
+    fresh: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     rng = np.random.default_rng(1)
     rows = [drawn(fresh, rng) for _ in range(60)]
     expected = [fresh.predict(row) for row in rows]
@@ -54,7 +59,9 @@ def test_a_lone_row_has_the_bits_of_the_long_road(fresh: Any, monkeypatch: pytes
     assert np.array(found).tobytes() == np.array(expected).tobytes()
 
 
-def test_a_row_that_is_not_finite_takes_the_long_road(fresh: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_row_that_is_not_finite_takes_the_long_road(
+    fresh: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     row = drawn(fresh, np.random.default_rng(2))
     row.elements[0] = Element(row.elements[0].field, np.array([np.nan]))
     expected = fresh.predict(row)

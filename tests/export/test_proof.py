@@ -30,10 +30,15 @@ from tests.support import proof
         ("fnn-3+rise-fall, single", ExportOptions("m", "float32", 1e-3)),
         ("fnn-16, coaxial", ExportOptions("m", "float64", 1e-3)),
         ("bingham+fnn-3, single", ExportOptions("m", "float32", 1e-3)),
-        ("casson+rise-fall+dahl-2/field+inertia+effort-lag, single", ExportOptions("m", "float64", 1e-3)),
+        (
+            "casson+rise-fall+dahl-2/field+inertia+effort-lag, single",
+            ExportOptions("m", "float64", 1e-3),
+        ),
         ("bingham, single", ExportOptions("m", "float32", 1e-3, adapt=True)),
     ],
-    ids=lambda value: value if isinstance(value, str) else value.precision + ", adapting" * value.adapt,
+    ids=lambda value: (
+        value if isinstance(value, str) else value.precision + ", adapting" * value.adapt
+    ),
 )
 def test_no_alarm_and_all_within_limits_for_any_bits(
     models: dict[str, Model],
@@ -53,7 +58,9 @@ def test_no_alarm_and_all_within_limits_for_any_bits(
 
 
 @pytest.mark.slow
-def test_a_limit_that_is_forgotten_is_seen(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
+def test_a_limit_that_is_forgotten_is_seen(
+    models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
     need("frama-c")
     step = step_of(models["bingham, single"], ExportOptions("m", "float32", 1e-3))
     proof.proved(step, tmp_path)
@@ -66,7 +73,9 @@ def test_a_limit_that_is_forgotten_is_seen(models: dict[str, Model], tmp_path: P
         assert good in source
         spoilt = re.sub(r"/\*@ assert \(is_finite.*", "", source) if "finite" in good else source
         (tmp_path / "m.c").write_text(spoilt.replace(good, bad), encoding="ascii")
-        said = proof.analysed(tmp_path, ["driver.c", "m.c"], "-eva-slevel", "12", "-eva-auto-loop-unroll", "8")
+        said = proof.analysed(
+            tmp_path, ["driver.c", "m.c"], "-eva-slevel", "12", "-eva-auto-loop-unroll", "8"
+        )
         assert not all(said.shown[check]), bad
     (tmp_path / "m.c").write_text(source.replace("state->effort = 0.0f;", "", 1), encoding="ascii")
     assert proof.analysed(tmp_path, ["driver.c", "m.c"], "-eva-slevel", "12").alarms > 0
@@ -80,19 +89,28 @@ def _assertions(source: str) -> list[str]:
 def test_only_two_facts_are_asserted(every: int, models: dict[str, Model], tmp_path: Path) -> None:
     """A kept test of the bits says that the numbers are finite, and what was compared is no NaN; nothing else."""
     for i, model in enumerate(list(models.values())[::every]):
-        write_core(step_of(model, ExportOptions("m", "float32", 1e-3, "angles" if i % 2 else "speeds")), tmp_path)
+        write_core(
+            step_of(model, ExportOptions("m", "float32", 1e-3, "angles" if i % 2 else "speeds")),
+            tmp_path,
+        )
         source = (tmp_path / "m.c").read_text(encoding="ascii")
-        compared = re.findall(r"&& \(low < secant\) .*\n *\{\n *(/\*@ assert !\\is_NaN\(secant\); \*/)", source)
+        compared = re.findall(
+            r"&& \(low < secant\) .*\n *\{\n *(/\*@ assert !\\is_NaN\(secant\); \*/)", source
+        )
         assert len(compared) == 1
         functions = re.split(r"\n}\n", source)
         said = [re.findall(r"assert \((\w+) == 0u\) \|\| \((.*)\);", body) for body in functions]
-        tests = [(body, *fact) for body, facts in zip(functions, said, strict=True) for fact in facts]
+        tests = [
+            (body, *fact) for body, facts in zip(functions, said, strict=True) for fact in facts
+        ]
         assert len(tests) + len(compared) == len(_assertions(source))
         for body, name, facts in tests:
             tested = re.search(rf"const uint32_t {name} = (.*);", body)
             assert tested is not None
             assert not re.search(r"\||== 0u|!m_", tested[1]), "all parts must hold"
-            assert all(fact.replace("\\is_finite", "m_finite") in tested[1] for fact in facts.split(" && "))
+            assert all(
+                fact.replace("\\is_finite", "m_finite") in tested[1] for fact in facts.split(" && ")
+            )
 
 
 _EXHAUSTIVE = """
@@ -145,7 +163,11 @@ int main(void)
 @pytest.mark.slow
 @pytest.mark.parametrize(("precision", "patterns"), [("float32", 2**32), ("float64", 4096 * 54)])
 def test_the_test_of_the_bits_is_is_finite(
-    models: dict[str, Model], precision: str, patterns: int, tmp_path: Path, need: Callable[..., None]
+    models: dict[str, Model],
+    precision: str,
+    patterns: int,
+    tmp_path: Path,
+    need: Callable[..., None],
 ) -> None:
     """For all numbers of float32; for float64 for all exponents, as no other bit of a number is looked at."""
     need("gcc")
@@ -155,6 +177,10 @@ def test_the_test_of_the_bits_is_is_finite(
     assert f"return ((m_bits_of(x) & {mask}) != {mask}) ?" in source
     (tmp_path / "all.c").write_text(_EXHAUSTIVE, encoding="ascii")
     flags = [*EXACT, "-O2", f"-DWIDTH={precision[-2:]}"]
-    subprocess.run(["gcc", *flags, str(tmp_path / "all.c"), "-o", str(tmp_path / "all")], check=True)
-    said = subprocess.run([str(tmp_path / "all")], capture_output=True, text=True, check=True).stdout
+    subprocess.run(
+        ["gcc", *flags, str(tmp_path / "all.c"), "-o", str(tmp_path / "all")], check=True
+    )
+    said = subprocess.run(
+        [str(tmp_path / "all")], capture_output=True, text=True, check=True
+    ).stdout
     assert said.split() == [str(patterns), "0"]

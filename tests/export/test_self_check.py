@@ -80,12 +80,17 @@ int main(void)
     ):
         command = ["gcc", "-std=c99", "-O2", *options, "main.c", "m.c", "-o", "main"]
         subprocess.run(command, cwd=folder, check=True)
-        printed = subprocess.run([folder / "main"], capture_output=True, text=True, check=True).stdout.strip()
+        printed = subprocess.run(
+            [folder / "main"], capture_output=True, text=True, check=True
+        ).stdout.strip()
         assert printed == said if said else printed.startswith("0 ") and " 2" not in printed
 
 
 def test_a_library_with_changed_arithmetic_is_not_loaded(
-    models: dict[str, Model], need: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    models: dict[str, Model],
+    need: Callable[..., None],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Compilers of CC: the command's own options come first, so a wrapper adds these behind them."""
     need("gcc")
@@ -101,14 +106,18 @@ def test_a_library_with_changed_arithmetic_is_not_loaded(
         library = python.build(step, tmp_path, Compiler("cc", (str(wrapper),)))
     finally:
         c.source.cache_clear()
-    with pytest.raises(ExportError, match="changed the order or the rounding of its sums and products"):
+    with pytest.raises(
+        ExportError, match="changed the order or the rounding of its sums and products"
+    ):
         python.load(library)
     smallest = math.ulp(0.0)
     assert smallest * 1.0 > 0.0, "the library switched subnormal numbers off in this process"
 
 
 @pytest.fixture(scope="module")
-def exports(models: dict[str, Model], tmp_path_factory: pytest.TempPathFactory) -> dict[tuple[bool, str, str], Path]:
+def exports(
+    models: dict[str, Model], tmp_path_factory: pytest.TempPathFactory
+) -> dict[tuple[bool, str, str], Path]:
     """Folders by whether the C has its macros and pragmas, by model and by precision; written once for all options."""
     folders: dict[tuple[bool, str, str], Path] = {}
     for guarded, label, precision in product((True, False), MODELS, PRECISIONS):
@@ -134,7 +143,10 @@ def test_the_right_bits_or_a_refusal(
     tried.append((True, MODELS[number % len(MODELS)], PRECISIONS[number // len(MODELS) % 2]))
     for each in tried:
         for compiler in natives():
-            assert answer(compiler, exports[each], options.split()) in (RIGHT, REFUSED), (compiler.name, *each)
+            assert answer(compiler, exports[each], options.split()) in (RIGHT, REFUSED), (
+                compiler.name,
+                *each,
+            )
 
 
 @pytest.mark.slow
@@ -143,7 +155,9 @@ def test_the_right_bits_or_a_refusal_as_cpp(
     exports: dict[tuple[bool, str, str], Path], options: str, need: Callable[..., None]
 ) -> None:
     need("gcc")
-    folder = exports[options in ALWAYS_TOLD_IN_CPP, MODELS[OPTIONS.index(options) % len(MODELS)], "float64"]
+    folder = exports[
+        options in ALWAYS_TOLD_IN_CPP, MODELS[OPTIONS.index(options) % len(MODELS)], "float64"
+    ]
     for compiler in natives():
         assert answer(compiler, folder, options.split(), CPP) in (RIGHT, REFUSED), compiler.name
 

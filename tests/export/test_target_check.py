@@ -34,9 +34,13 @@ def made(precision: Any = FLOAT64, band: int = 0) -> tuple[Any, Any]:
 
 
 def printed(vectors: Any, precision: Any, rows: int) -> list[str]:
-    values = np.concatenate([vectors.effort, vectors.field, vectors.field_now, vectors.band.ravel()])[:rows]
+    values = np.concatenate(
+        [vectors.effort, vectors.field, vectors.field_now, vectors.band.ravel()]
+    )[:rows]
     flags = [0, 1, 2, 3, 4, 5, 6, *[0] * vectors.band.size]
-    return [f"{int(b):x} {flag}" for b, flag in zip(values.view(precision.bits), flags, strict=False)]
+    return [
+        f"{int(b):x} {flag}" for b, flag in zip(values.view(precision.bits), flags, strict=False)
+    ]
 
 
 @pytest.mark.parametrize("precision", [FLOAT32, FLOAT64])
@@ -46,7 +50,13 @@ def test_lines_are_compared_bit_by_bit(precision: Any, band: int) -> None:
     for rows in {7, 7 + 2 * band}:
         lines = printed(vectors, precision, rows)
         found = compare(program, vectors, "here", "\n\n".join(lines), note="n")
-        assert (found.where, found.count, found.other_bits, found.ulp, found.note) == ("here", rows, 0, 0.0, "n")
+        assert (found.where, found.count, found.other_bits, found.ulp, found.note) == (
+            "here",
+            rows,
+            0,
+            0.0,
+            "n",
+        )
         assert found.passed
     lines[0] = f"{int(lines[0].split()[0], 16) + 2:x} 0"
     lines[-1] = lines[-1].rsplit(" ", 1)[0] + " 9"
@@ -72,13 +82,17 @@ def test_flags_count_as_bits_do() -> None:
     flags = vectors.flags.copy()
     flags[2] ^= 8
     assert to_the_bit(program, vectors, "here", vectors.effort, flags).other_bits == 1
-    assert to_the_bit(program, vectors, "here", -vectors.effort, vectors.flags).other_bits == 4  # the sign of zero too
+    assert (
+        to_the_bit(program, vectors, "here", -vectors.effort, vectors.flags).other_bits == 4
+    )  # the sign of zero too
 
 
 def test_targets_of_others_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
     program, vectors = made()
     place = float(np.spacing(3.0))
-    monkeypatch.setattr(target_check, "bound", lambda program, rows, precision=None: np.array([1.0, 2.0]) * place)
+    monkeypatch.setattr(
+        target_check, "bound", lambda program, rows, precision=None: np.array([1.0, 2.0]) * place
+    )
     effort = vectors.numpy + np.array([0.0, 0.0, 11.0, 0.0]) * place
     found = near(program, vectors, "there", effort, vectors.flags)
     assert (found.allowed, found.ulp, found.other_bits, found.count) == (12.0, 11.0, None, 4)
@@ -86,8 +100,12 @@ def test_targets_of_others_have_a_limit(monkeypatch: pytest.MonkeyPatch) -> None
     assert not near(program, vectors, "there", vectors.numpy + 13.0 * place, vectors.flags).passed
     assert near(program, vectors, "there", effort, vectors.flags + 1).other_bits == 4
     assert near(program, vectors, "there", effort * np.nan, vectors.flags).ulp == np.inf
-    monkeypatch.setattr(target_check, "bound", lambda program, rows, precision=None: np.array([1.6]))
-    assert near(program, vectors, "there", effort, vectors.flags).allowed == pytest.approx(8.0 + 0.03 / place)
+    monkeypatch.setattr(
+        target_check, "bound", lambda program, rows, precision=None: np.array([1.6])
+    )
+    assert near(program, vectors, "there", effort, vectors.flags).allowed == pytest.approx(
+        8.0 + 0.03 / place
+    )
     assert ulps(program, 5.0 * place) == 5.0
 
 

@@ -40,7 +40,11 @@ def exported(
 @pytest.mark.parametrize("names", [("one", "two"), ("m", "m_step"), ("m_in", "m")])
 @pytest.mark.parametrize("one_file", [False, True])
 def test_each_of_two_models_in_one_program_has_its_own_numbers(
-    models: dict[str, Model], names: tuple[str, str], one_file: bool, tmp_path: Path, need: Callable[..., None]
+    models: dict[str, Model],
+    names: tuple[str, str],
+    one_file: bool,
+    tmp_path: Path,
+    need: Callable[..., None],
 ) -> None:
     need("gcc")
     sources, headers, body, efforts = exported(models, tmp_path, names)
@@ -63,7 +67,9 @@ def test_two_models_of_one_name_are_refused_by_the_second_header(
 
 
 @pytest.mark.slow
-def test_a_header_may_be_included_twice(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
+def test_a_header_may_be_included_twice(
+    models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
     need("gcc")
     sources, headers, body, efforts = exported(models, tmp_path, ("one", "two"))
     built = program(tmp_path, sources, [*headers, *headers], body, one_file=False)

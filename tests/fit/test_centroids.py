@@ -21,6 +21,14 @@ def long_log() -> Dataset:
 def test_centroids_cost_next_to_nothing(long_log: Dataset, name: str) -> None:
     assert long_log.rows >= MANY_ROWS
     structure = Structure("coaxial", name, law_from_name(name, "coaxial"))
-    on_centroids, on_rows = (fit_structure(long_log, structure, intervals=False, polish=p) for p in (False, True))
-    assert on_centroids.model.shape != on_rows.model.shape, "both were fitted on all rows: the test shows nothing"
-    assert on_rows.train_cost * (1 - 1e-9) <= on_centroids.train_cost <= on_rows.train_cost * (1 + 2e-5)
+    on_centroids, on_rows = (
+        fit_structure(long_log, structure, intervals=False, polish=p) for p in (False, True)
+    )
+    assert on_centroids.model.shape != on_rows.model.shape, (
+        "both were fitted on all rows: the test shows nothing"
+    )
+    assert (
+        on_rows.train_cost * (1 - 1e-9)
+        <= on_centroids.train_cost
+        <= on_rows.train_cost * (1 + 2e-5)
+    )

@@ -35,7 +35,10 @@ def good(n: int = N, seed: int = 0) -> Dataset:
 
 
 def changed(
-    data: Dataset, field: Array | None = None, slip: Array | None = None, effort: Array | None = None
+    data: Dataset,
+    field: Array | None = None,
+    slip: Array | None = None,
+    effort: Array | None = None,
 ) -> Dataset:
     old = data.elements[0]
     element = Element(old.field if field is None else field, old.slip if slip is None else slip)
@@ -55,17 +58,26 @@ def test_a_good_log_has_no_finding() -> None:
     assert findings(good()) == ()
 
 
-@pytest.mark.parametrize(("factor", "said"), [(1e3, "above the 2000"), (1e-7, "below the 0.0001"), (1.0, "")])
+@pytest.mark.parametrize(
+    ("factor", "said"), [(1e3, "above the 2000"), (1e-7, "below the 0.0001"), (1.0, "")]
+)
 def test_a_magnitude_of_no_device(factor: float, said: str) -> None:
     data = good()
-    found = [f for f in sensor_findings(changed(data, slip=data.elements[0].slip * factor)) if f.subject == "slip"]
+    found = [
+        f
+        for f in sensor_findings(changed(data, slip=data.elements[0].slip * factor))
+        if f.subject == "slip"
+    ]
     assert [said in f.message for f in found] == [True] * bool(said)
 
 
 @pytest.mark.parametrize(
     ("note", "label"),
     [
-        ("effort <- column M (2) [kN*m], converted to N*m (guessed from its name)", "-M (2) [kN*m]"),
+        (
+            "effort <- column M (2) [kN*m], converted to N*m (guessed from its name)",
+            "-M (2) [kN*m]",
+        ),
         ("effort <- column F, no unit: taken as logged (given)", "-F"),
         ("effort <- column F [N], sign turned (given)", "F [N]"),
         ("slip <- column F [N] (given)", "-NAME [unit]"),
@@ -119,7 +131,9 @@ def test_spikes_are_found_where_they_are_few_and_alone() -> None:
     effort = data.effort.copy()
     effort[[500, 900, 901]] += 1.5
     finding = only(sensor_findings(changed(data, effort=effort)))
-    assert finding.message.startswith("3 rows of the effort stand out from the rows beside, the first at 0.5 s with")
+    assert finding.message.startswith(
+        "3 rows of the effort stand out from the rows beside, the first at 0.5 s with"
+    )
     effort[1000:1200] += np.where(np.arange(200) % 2, 1.5, -1.5)  # ringing
     assert only(sensor_findings(changed(data, effort=effort))).message.startswith("3 rows")
 
@@ -131,7 +145,10 @@ def test_a_sensor_that_was_stuck(name: str) -> None:
     values[700:1200] = values[700] + 0.0123
     stuck = changed(data, effort=values) if name == "effort" else changed(data, slip=values)
     finding = next(f for f in sensor_findings(stuck) if f.subject == name)
-    assert f"for 500 rows from 0.7 s on while the {'slip' if name == 'effort' else 'effort'} moves" in finding.message
+    assert (
+        f"for 500 rows from 0.7 s on while the {'slip' if name == 'effort' else 'effort'} moves"
+        in finding.message
+    )
     rest = changed(data, slip=np.where(np.arange(N) < 800, 0.0, data.elements[0].slip))
     assert not [f for f in sensor_findings(rest) if "stuck" in f.message]
 
@@ -167,7 +184,10 @@ def coaxial(both: int) -> Dataset:
     on = np.repeat(rng.random(N // 20) < 0.5, 20)
     other = np.where(on, 0.0, second)
     other[np.flatnonzero(on & (first.field > 0))[:both]] = 500.0
-    elements = (Element(np.where(on, first.field, 0.0), first.slip), Element(other, rng.uniform(-20, 20, N)))
+    elements = (
+        Element(np.where(on, first.field, 0.0), first.slip),
+        Element(other, rng.uniform(-20, 20, N)),
+    )
     effort = sum(1e-6 * e.field**2 * np.tanh(e.slip) + 0.01 * e.slip for e in elements)
     return replace(data, device="coaxial", elements=elements, effort=np.asarray(effort))
 
@@ -205,12 +225,17 @@ def test_too_few_rows() -> None:
 def test_a_constant_field(value: float) -> None:
     finding = only(findings(changed(good(), field=np.full(N, value))))
     assert (finding.level, finding.subject) == ("warning", STEADY_FIELD)
-    assert f"the field is {value:g} V in all 4000 rows: models are fitted without field terms" in finding.message
+    assert (
+        f"the field is {value:g} V in all 4000 rows: models are fitted without field terms"
+        in finding.message
+    )
     assert "cannot know the effort at any other field" in finding.message
 
 
 def test_no_field_at_all() -> None:
-    data = replace(changed(good(), field=np.zeros(N)), notes=(f"{NO_FIELD}: taken as one constant field",))
+    data = replace(
+        changed(good(), field=np.zeros(N)), notes=(f"{NO_FIELD}: taken as one constant field",)
+    )
     finding = only(findings(data))
     assert "the log has no field" in finding.message
     assert "nor which field this was" in finding.message
@@ -221,14 +246,21 @@ def test_a_field_that_changes_only_in_the_test_rows() -> None:
     field = np.full(N, 2.5)
     field[3500:] = 1.0 + np.sin(np.arange(500) / 20.0)
     message = error_of(changed(good(), field=field))
-    assert "the field is constant at 2.5 V over 2800 training rows, and only the rows held out have others" in message
+    assert (
+        "the field is constant at 2.5 V over 2800 training rows, and only the rows held out have others"
+        in message
+    )
     assert "--test" in message
 
 
 @pytest.mark.parametrize("name", ["slip", "effort"])
 def test_a_constant_signal(name: str) -> None:
     data = good()
-    flat = changed(data, slip=np.full(N, 3.0)) if name == "slip" else changed(data, effort=np.full(N, 3.0))
+    flat = (
+        changed(data, slip=np.full(N, 3.0))
+        if name == "slip"
+        else changed(data, effort=np.full(N, 3.0))
+    )
     message = error_of(flat)
     assert f"the {name} is constant at 3 over 2800 training rows" in message
     assert f"mapped to {name}" in message
@@ -273,7 +305,9 @@ def test_one_field_held_out_tests_no_field() -> None:
 
 def test_a_pair_s_sign_is_turned_by_its_own_option() -> None:
     one = good()
-    pair = replace(one, device="coaxial", elements=(one.elements[0], one.elements[0]), effort=-one.effort)
+    pair = replace(
+        one, device="coaxial", elements=(one.elements[0], one.elements[0]), effort=-one.effort
+    )
     (sign,) = (f for f in findings(pair) if f.subject == "sign")
     assert '--T "-' in sign.remedy
 
@@ -281,13 +315,19 @@ def test_a_pair_s_sign_is_turned_by_its_own_option() -> None:
 def swinging(rate: float) -> Dataset:
     """A swing of 0.8 rad, and a position that runs away at a rate in rad/s."""
     data = good()
-    swing = 20.0 * np.cos(2.0 * np.pi * 10.0 * data.clock.time) * (1.0 + 0.2 * np.sin(data.clock.time))
-    return changed(data, slip=swing + rate, effort=1e-6 * data.elements[0].field ** 2 * np.sign(swing))
+    swing = (
+        20.0 * np.cos(2.0 * np.pi * 10.0 * data.clock.time) * (1.0 + 0.2 * np.sin(data.clock.time))
+    )
+    return changed(
+        data, slip=swing + rate, effort=1e-6 * data.elements[0].field ** 2 * np.sign(swing)
+    )
 
 
 def test_a_position_that_drifts_is_said() -> None:
     found = [f for f in findings(swinging(1.0)) if f.subject == "drift"]
-    assert only(tuple(found)).message.startswith("the position drifts by 3.98 rad in 4 s while it swings by 0.764 rad")
+    assert only(tuple(found)).message.startswith(
+        "the position drifts by 3.98 rad in 4 s while it swings by 0.764 rad"
+    )
     assert "Check the sensor's zero" in str(found[0])
 
 
@@ -300,7 +340,11 @@ def test_rows_between_two_gaps_do_not_drift() -> None:
     """A log with many gaps has stretches of a few rows: a straight line, about which nothing swings."""
     data = swinging(1.0)
     spans = tuple(Span(start, start + 2, 1e-3) for start in range(0, N, 2))
-    assert not [f for f in findings(replace(data, clock=replace(data.clock, spans=spans))) if f.subject == "drift"]
+    assert not [
+        f
+        for f in findings(replace(data, clock=replace(data.clock, spans=spans)))
+        if f.subject == "drift"
+    ]
 
 
 # --- each limit from both sides ---------------------------------------------------------------------------------------
@@ -321,16 +365,27 @@ def test_fifty_rows_are_enough() -> None:
 
 @pytest.mark.parametrize(("rows", "said"), [(20, False), (21, True)])
 @pytest.mark.parametrize("end", [5.0, -5.0])
-def test_half_a_percent_of_the_rows_at_an_end_are_no_saturation(rows: int, said: bool, end: float) -> None:
+def test_half_a_percent_of_the_rows_at_an_end_are_no_saturation(
+    rows: int, said: bool, end: float
+) -> None:
     data = good()
     effort = data.effort.copy()
     effort[100 : 100 + 8 * rows : 8] = end
-    assert any("may be saturated" in f.message for f in sensor_findings(changed(data, effort=effort))) == said
+    assert (
+        any("may be saturated" in f.message for f in sensor_findings(changed(data, effort=effort)))
+        == said
+    )
 
 
 @pytest.mark.parametrize(
     ("effort", "slip", "said"),
-    [("N", "rad/s", True), ("N*m", "m/s", True), ("N", "m/s", False), ("N*m", "rad/s", False), ("V", "m/s", False)],
+    [
+        ("N", "rad/s", True),
+        ("N*m", "m/s", True),
+        ("N", "m/s", False),
+        ("N*m", "rad/s", False),
+        ("V", "m/s", False),
+    ],
 )
 def test_a_force_beside_a_turning_speed_is_told(effort: str, slip: str, said: bool) -> None:
     found = sensor_findings(replace(good(), units=Units(effort, "V", slip)))
@@ -350,13 +405,22 @@ def test_a_force_beside_a_turning_speed_is_told(effort: str, slip: str, said: bo
 )
 def test_magnitudes_of_devices(name: str, unit: str, least: float, most: float) -> None:
     data = good()
-    for size, said in ((0.99 * least, "below"), (1.01 * least, ""), (0.99 * most, ""), (1.01 * most, "above")):
+    for size, said in (
+        (0.99 * least, "below"),
+        (1.01 * least, ""),
+        (0.99 * most, ""),
+        (1.01 * most, "above"),
+    ):
         wave = size * np.where(np.arange(N) % 2, 1.0, -1.0)
         wave[::50] *= 0.5  # 2 % of smaller ones: the largest 1 % are at the size
         wave[7] *= 100.0  # one that does not count
         units = Units("N*m", "V", unit) if name == "slip" else Units(unit, "V", "rad/s")
         new = replace(changed(data, **{name: wave}), units=units)
-        found = [f for f in sensor_findings(new) if f.subject == name and "such devices have" in f.message]
+        found = [
+            f
+            for f in sensor_findings(new)
+            if f.subject == name and "such devices have" in f.message
+        ]
         assert [said in f.message for f in found] == [True] * bool(said)
     zero = changed(data, **{name: np.zeros(N)})
     assert not [f for f in sensor_findings(zero) if "such devices have" in f.message]
@@ -394,7 +458,9 @@ def test_a_field_near_zero_is_within_a_twentieth(low: float, said: bool) -> None
         assert ("coverage" in subjects(changed(data, field=turn * field))) == said
 
 
-@pytest.mark.parametrize(("factor", "said"), [(29.0, False), (31.0, True), (1 / 290.0, False), (1 / 310.0, True)])
+@pytest.mark.parametrize(
+    ("factor", "said"), [(29.0, False), (31.0, True), (1 / 290.0, False), (1 / 310.0, True)]
+)
 @pytest.mark.parametrize("name", ["effort", "slip"])
 def test_logs_of_one_order(factor: float, said: bool, name: str) -> None:
     data = good()
@@ -424,7 +490,10 @@ def test_logs_at_other_rates_and_resampled_logs_are_noted() -> None:
     )
     assert note.remedy.endswith("--resample 500")
     one, two = (f"{RESAMPLED} to {rate} Hz" for rate in (100, 200))
-    for notes, said in (((one,), f"logs were {one}"), (("x", one, two), f"logs were {one} (and 1 other ways)")):
+    for notes, said in (
+        ((one,), f"logs were {one}"),
+        (("x", one, two), f"logs were {one} (and 1 other ways)"),
+    ):
         (note,) = (f for f in findings(replace(data, notes=notes)) if f.subject == "rate")
         assert (note.level, note.message) == ("note", said)
 
@@ -437,7 +506,9 @@ def test_both_fields_count_from_a_millionth() -> None:
         off = np.flatnonzero((first.field > 100.0) & (second.field == 0.0))[:30]
         little[off] = share * second.field.max()
         found = [
-            f for f in findings(replace(data, elements=(first, Element(little, second.slip)))) if f.subject == "fields"
+            f
+            for f in findings(replace(data, elements=(first, Element(little, second.slip))))
+            if f.subject == "fields"
         ]
         assert [f"in {rows} rows" in f.message for f in found] == [True] * bool(rows)
 
@@ -448,7 +519,11 @@ def test_spikes_are_few(rows: int, said: bool) -> None:
     effort = data.effort.copy()
     effort[50 : 50 + 100 * rows : 100] += 1.5
     assert (
-        any("rows of the effort stand out" in f.message for f in sensor_findings(changed(data, effort=effort))) == said
+        any(
+            "rows of the effort stand out" in f.message
+            for f in sensor_findings(changed(data, effort=effort))
+        )
+        == said
     )
 
 
@@ -457,7 +532,11 @@ def test_a_spike_needs_rows_beside_it(row: int, said: bool) -> None:
     data = smooth()
     effort = data.effort.copy()
     effort[row] += 1.5
-    found = [f for f in sensor_findings(changed(data, effort=effort)) if "1 row of the effort stands out" in f.message]
+    found = [
+        f
+        for f in sensor_findings(changed(data, effort=effort))
+        if "1 row of the effort stands out" in f.message
+    ]
     assert bool(found) == said
 
 
@@ -467,7 +546,13 @@ def test_a_spike_is_a_quarter_of_the_range(size: float, said: bool) -> None:
     slip = np.sin(9 * t)
     effort = slip.copy()
     effort[1000] += 2 * size  # the range is 2
-    assert any("stands out" in f.message for f in sensor_findings(changed(good(), slip=slip, effort=effort))) == said
+    assert (
+        any(
+            "stands out" in f.message
+            for f in sensor_findings(changed(good(), slip=slip, effort=effort))
+        )
+        == said
+    )
 
 
 @pytest.mark.parametrize(("rows", "said"), [(49, False), (52, True)])
@@ -475,5 +560,11 @@ def test_a_stuck_sensor_stays_for_fifty_rows(rows: int, said: bool) -> None:
     data, t = good(), np.arange(N) / 1000
     slip, effort = 20.0 * np.sin(40 * t), np.sin(40 * t + 0.3)
     effort[700 : 700 + rows] = 2.0
-    found = [f for f in sensor_findings(changed(data, slip=slip, effort=effort)) if "may have been stuck" in f.message]
-    assert [f"stays at 2 for {rows} rows from 0.7 s on" in f.message for f in found] == [True] * said
+    found = [
+        f
+        for f in sensor_findings(changed(data, slip=slip, effort=effort))
+        if "may have been stuck" in f.message
+    ]
+    assert [f"stays at 2 for {rows} rows from 0.7 s on" in f.message for f in found] == [
+        True
+    ] * said

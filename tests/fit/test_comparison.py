@@ -50,7 +50,11 @@ def auto(data: Dataset) -> Comparison:
 @pytest.fixture(scope="module", params=["lag", pytest.param("auto", marks=pytest.mark.slow)])
 def compared(request: pytest.FixtureRequest, data: Dataset) -> Comparison:
     """Fitted with a lag, which is quick, and with all that is tried by default."""
-    return request.getfixturevalue("auto") if request.param == "auto" else compare(data, Settings(MODELS, lag="lag"))
+    return (
+        request.getfixturevalue("auto")
+        if request.param == "auto"
+        else compare(data, Settings(MODELS, lag="lag"))
+    )
 
 
 def law_of(comparison: Comparison, name: str) -> TorqueModel:
@@ -76,7 +80,15 @@ def test_the_recommended_model_has_no_more_parameters_than_the_best(auto: Compar
 def test_auto_fits_each_model_with_and_without_a_lag(auto: Comparison) -> None:
     names = {e.name for e in auto.entries}
     assert {"quadratic", "bingham", "hem", "quadratic+lag", "bingham+lag", "hem+lag"} <= names
-    more = names - {"quadratic", "bingham", "hem", "quadratic+lag", "bingham+lag", "hem+lag", "hem+rise-fall"}
+    more = names - {
+        "quadratic",
+        "bingham",
+        "hem",
+        "quadratic+lag",
+        "bingham+lag",
+        "hem+lag",
+        "hem+rise-fall",
+    }
     # Each law of a yield effort that was named gets the memory that the ladder found: none looks as if it had lost.
     assert {re.split("[+/]", name)[0] for name in more} == {"bingham", "hem"}
     assert all("+lag+" in name for name in more)
@@ -88,20 +100,26 @@ def test_auto_finds_the_memory_of_the_log(auto: Comparison) -> None:
     # the field and thins.
     assert {"lag", "dahl"} <= set(auto.best.split("+"))
     model = law_of(auto, auto.best)
-    assert 0.002 < model.shape["r_1"] * model.reference.slip < 0.02  # a sample moves further than that
+    assert (
+        0.002 < model.shape["r_1"] * model.reference.slip < 0.02
+    )  # a sample moves further than that
     assert auto.entry(auto.best).test.rmse.value < 0.6 * auto.entry("hem+lag").test.rmse.value
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("dynamics", ["lag", "lag+dahl/field"])
-def test_a_network_takes_the_numbers_of_its_own_stages_alone(auto: Comparison, dynamics: str) -> None:
+def test_a_network_takes_the_numbers_of_its_own_stages_alone(
+    auto: Comparison, dynamics: str
+) -> None:
     """The law has further stages; a model file holds the numbers of its stages and nothing else."""
     law = auto.entry(auto.best).outcome
     assert isinstance(law.model, TorqueModel)
     network = network_from_name("fnn-2", "single", dynamics=dynamics)
     remembered = {"r_1", *STRENGTH} if "dahl" in dynamics else set()
     assert set(stage_numbers_in_user_units(law.model, dynamics)) == {"delay", "tau", *remembered}
-    fitted = fit_network(auto.data, network, dynamics=stage_numbers_in_user_units(law.model, dynamics)).model
+    fitted = fit_network(
+        auto.data, network, dynamics=stage_numbers_in_user_units(law.model, dynamics)
+    ).model
     assert network_from_dict(fitted.to_dict()).to_dict() == fitted.to_dict()
 
 
@@ -169,7 +187,9 @@ def test_progress_says_how_much_is_done_and_how_far_each_model_is_off(data: Data
     train = data.take(~result.test)
     for step in (step for step in steps if step.fitted):
         error = train.effort - result.entry(step.fitted).outcome.model.predict(train)
-        assert step.train_share == pytest.approx(np.sqrt(np.mean(error**2)) / np.std(train.effort), rel=1e-6)
+        assert step.train_share == pytest.approx(
+            np.sqrt(np.mean(error**2)) / np.std(train.effort), rel=1e-6
+        )
     assert {step.fitted for step in steps} == {"", "quadratic", "bingham"}
     assert steps[-1].doing == "choosing: part 4 of 4 is left out"
 
@@ -190,7 +210,11 @@ def test_a_steady_field_gets_no_lag_and_says_so(data: Dataset) -> None:
     field = np.repeat([500.0, 1500.0], [n, data.rows - n])
     slip = data.elements[0].slip
     clock = Clock(data.clock.time, (Span(0, n, 1e-3), Span(n, data.rows, 1e-3)))
-    effort = 1e-7 * field**2 * np.tanh(slip) + 0.003 * slip + 0.01 * np.random.default_rng(0).normal(size=data.rows)
+    effort = (
+        1e-7 * field**2 * np.tanh(slip)
+        + 0.003 * slip
+        + 0.01 * np.random.default_rng(0).normal(size=data.rows)
+    )
     steady = replace(
         data,
         elements=(Element(field, slip),),
@@ -252,14 +276,25 @@ def test_all_is_the_ladder_and_names_are_canonical(data: Dataset) -> None:
 
 
 def test_two_names_of_a_stage_are_one_model(data: Dataset) -> None:
-    asked = ("bingham+dahl-1/field", "bingham+dahl/field", "bingham+stops-1", "fnn-6+dahl-01", "fnn-6+dahl")
-    made = [*structures_for(data, Settings(models=asked)), *networks_for(data, Settings(models=asked))]
+    asked = (
+        "bingham+dahl-1/field",
+        "bingham+dahl/field",
+        "bingham+stops-1",
+        "fnn-6+dahl-01",
+        "fnn-6+dahl",
+    )
+    made = [
+        *structures_for(data, Settings(models=asked)),
+        *networks_for(data, Settings(models=asked)),
+    ]
     assert [s.dynamics for s in made] == ["dahl/field", "stops", "dahl"]
 
 
 def test_friction_and_offset_by_device(data: Dataset) -> None:
     single = structures_for(data, Settings(lag="none"))
-    pair = structures_for(replace(data, device="coaxial", elements=data.elements * 2), Settings(lag="none"))
+    pair = structures_for(
+        replace(data, device="coaxial", elements=data.elements * 2), Settings(lag="none")
+    )
     assert all(s.friction and s.offset for s in single)
     assert not any(s.friction or s.offset for s in pair)
     asked = structures_for(data, Settings(lag="none", friction=False, offset=False))
@@ -321,7 +356,8 @@ def test_rows_held_out_at_one_field_recommend_no_switch() -> None:
             {
                 "field": np.full(t.size, level),
                 "slip": 0.1 * np.sin(9 * t + k),
-                "effort": size * np.tanh(50 * np.sin(9 * t + k)) + 20 * np.sin(t * 70 + k) * (level != 0.5),
+                "effort": size * np.tanh(50 * np.sin(9 * t + k))
+                + 20 * np.sin(t * 70 + k) * (level != 0.5),
             },
             rate=1000.0,
             units={"field": "A", "slip": "m/s", "effort": "N"},
@@ -348,7 +384,9 @@ def with_dahl(travel: float, rows: int, logs: int = 1) -> Dataset:
     slips, fields, efforts = [], [], []
     for k in range(logs):
         slip = np.cos(2 * np.pi * 2.1 * t + 0.3 * k) + 0.5 * np.cos(2 * np.pi * 5.3 * t)
-        state = stage_named("dahl").respond(SlipAndStrength(slip, np.ones(rows)), clock_one, [travel], slice(None))[0]
+        state = stage_named("dahl").respond(
+            SlipAndStrength(slip, np.ones(rows)), clock_one, [travel], slice(None)
+        )[0]
         field = np.repeat(rng.uniform(0.0, 2.0, rows // 50 + 1), 50)[:rows]
         efforts.append((1.0 + field) * state + 0.2 * slip + 0.01 * rng.normal(size=rows))
         slips.append(slip)
@@ -367,7 +405,9 @@ def with_dahl(travel: float, rows: int, logs: int = 1) -> Dataset:
     ],
 )
 def test_a_memory_that_the_log_cannot_tell_is_one_clear_note(data: Dataset, note: str) -> None:
-    asked = Settings(models=("bingham/forward+dahl",), lag="none", friction=False, offset=False, workers=1)
+    asked = Settings(
+        models=("bingham/forward+dahl",), lag="none", friction=False, offset=False, workers=1
+    )
     (entry,) = compare(data, asked).entries
     assert [said for said in entry.notes if note in said], entry.notes
 

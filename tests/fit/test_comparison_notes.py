@@ -26,7 +26,13 @@ def data() -> Dataset:
     """Two stretches of 50 rows at 10 Hz: a slip of 2 m/s in the first, of 0.5 m/s in the second; efforts 0 ... 9."""
     slip = np.where(np.arange(N) < 50, 2.0, -0.5)
     clock = Clock(np.arange(N) / 10.0, (Span(0, 50, 0.1), Span(50, N, 0.1)))
-    return Dataset("single", (Element(np.ones(N), slip),), np.arange(float(N)) % 10, clock, Units("N", "V", "m/s"))
+    return Dataset(
+        "single",
+        (Element(np.ones(N), slip),),
+        np.arange(float(N)) % 10,
+        clock,
+        Units("N", "V", "m/s"),
+    )
 
 
 def switched() -> Dataset:
@@ -51,7 +57,9 @@ def outcome(**changes: Any) -> Any:
         "idle": (),
         "iterations": 7,
         "at_bounds": (),
-        "model": SimpleNamespace(correction=None, times={}, structure=SimpleNamespace(dynamics="none")),
+        "model": SimpleNamespace(
+            correction=None, times={}, structure=SimpleNamespace(dynamics="none")
+        ),
         "unidentified": tuple(e.name for e in changes.get("estimates", ()) if e is OPEN),
     }
     return SimpleNamespace(**{**made, **changes})
@@ -61,7 +69,10 @@ def estimate(name: str, value: float, low: float, high: float, at_bound: bool = 
     return SimpleNamespace(name=name, value=value, low=low, high=high, at_bound=at_bound)
 
 
-OPEN, SHUT = estimate("eta", 1.0, -np.inf, np.inf), estimate("n", 1.0, -np.inf, np.inf, at_bound=True)
+OPEN, SHUT = (
+    estimate("eta", 1.0, -np.inf, np.inf),
+    estimate("n", 1.0, -np.inf, np.inf, at_bound=True),
+)
 
 
 @pytest.mark.parametrize(
@@ -86,7 +97,10 @@ def test_what_is_sound(changes: dict[str, Any], sound: bool) -> None:
     ("changes", "said"),
     [
         ({}, ()),
-        ({"converged": False, "stop": "steps"}, ("solver stopped before its tolerance (steps after 7 steps)",)),
+        (
+            {"converged": False, "stop": "steps"},
+            ("solver stopped before its tolerance (steps after 7 steps)",),
+        ),
         ({"converged": False, "stop": "steps", "weights": (1,)}, ()),
         ({"at_bounds": ("n", "w_s")}, ("at a bound: n, w_s",)),
         ({"estimates": (OPEN, SHUT), "rank": 2}, ("not identified by these data: eta",)),
@@ -114,15 +128,26 @@ def test_stretches_that_end_before_the_start_is_forgotten(share: float, short: i
     """The second stretch goes 49 steps of 0.05 m, the first one four times as far."""
     length = share * 49 * 0.05 / c._FORGOTTEN
     model = SimpleNamespace(correction=None, times={"r_1": length, "delay": 0.1})
-    own = outcome(model=model, estimates=(estimate("r_1", length, 0.0, 1.0), estimate("delay", 0.1, 0.0, 1.0)))
-    said = [f"{short} of 2 stretches are too short to forget the start of r_1 = {length:.3g}"] if short else []
+    own = outcome(
+        model=model, estimates=(estimate("r_1", length, 0.0, 1.0), estimate("delay", 0.1, 0.0, 1.0))
+    )
+    said = (
+        [f"{short} of 2 stretches are too short to forget the start of r_1 = {length:.3g}"]
+        if short
+        else []
+    )
     assert c._too_short(own, data()) == said
     assert c._too_short(outcome(estimates=own.estimates), data()) == []
 
 
 @pytest.mark.parametrize(
     ("alone", "both", "said"),
-    [(2.0, 1.0, "50.0 % less"), (1.0, 1.5, "50.0 % more"), (0.0, 0.0, "no less"), (2.0, 2.0, "0.0 % less")],
+    [
+        (2.0, 1.0, "50.0 % less"),
+        (1.0, 1.5, "50.0 % more"),
+        (0.0, 0.0, "no less"),
+        (2.0, 2.0, "0.0 % less"),
+    ],
 )
 def test_what_a_network_adds(alone: float, both: float, said: str) -> None:
     log, test = data(), np.arange(N) >= 70
@@ -139,7 +164,9 @@ def test_which_models_are_asked_for() -> None:
     def of_all_kinds(models: tuple[str, ...], lag: str) -> list[list[tuple[str, str]]]:
         return [asked(Settings(models, lag=lag), switched(), kind) for _, kind in kinds()]
 
-    assert of_all_kinds(("bingham", "fnn-4+lag", "casson + fnn-3", "casson+fnn-3 + lag+ dahl"), "auto") == [
+    assert of_all_kinds(
+        ("bingham", "fnn-4+lag", "casson + fnn-3", "casson+fnn-3 + lag+ dahl"), "auto"
+    ) == [
         [("bingham", "none"), ("bingham", "lag")],
         [("casson+fnn-3", "none"), ("casson+fnn-3", "lag"), ("casson+fnn-3", "lag+dahl")],
         [("fnn-4", "lag")],

@@ -48,7 +48,9 @@ def test_scikit_learns_own_checks(estimator: Any, monkeypatch: pytest.MonkeyPatc
     from sklearn.utils.estimator_checks import estimator_checks_generator
 
     if getattr(estimator, "law", "on-off") not in WITH_INTERVALS:
-        monkeypatch.setattr("erclutch.estimators.fit_structure", partial(fit_structure, intervals=False))
+        monkeypatch.setattr(
+            "erclutch.estimators.fit_structure", partial(fit_structure, intervals=False)
+        )
     for one, check in cast(Any, estimator_checks_generator(estimator)):
         if "array_api" not in str(check):
             check(one)
@@ -58,20 +60,29 @@ def test_scikit_learns_own_checks(estimator: Any, monkeypatch: pytest.MonkeyPatc
 def rows() -> tuple[np.ndarray, np.ndarray, Any]:
     data = pair_rows(20.0)
     first, second = data.elements
-    columns = [first.field, second.field, 0.5 * (first.slip - second.slip), -0.5 * (first.slip + second.slip)]
+    columns = [
+        first.field,
+        second.field,
+        0.5 * (first.slip - second.slip),
+        -0.5 * (first.slip + second.slip),
+    ]
     return np.column_stack(columns), data.effort, data
 
 
 def test_a_law_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
     X, y, data = rows
     mine = LawRegressor("hem/forward", "coaxial").fit(X, y)
-    theirs = fit_structure(data, Structure("coaxial", "hem/forward", law_from_name("hem/forward", "coaxial")))
+    theirs = fit_structure(
+        data, Structure("coaxial", "hem/forward", law_from_name("hem/forward", "coaxial"))
+    )
     np.testing.assert_allclose(mine.predict(X), theirs.model.predict(data), rtol=1e-6, atol=1e-9)
     assert mine.score(X, y) == pytest.approx(1 - theirs.train_cost / np.sum((y - y.mean()) ** 2))
 
 
 @pytest.mark.slow
-def test_a_law_with_memory_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
+def test_a_law_with_memory_is_that_of_the_comparison(
+    rows: tuple[np.ndarray, np.ndarray, Any],
+) -> None:
     X, y, data = rows
     X, y, part = X[:4000], y[:4000], data.clock.spans[0]
     assert part.stop >= 4000
@@ -80,7 +91,8 @@ def test_a_law_with_memory_is_that_of_the_comparison(rows: tuple[np.ndarray, np.
     assert mine.model_.name == "bingham+lag+dahl/field"
     assert mine.score(X, y) > plain.score(X, y)
     effort = mine.model_.effort(
-        mine._rows(X, y).elements, Clock(np.arange(4000, dtype=np.float64) * 1e-3, (Span(0, 4000, 1e-3),))
+        mine._rows(X, y).elements,
+        Clock(np.arange(4000, dtype=np.float64) * 1e-3, (Span(0, 4000, 1e-3),)),
     )
     np.testing.assert_array_equal(mine.predict(X), effort)
     np.testing.assert_array_equal(cast(Any, clone(mine)).fit(X, y).predict(X), effort)
@@ -95,7 +107,9 @@ def test_a_network_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray,
     mine = FnnRegressor((6,), seed=3).fit(inputs, y)
     theirs = fit_network(data, network_from_name("fnn-6"), seed=3)
     # The comparison knows which inputs are slips and makes its cells narrow there; the estimator does not.
-    assert mine.score(inputs, y) == pytest.approx(1 - theirs.train_cost / np.sum((y - y.mean()) ** 2), abs=0.03)
+    assert mine.score(inputs, y) == pytest.approx(
+        1 - theirs.train_cost / np.sum((y - y.mean()) ** 2), abs=0.03
+    )
 
 
 def test_columns_of_a_frame_are_taken_by_name(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
@@ -124,7 +138,9 @@ def test_standardised_columns_are_told(rows: tuple[np.ndarray, np.ndarray, Any])
     frame = pd.DataFrame(X, columns=["E1", "E2", "theta_dot", "alpha_dot"])
     law = LawRegressor("bingham", "coaxial").fit(frame, y)
     assert vars(law)["feature_names_in_"].tolist() == list(frame.columns)
-    scaler = StandardScaler().set_output(transform="pandas")  # keeps the names, so only the values give it away
+    scaler = StandardScaler().set_output(
+        transform="pandas"
+    )  # keeps the names, so only the values give it away
     with pytest.warns(UserWarning, match="look standardised"):
         law.predict(scaler.fit_transform(frame))
 
@@ -135,7 +151,10 @@ def test_grid_search_over_blocks_in_time(rows: tuple[np.ndarray, np.ndarray, Any
     split = TimeSeriesSplit(3)
     laws = {"law": ["on-off", "rbfm-5/forward"]}
     grid = GridSearchCV(LawRegressor(device="coaxial"), laws, cv=split).fit(X, y)
-    by_hand = {law: cross_val_score(LawRegressor(law, "coaxial"), X, y, cv=split).mean() for law in laws["law"]}
+    by_hand = {
+        law: cross_val_score(LawRegressor(law, "coaxial"), X, y, cv=split).mean()
+        for law in laws["law"]
+    }
     assert grid.best_params_["law"] == max(by_hand, key=lambda law: by_hand[law])
     assert grid.best_score_ == pytest.approx(max(by_hand.values()))
     signed = FunctionTransformer(lambda X: np.column_stack([X[:, 0] - X[:, 1], X[:, 2], X[:, 3]]))

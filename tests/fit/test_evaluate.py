@@ -92,7 +92,9 @@ def test_constant_effort_does_not_divide_by_zero() -> None:
 
 @settings(max_examples=examples(60), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(8, 300), st.floats(1e-6, 1e6))
-def test_values_scale_with_the_unit_and_lie_near_their_bands(seed: int, n: int, unit: float) -> None:
+def test_values_scale_with_the_unit_and_lie_near_their_bands(
+    seed: int, n: int, unit: float
+) -> None:
     rng = np.random.default_rng(seed)
     y, e = rng.normal(size=n), rng.normal(size=n)
     one, two = score(y, y - e), score(unit * y, unit * (y - e))
@@ -114,7 +116,10 @@ def test_the_band_of_white_noise_is_the_analytic_one() -> None:
     """The mean square of n normal residuals has a standard deviation of sqrt(2 / n) of itself."""
     n = 20_000
     e = np.random.default_rng(1).normal(size=n)
-    found = score(10 * np.random.default_rng(2).normal(size=n), 10 * np.random.default_rng(2).normal(size=n) - e)
+    found = score(
+        10 * np.random.default_rng(2).normal(size=n),
+        10 * np.random.default_rng(2).normal(size=n) - e,
+    )
     half = 1.96 * np.sqrt(1 / (2 * n)) * found.rmse.value
     assert np.isclose(found.rmse.value - found.rmse.low, half, rtol=0.2)
     assert np.isclose(found.rmse.high - found.rmse.value, half, rtol=0.2)
@@ -314,7 +319,10 @@ def test_only_sound_models_are_recommended_where_there_are_any() -> None:
     assert recommend(scores, over, parameters, set()) == ("rich", "simple")
     far = {"rich": scored(1.0), "sound": scored(2.0), "worse": scored(3.0)}
     over = {name: BandedFigure(s.rmse.value - 1.0, 0.5, 3.0) for name, s in far.items()}
-    assert recommend(far, over, {"rich": 9, "sound": 6, "worse": 4}, {"sound", "worse"}) == ("rich", "sound")
+    assert recommend(far, over, {"rich": 9, "sound": 6, "worse": 4}, {"sound", "worse"}) == (
+        "rich",
+        "sound",
+    )
 
 
 def test_models_that_failed_are_never_recommended() -> None:

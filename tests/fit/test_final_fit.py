@@ -30,18 +30,24 @@ def judged() -> tuple[Comparison, Recording]:
     slip, field = 3.0 * np.sin(4.0 * t) + np.sin(11.0 * t), np.where(t % 0.7 < 0.3, 1.0, 0.2)
     effort = (0.2 + field) * np.tanh(slip / 0.1) + 0.3 * slip + 0.05 * rng.standard_normal(t.size)
     units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
-    recording = recording_from_arrays({"field": field, "slip": slip, "effort": effort}, units, rate=200.0)
+    recording = recording_from_arrays(
+        {"field": field, "slip": slip, "effort": effort}, units, rate=200.0
+    )
     return compare(build_dataset(recording), Settings(("bingham", "fnn-2"), lag="none")), recording
 
 
-def test_a_law_is_fitted_to_all_rows_and_keeps_the_band_of_the_judged_one(judged: tuple[Comparison, Recording]) -> None:
+def test_a_law_is_fitted_to_all_rows_and_keeps_the_band_of_the_judged_one(
+    judged: tuple[Comparison, Recording],
+) -> None:
     comparison, _ = judged
     assert comparison.recommended == "bingham"
     final = with_final_fit(comparison).final
     assert final is not None
     entry = comparison.entry("bingham")
     assert (final.train_rows, entry.outcome.train_rows) == (1000, 700)
-    assert final.train_cost < float(np.sum((comparison.data.effort - entry.predicted) ** 2))  # of all rows
+    assert final.train_cost < float(
+        np.sum((comparison.data.effort - entry.predicted) ** 2)
+    )  # of all rows
     assert final.model.band == entry.outcome.model.band
 
 
@@ -52,7 +58,9 @@ def test_a_network_is_fitted_to_all_rows_too(judged: tuple[Comparison, Recording
     assert (final.train_rows, final.model.name) == (1000, "fnn-2")
 
 
-def test_the_run_keeps_both_and_says_which_is_which(judged: tuple[Comparison, Recording], tmp_path: Path) -> None:
+def test_the_run_keeps_both_and_says_which_is_which(
+    judged: tuple[Comparison, Recording], tmp_path: Path
+) -> None:
     comparison, recording = judged
     whole = with_final_fit(comparison)
     run = read_run(write_run(tmp_path / "run", whole, [recording], reading={}))
@@ -81,7 +89,9 @@ def test_a_final_model_that_was_changed_or_never_kept_is_refused(
         run.model(FINAL)
 
 
-def test_what_is_not_recommended_is_not_fitted_to_all_rows(judged: tuple[Comparison, Recording]) -> None:
+def test_what_is_not_recommended_is_not_fitted_to_all_rows(
+    judged: tuple[Comparison, Recording],
+) -> None:
     comparison = replace(judged[0], candidates={})
     with pytest.raises(SettingError, match="bingham cannot be fitted again"):
         with_final_fit(comparison)
@@ -91,7 +101,9 @@ def test_a_model_of_all_rows_needs_a_run_to_be_kept_in(tmp_path: Path) -> None:
     assert "Give --out RUN too" in refused("fit", "log.csv", "--final", cwd=tmp_path)
 
 
-def test_commands_take_a_run_with_a_model_of_all_rows(judged: tuple[Comparison, Recording], tmp_path: Path) -> None:
+def test_commands_take_a_run_with_a_model_of_all_rows(
+    judged: tuple[Comparison, Recording], tmp_path: Path
+) -> None:
     """`score` ended in a traceback: it looked for the model of all rows in the ranking."""
     comparison, recording = judged
     folder = write_run(tmp_path / "run", with_final_fit(comparison), [recording], reading={})

@@ -22,7 +22,9 @@ Array = NDArray[np.float64]
 UNITS = Units("N*m", "V", "rad/s")
 
 
-def structure(name: str = "bingham", dynamics: Any = "none", friction: bool = False, offset: bool = False) -> Structure:
+def structure(
+    name: str = "bingham", dynamics: Any = "none", friction: bool = False, offset: bool = False
+) -> Structure:
     return Structure("single", name, law_from_name(name), dynamics, friction, offset)
 
 
@@ -33,7 +35,11 @@ def rows_of(n: int = 3000, seed: int = 0, steps: int = 60, noise: float = 0.0) -
     t = np.arange(n) / 1000.0
     slip = sum(a * np.sin(f * t + p) for a, f, p in rng.uniform([2, 3, 0], [9, 40, 6], (6, 3)))
     return Dataset(
-        "single", (Element(field, np.asarray(slip)),), noise * rng.normal(size=n), Clock(t, (Span(0, n, 1e-3),)), UNITS
+        "single",
+        (Element(field, np.asarray(slip)),),
+        noise * rng.normal(size=n),
+        Clock(t, (Span(0, n, 1e-3),)),
+        UNITS,
     )
 
 
@@ -154,14 +160,21 @@ def test_what_nothing_excites_is_not_identified() -> None:
 
 
 @pytest.mark.parametrize(("hold", "seconds"), [(0.25, 14.0), (1.0, 12.0)])
-def test_a_lag_is_found_however_fast_and_regularly_its_command_is_sampled(hold: float, seconds: float) -> None:
+def test_a_lag_is_found_however_fast_and_regularly_its_command_is_sampled(
+    hold: float, seconds: float
+) -> None:
     n, rng, period = round(1e4 * seconds), np.random.default_rng(5), 1e-4
     t = np.arange(n, dtype=np.float64) * period
     field = rng.uniform(0.0, 2.0, 100)[(t / hold).astype(int)]
     slip = 20.0 * np.sin(8.0 * t) * (0.6 + 0.4 * np.sin(t))
-    fluid = lfilter([-np.expm1(-period / 8e-3)], [1.0, -np.exp(-period / 8e-3)], field - field[0]) + field[0]
+    fluid = (
+        lfilter([-np.expm1(-period / 8e-3)], [1.0, -np.exp(-period / 8e-3)], field - field[0])
+        + field[0]
+    )
     effort = 0.5 * fluid**1.5 * np.tanh(slip / 0.6) + 0.008 * slip + 0.01 * rng.standard_normal(n)
-    data = Dataset("single", (Element(field, slip),), effort, Clock(t, (Span(0, n, period),)), UNITS)
+    data = Dataset(
+        "single", (Element(field, slip),), effort, Clock(t, (Span(0, n, period),)), UNITS
+    )
     found = fit_structure(data, structure(dynamics="lag"))
     tau, delay = (next(e for e in found.estimates if e.name == name) for name in ("tau", "delay"))
     assert tau.low < 8e-3 < tau.high < 8.2e-3
@@ -191,7 +204,9 @@ def test_units_do_not_change_the_fit() -> None:
     )
     one, two = fit_structure(data, structure()), fit_structure(scaled, structure())
     assert np.isclose(two.train_cost, one.train_cost * 1e6, rtol=1e-6)
-    for a, b, factor in zip(one.estimates, two.estimates, (57.3, 1.0, 1e3, 1e3 / 57.3), strict=True):
+    for a, b, factor in zip(
+        one.estimates, two.estimates, (57.3, 1.0, 1e3, 1e3 / 57.3), strict=True
+    ):
         assert np.isclose(b.value, a.value * factor, rtol=1e-4)
         assert np.isclose(b.high - b.low, (a.high - a.low) * factor, rtol=1e-3)
     assert two.estimates[3].unit == "mN*m/(deg/s)"

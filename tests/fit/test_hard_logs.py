@@ -53,7 +53,11 @@ def logged(slip: Array, torque: Array, field: Array | None = None) -> Dataset:
 
 def recorded(slip: Array, torque: Array, field: Array | None = None) -> Recording:
     units = {"slip": "rad/s", "effort": "N*m", "field": "A"}
-    signals = {"slip": slip, "effort": torque, "field": np.zeros(slip.size) if field is None else field}
+    signals = {
+        "slip": slip,
+        "effort": torque,
+        "field": np.zeros(slip.size) if field is None else field,
+    }
     return erclutch.recording_from_arrays(signals, units, time=TIME)
 
 
@@ -176,11 +180,16 @@ def test_a_term_that_cannot_be_told_is_taken_out() -> None:
 def test_a_law_of_two_fields_stays_eligible_before_a_network_that_errs_more() -> None:
     """Friction, yield effort and exponent of two fields, SYNTHETIC: three numbers where the log tells two."""
     field = np.where(FIELD > 0.5, 2.0, 0.2)
-    result = compare(logged(SPEED, law(SPEED, field) + noise(0.05), field), Settings(("bingham", "fnn-2"), lag="none"))
+    result = compare(
+        logged(SPEED, law(SPEED, field) + noise(0.05), field),
+        Settings(("bingham", "fnn-2"), lag="none"),
+    )
     chosen = result.entry("bingham")
     assert result.recommended == "bingham"
     assert result.standing.word == "recommended"
-    assert any("rows cannot tell it from the law's own terms: friction" in note for note in chosen.notes)
+    assert any(
+        "rows cannot tell it from the law's own terms: friction" in note for note in chosen.notes
+    )
     assert chosen.test.rmse.value < 0.06
 
 
@@ -196,7 +205,9 @@ def resting() -> tuple[Comparison, Recording]:
     return compare(build_dataset(recording), Settings(("bingham", "casson"), lag="none")), recording
 
 
-def test_nothing_is_recommended_where_nothing_explains(resting: tuple[Comparison, Recording]) -> None:
+def test_nothing_is_recommended_where_nothing_explains(
+    resting: tuple[Comparison, Recording],
+) -> None:
     assert verdict(resting[0]).startswith("No model is recommended: the nearest,")
 
 
@@ -207,11 +218,15 @@ def test_stretches_like_the_whole_log_are_held_out_where_its_end_is_a_rest(
     (told,) = [finding for finding in result.findings if finding.subject == "rest"]
     assert told.message.startswith("100 % of the rows held out are at rest, of the others 1")
     assert "--test stretches" in told.remedy
-    fair = compare(build_dataset(recording), Settings(("bingham",), lag="none", test=("stretches",)))
+    fair = compare(
+        build_dataset(recording), Settings(("bingham",), lag="none", test=("stretches",))
+    )
     assert fair.standing.word == "recommended"
     assert fair.entry("bingham").test.share.value < 0.02
     assert not [finding for finding in fair.findings if finding.subject == "rest"]
-    assert held_out(fair) == "held out: 6 stretches that cover field, slip and motion as all rows do"
+    assert (
+        held_out(fair) == "held out: 6 stretches that cover field, slip and motion as all rows do"
+    )
 
 
 def test_a_run_without_a_recommendation_hands_out_no_model(
@@ -219,7 +234,9 @@ def test_a_run_without_a_recommendation_hands_out_no_model(
 ) -> None:
     result, recording = resting
     run = read_run(write_run(tmp_path / "run", result, [recording]))
-    with pytest.raises(RunError, match=r"this run recommends no model: the nearest, .* explains nothing"):
+    with pytest.raises(
+        RunError, match=r"this run recommends no model: the nearest, .* explains nothing"
+    ):
         run.model()
     assert run.model(result.recommended).name
     assert not run.recommends(result.recommended)
@@ -234,16 +251,38 @@ def test_a_model_that_errs_by_little_on_few_rows_is_not_said_to_explain_nothing(
 def test_a_fit_to_all_rows_that_is_not_made_is_told(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     columns = np.column_stack([0.01 * np.arange(400), rng.standard_normal((400, 2))])
-    np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header="time [s],v [m/s],F [N]", comments="", fmt="%.9g")
-    words = ("--slip", "v", "--effort", "F", "--field", "none", "--models", "bingham", "--lag", "none")
+    np.savetxt(
+        tmp_path / "log.csv",
+        columns,
+        delimiter=",",
+        header="time [s],v [m/s],F [N]",
+        comments="",
+        fmt="%.9g",
+    )
+    words = (
+        "--slip",
+        "v",
+        "--effort",
+        "F",
+        "--field",
+        "none",
+        "--models",
+        "bingham",
+        "--lag",
+        "none",
+    )
     said = good("fit", "log.csv", *words, "--final", "--out", "run", cwd=tmp_path)
     assert "none is fitted to all rows, as --final asks" in " ".join(said.split())
 
 
-def test_a_model_that_is_named_is_scored_all_the_same(resting: tuple[Comparison, Recording], tmp_path: Path) -> None:
+def test_a_model_that_is_named_is_scored_all_the_same(
+    resting: tuple[Comparison, Recording], tmp_path: Path
+) -> None:
     result, recording = resting
     run = write_run(tmp_path / "run", result, [recording], reading={})
-    columns = np.column_stack([recording.time, *(recording.signals[name] for name in ("field", "slip", "effort"))])
+    columns = np.column_stack(
+        [recording.time, *(recording.signals[name] for name in ("field", "slip", "effort"))]
+    )
     log = tmp_path / "log.csv"
     units = recording.units
     header = f"time [s],field [{units['field']}],slip [{units['slip']}],effort [{units['effort']}]"
@@ -259,7 +298,10 @@ def test_whoever_shows_a_run_says_that_it_recommends_nothing(
     run = read_run(write_run(tmp_path / "run", result, [recording]))
     material = material_of(run)
     assert result.standing == run.standing
-    assert (result.standing.word, result.standing.why_none) == ("nearest", "explains nothing of the rows held out")
+    assert (result.standing.word, result.standing.why_none) == (
+        "nearest",
+        "explains nothing of the rows held out",
+    )
     assert f"nearest {result.called(result.recommended)}" in repr(result)
     assert f"nearest {result.titles[result.recommended]}" in repr(run)
     assert "no model is recommended, nearest: " in ranking_table(run).caption
@@ -268,7 +310,9 @@ def test_whoever_shows_a_run_says_that_it_recommends_nothing(
 
 
 @pytest.mark.slow
-def test_a_run_whose_sign_is_open_hands_out_no_model(friction: tuple[Array, Array], tmp_path: Path) -> None:
+def test_a_run_whose_sign_is_open_hands_out_no_model(
+    friction: tuple[Array, Array], tmp_path: Path
+) -> None:
     slip, torque = friction
     recording = recorded(slip, -torque)
     result = compare(build_dataset(recording), Settings(("bingham",), lag="none"))
@@ -280,7 +324,8 @@ def test_a_run_whose_sign_is_open_hands_out_no_model(friction: tuple[Array, Arra
 
 
 @pytest.mark.parametrize(
-    ("share", "low", "said"), [(0.1, 0.9, True), (0.96, 0.05, False), (0.5, -0.1, False), (None, 0.9, False)]
+    ("share", "low", "said"),
+    [(0.1, 0.9, True), (0.96, 0.05, False), (0.5, -0.1, False), (None, 0.9, False)],
 )
 def test_what_explains(share: float | None, low: float, said: bool) -> None:
     assert explains(share, low) is said
@@ -290,8 +335,14 @@ def test_what_explains(share: float | None, low: float, said: bool) -> None:
 def test_a_network_beside_a_law_is_fitted_to_few_rows() -> None:
     t = np.arange(100) * 0.01
     slip = 2.0 * np.sin(9.0 * t)
-    signals = {"field": np.floor(4.0 * t) % 3, "slip": slip, "effort": 3.0 * np.tanh(9.0 * slip) + slip}
-    log = erclutch.recording_from_arrays(signals, {"field": "A", "slip": "rad/s", "effort": "N*m"}, rate=100.0)
+    signals = {
+        "field": np.floor(4.0 * t) % 3,
+        "slip": slip,
+        "effort": 3.0 * np.tanh(9.0 * slip) + slip,
+    }
+    log = erclutch.recording_from_arrays(
+        signals, {"field": "A", "slip": "rad/s", "effort": "N*m"}, rate=100.0
+    )
     comparison = compare(build_dataset(log), Settings(models=("bingham+fnn-2",), lag="none"))
     (entry,) = comparison.entries
     assert entry.outcome.train_rows == 70
@@ -301,7 +352,13 @@ def test_a_network_beside_a_law_is_fitted_to_few_rows() -> None:
 def test_a_column_that_helps_is_named_unless_it_was_made_of_the_effort() -> None:
     pressure = np.sin(2 * np.pi * 0.13 * TIME)  # nothing else tells of it
     oil = 25.0 + np.cos(2 * np.pi * 0.07 * TIME)  # °C
-    torque = FIELD * np.tanh(SPEED / 0.1) + 0.1 * SPEED + 0.5 * pressure + 0.3 * (oil - 25.0) + noise(0.02)
+    torque = (
+        FIELD * np.tanh(SPEED / 0.1)
+        + 0.1 * SPEED
+        + 0.5 * pressure
+        + 0.3 * (oil - 25.0)
+        + noise(0.02)
+    )
     data = logged(SPEED, torque, FIELD)
     made_of_the_effort = {"power": torque * SPEED / 745.7, "gauge": 3.0 - 2.0 * torque}
     spare = {"pressure": pressure, "oil": oil, **made_of_the_effort}

@@ -18,7 +18,9 @@ from erclutch.signals.device import Element, Units
 PERIOD, ROWS = 5e-3, 1200
 
 
-def device(hertz: Sequence[float], inertia: float = 0.0, noise: float = 0.0) -> tuple[Dataset, Array]:
+def device(
+    hertz: Sequence[float], inertia: float = 0.0, noise: float = 0.0
+) -> tuple[Dataset, Array]:
     """Two logs for each motion, with noise of the slip, and the errors of a law that knows nothing of the inertia."""
     logs: list[Dataset] = []
     for k, each in enumerate(np.repeat(hertz, 2).tolist()):
@@ -69,7 +71,9 @@ def test_logs_of_two_motions_say_how_errors_grow_and_those_of_one_do_not() -> No
     band = calibrated_on(data, error)
     quick, _ = device((4.0,), inertia=0.05)
     assert inside(band, quick) < 0.1
-    assert inside(with_haste(band, data, error), quick) > 0.5  # more than two motions hold more of it
+    assert (
+        inside(with_haste(band, data, error), quick) > 0.5
+    )  # more than two motions hold more of it
     data, error = device((1.0,), inertia=0.05)
     band = calibrated_on(data, error)
     assert with_haste(band, data, error) == band

@@ -18,7 +18,9 @@ from erclutch.signals.device import Element, Units
 RATE = 1000.0
 
 
-def made(seed: int, *, memory: float = 0.0, inertia: float = 0.0, lag: float = 0.0, rows: int = 8000) -> Dataset:
+def made(
+    seed: int, *, memory: float = 0.0, inertia: float = 0.0, lag: float = 0.0, rows: int = 8000
+) -> Dataset:
     """A device whose yield effort remembers the slip by a share, under a switched field and correlated noise."""
     rng = np.random.default_rng(seed)
     command = np.repeat(rng.uniform(0.0, 1.0, rows // 100) * (rng.random(rows // 100) > 0.3), 100)
@@ -48,22 +50,28 @@ def _dahl(slip: Array, travel: float) -> Array:
 def of_a_wrong_law(data: Dataset) -> Array:
     """What Bingham's law leaves: the device above is another one, and the field lags."""
     (element,) = data.elements
-    columns = np.column_stack([element.field * np.tanh(element.slip / 0.1), element.slip, np.ones(data.rows)])
+    columns = np.column_stack(
+        [element.field * np.tanh(element.slip / 0.1), element.slip, np.ones(data.rows)]
+    )
     return data.effort - columns @ np.linalg.lstsq(columns, data.effort, rcond=None)[0]
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 def test_a_wrong_law_or_a_lag_is_not_taken_for_memory(lag: float) -> None:
     fired = [
-        bool(history(data, of_a_wrong_law(data)) or history(data)) for data in (made(k, lag=lag) for k in range(10))
+        bool(history(data, of_a_wrong_law(data)) or history(data))
+        for data in (made(k, lag=lag) for k in range(10))
     ]
     assert not any(fired)
 
 
-@pytest.mark.parametrize(("memory", "inertia", "stage"), [(0.6, 0.0, "dahl/field"), (0.0, 0.005, "inertia")])
+@pytest.mark.parametrize(
+    ("memory", "inertia", "stage"), [(0.6, 0.0, "dahl/field"), (0.0, 0.005, "inertia")]
+)
 def test_memory_is_found_and_named(memory: float, inertia: float, stage: str) -> None:
     found = [
-        history(data, of_a_wrong_law(data)) for data in (made(k, memory=memory, inertia=inertia) for k in range(10))
+        history(data, of_a_wrong_law(data))
+        for data in (made(k, memory=memory, inertia=inertia) for k in range(10))
     ]
     named = [each.stage for each in found if each is not None]
     assert len(named) >= 9

@@ -31,7 +31,9 @@ def peer_cost(matrix: Array, target: Array, nonnegative: NDArray[np.bool_]) -> f
     lower = np.where(nonnegative, 0.0, -np.inf)
     scale = np.linalg.norm(matrix, axis=0)
     scale[scale == 0] = 1.0
-    found = lsq_linear(matrix / scale, target, (lower, np.full(lower.size, np.inf)), method="bvls", tol=1e-14)
+    found = lsq_linear(
+        matrix / scale, target, (lower, np.full(lower.size, np.inf)), method="bvls", tol=1e-14
+    )
     return 2.0 * float(found.cost)
 
 
@@ -44,7 +46,9 @@ masks = st.lists(st.booleans(), min_size=1, max_size=12)
 def test_random_problems_equal_bvls(seed: int, mask: list[bool], more: int, decades: float) -> None:
     rng = np.random.default_rng(seed)
     p = len(mask)
-    matrix = rng.normal(size=(p + 1 + more, p)) * 10.0 ** rng.uniform(-abs(decades), abs(decades), p)
+    matrix = rng.normal(size=(p + 1 + more, p)) * 10.0 ** rng.uniform(
+        -abs(decades), abs(decades), p
+    )
     target = rng.normal(size=matrix.shape[0])
     nonnegative = np.array(mask)
     c, held = solve_bounded(*triangle_and_vector(matrix, target), nonnegative)
@@ -79,7 +83,10 @@ def test_rank_deficient_problems_reach_the_lowest_cost(seed: int, p: int, rank: 
     assert np.abs(c).max() < 1e9
     assert np.all(c[nonnegative] >= 0.0)
     assert np.all(c[held] == 0.0)
-    assert cost_of(matrix, target, c) <= best_of_all_subsets(matrix, target, nonnegative) * (1 + 1e-6) + 1e-9
+    assert (
+        cost_of(matrix, target, c)
+        <= best_of_all_subsets(matrix, target, nonnegative) * (1 + 1e-6) + 1e-9
+    )
 
 
 @settings(max_examples=examples(150), deadline=None)
@@ -126,5 +133,8 @@ def test_a_coefficient_that_was_dropped_comes_back() -> None:
         free = np.linalg.lstsq(matrix, target)[0]
         c, _ = solve_bounded(*triangle_and_vector(matrix, target), np.ones(4, np.bool_))
         dropped_and_back += int(np.any((free < 0) & (c > 0)))
-        assert cost_of(matrix, target, c) <= peer_cost(matrix, target, np.ones(4, np.bool_)) * (1 + 1e-9) + 1e-12
+        assert (
+            cost_of(matrix, target, c)
+            <= peer_cost(matrix, target, np.ones(4, np.bool_)) * (1 + 1e-9) + 1e-12
+        )
     assert dropped_and_back > 5

@@ -41,7 +41,10 @@ def test_without_an_order_the_textbook(seed: int, p: int, spare: int, decades: f
     expected = np.linalg.inv(unit.T @ unit) * (residual @ residual) / spare / np.outer(scale, scale)
     assert np.allclose(found.errors, np.sqrt(np.diag(expected)), rtol=1e-6)
     assert np.allclose(
-        found.covariance, expected, rtol=1e-5, atol=1e-9 * np.sqrt(np.outer(*[np.diag(expected)] * 2)).max()
+        found.covariance,
+        expected,
+        rtol=1e-5,
+        atol=1e-9 * np.sqrt(np.outer(*[np.diag(expected)] * 2)).max(),
     )
     assert found.rank == p
     assert found.bandwidth == 1
@@ -57,7 +60,10 @@ def test_without_an_order_the_quantile_is_students(rows: int) -> None:
 
 def test_white_residuals_in_time_are_about_the_textbook() -> None:
     rng = np.random.default_rng(1)
-    jacobian, residual = np.column_stack([np.ones(20_000), rng.normal(size=20_000)]), rng.normal(size=20_000)
+    jacobian, residual = (
+        np.column_stack([np.ones(20_000), rng.normal(size=20_000)]),
+        rng.normal(size=20_000),
+    )
     plain, ordered = (uncertainty(jacobian, residual, ordered=o) for o in (False, True))
     assert ordered.bandwidth < 60
     assert np.allclose(ordered.errors, plain.errors, rtol=0.1)
@@ -198,7 +204,9 @@ def test_the_polynomial_is_that_of_its_own_simulation() -> None:
     quotients = []
     for _ in range(4000):
         e = rng.normal(size=n)
-        quotients.append(abs(e.sum()) / np.sqrt(bartlett((e - e.mean())[:, None], int(b * n))[0, 0]))
+        quotients.append(
+            abs(e.sum()) / np.sqrt(bartlett((e - e.mean())[:, None], int(b * n))[0, 0])
+        )
     quantile: Any = intervals._quantile
     assert np.isclose(np.quantile(quotients, 0.95), quantile(10**7, b), rtol=0.06)
 
@@ -272,7 +280,9 @@ def test_nothing_to_fit_is_perfectly_known() -> None:
     jacobian = rng.normal(size=(60, 3))
     found = intervals.unknown(jacobian)
     assert (found.rank, found.bandwidth, found.quantile.tolist()) == (3, 1, [1.96] * 3)
-    assert found.condition == pytest.approx(np.linalg.cond(jacobian / np.linalg.norm(jacobian, axis=0)))
+    assert found.condition == pytest.approx(
+        np.linalg.cond(jacobian / np.linalg.norm(jacobian, axis=0))
+    )
     assert np.isnan(found.errors).all()
     same = np.column_stack([jacobian, jacobian[:, 0]])
     assert (intervals.unknown(same).rank, intervals.unknown(same).condition) == (3, np.inf)

@@ -90,7 +90,9 @@ def noisy(exponent: float, late: float, noise: float, seed: int) -> Any:
 @pytest.mark.slow
 @settings(max_examples=examples(10), deadline=None)
 @given(st.floats(1.0, 2.5), st.floats(0.005, 0.1), st.floats(0.01, 0.1), st.integers(0, 1000))
-def test_parameters_at_bounds_narrow_no_interval(exponent: float, late: float, noise: float, seed: int) -> None:
+def test_parameters_at_bounds_narrow_no_interval(
+    exponent: float, late: float, noise: float, seed: int
+) -> None:
     target = noisy(exponent, late, noise, seed)
     few = (EXPONENT, LAG)
     low, high, point = intervals(lagged(few, target), [exponent, np.log(late)])
@@ -107,8 +109,12 @@ def test_parameters_at_bounds_narrow_no_interval(exponent: float, late: float, n
 @pytest.mark.slow
 @settings(max_examples=examples(10), deadline=None)
 @given(st.floats(1.0, 2.5), st.floats(0.02, 0.1), st.floats(0.01, 0.1), st.integers(0, 1000))
-@example(2.125, 0.03125, 0.015625, 85)  # the gain of the index ends at nought, so that nothing moves the index
-def test_an_index_that_no_row_tells_spoils_no_lag(exponent: float, late: float, noise: float, seed: int) -> None:
+@example(
+    2.125, 0.03125, 0.015625, 85
+)  # the gain of the index ends at nought, so that nothing moves the index
+def test_an_index_that_no_row_tells_spoils_no_lag(
+    exponent: float, late: float, noise: float, seed: int
+) -> None:
     target = noisy(exponent, late, noise, seed) + 0.3
     low, high, _ = intervals(creeping(False, target), [exponent, np.log(late)])
     with_low, with_high, _ = intervals(creeping(True, target), [exponent, np.log(late), 1.0])

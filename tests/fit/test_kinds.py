@@ -34,7 +34,9 @@ def log() -> Recording:
     slip = 3.0 * np.sin(0.011 * np.arange(2000))
     effort = field * np.tanh(5.0 * slip) + 0.1 * slip + 0.01 * rng.standard_normal(2000)
     units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
-    return recording_from_arrays({"field": field, "slip": slip, "effort": effort}, units, rate=1000.0)
+    return recording_from_arrays(
+        {"field": field, "slip": slip, "effort": effort}, units, rate=1000.0
+    )
 
 
 def bring(folder: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -42,8 +44,12 @@ def bring(folder: Path, text: str, monkeypatch: pytest.MonkeyPatch) -> None:
     (folder / "their_kind.py").write_text(text, encoding="utf-8")
     about = folder / "their_kind-1.5.dist-info"
     about.mkdir()
-    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: their-kind\nVersion: 1.5\n", encoding="utf-8")
-    (about / "entry_points.txt").write_text("[erclutch.kinds]\nnearest = their_kind:KIND\n", encoding="utf-8")
+    (about / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: their-kind\nVersion: 1.5\n", encoding="utf-8"
+    )
+    (about / "entry_points.txt").write_text(
+        "[erclutch.kinds]\nnearest = their_kind:KIND\n", encoding="utf-8"
+    )
     monkeypatch.syspath_prepend(str(folder))
     registry._others.cache_clear()
 
@@ -57,11 +63,17 @@ def packages(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Generator[Path]
 
 
 def test_ours_are_files_in_the_order_in_which_one_builds_on_another() -> None:
-    assert [plugin.name for plugin, _ in kinds()] == ["law-alone", "law-with-network", "network-alone"]
+    assert [plugin.name for plugin, _ in kinds()] == [
+        "law-alone",
+        "law-with-network",
+        "network-alone",
+    ]
 
 
 @pytest.mark.slow
-def test_another_kind_is_one_file(packages: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_another_kind_is_one_file(
+    packages: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     lower_places = 'assert {each.candidate.name for each in fitted} in ({"bingham"}, set())'
     bring(packages, KIND.replace(FIRST_LINE, f"{lower_places}; {FIRST_LINE}"), monkeypatch)
     recording = log()
@@ -80,9 +92,13 @@ def test_another_kind_is_one_file(packages: Path, monkeypatch: pytest.MonkeyPatc
         step_of(again)
 
 
-def test_what_fails_in_another_kind_is_told_with_its_name(packages: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_fails_in_another_kind_is_told_with_its_name(
+    packages: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     bring(packages, KIND.replace(FIRST_LINE, "raise OSError('no disk')"), monkeypatch)
-    with pytest.raises(PluginError, match=r"nearest.*of their-kind 1\.5 failed on nearest-3: OSError: no disk"):
+    with pytest.raises(
+        PluginError, match=r"nearest.*of their-kind 1\.5 failed on nearest-3: OSError: no disk"
+    ):
         compare(build_dataset(log()), Settings(("bingham", "nearest-3"), lag="none"))
 
 
@@ -99,7 +115,9 @@ def test_a_law_that_the_rows_cannot_make_is_left_out(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(law, "fit_structure", refuse)
     compared = compare(build_dataset(log()), Settings(("bingham", "casson"), lag="none"))
     assert [entry.name for entry in compared.entries] == ["bingham"]
-    assert [f.message for f in compared.findings if f.subject == "left out"] == ["casson is left out: no rows for it"]
+    assert [f.message for f in compared.findings if f.subject == "left out"] == [
+        "casson is left out: no rows for it"
+    ]
 
 
 def test_of_two_fits_with_one_name_the_better_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -107,7 +125,9 @@ def test_of_two_fits_with_one_name_the_better_is_kept(monkeypatch: pytest.Monkey
     from erclutch.fit.candidate import Grown
     from erclutch.fit.kinds.law_alone import LawCandidate, Laws
 
-    def the_same_without_friction(self: Laws, settings: Settings, train: Dataset, fitted: Sequence[Fitted]) -> Grown:
+    def the_same_without_friction(
+        self: Laws, settings: Settings, train: Dataset, fitted: Sequence[Fitted]
+    ) -> Grown:
         del self, settings, train
         structure = fitted[0].outcome.model.structure
         return Grown([LawCandidate(replace(structure, friction=False, offset=False))])

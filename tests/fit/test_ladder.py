@@ -52,7 +52,9 @@ def test_a_memory_is_told_from_noise_at_the_pace_of_the_motion(seed: int, swings
 
 
 @pytest.mark.parametrize(("late", "stages"), [(0.0, "dahl/field"), (0.03, "lag+dahl/field")])
-def test_a_lag_stays_only_where_the_rows_tell_it_beside_the_memory(late: float, stages: str) -> None:
+def test_a_lag_stays_only_where_the_rows_tell_it_beside_the_memory(
+    late: float, stages: str
+) -> None:
     """Without the memory a lag takes some of its effort for its own."""
     data = log(0, swings=False)
     (element,) = data.elements
@@ -67,10 +69,16 @@ def test_what_numbers_take_off_by_chance_is_by_the_rows_that_are_independent() -
     richer = replace(BASE, dynamics="dahl/field")
     more = Rung(richer, 1.0, {}, 0.0).numbers_of_fit - Rung(BASE, 1.0, {}, 0.0).numbers_of_fit
     assert more == 2
-    for independent, share in ((np.inf, 0.0), (1500.0, 0.0007), (25.0, 0.041), (4.0, 0.293), (1.0, 1.0)):
-        assert by_chance(Rung(BASE, 1.0, {}, np.inf), Rung(richer, 0.9, {}, independent)) == pytest.approx(
-            share, abs=1e-3
-        )
+    for independent, share in (
+        (np.inf, 0.0),
+        (1500.0, 0.0007),
+        (25.0, 0.041),
+        (4.0, 0.293),
+        (1.0, 1.0),
+    ):
+        assert by_chance(
+            Rung(BASE, 1.0, {}, np.inf), Rung(richer, 0.9, {}, independent)
+        ) == pytest.approx(share, abs=1e-3)
     assert by_chance(Rung(richer, 1.0, {}, 4.0), Rung(BASE, 0.9, {}, 4.0)) == 0.0
 
 
@@ -84,7 +92,9 @@ def test_a_memory_that_holds_without_a_field_too_has_the_field_behind_it() -> No
         state = states[k] = (1.0 - gone) * state + gone * np.sign(w)
     noise = 0.02 * np.random.default_rng(1).standard_normal(ROWS)
     effort = (0.2 + 0.8 * element.field**1.5) * states + 0.05 * element.slip + noise
-    rung = grown(replace(data, effort=effort), BASE, among=("dahl/field", "effort-lag", "remanence"))[-1]
+    rung = grown(
+        replace(data, effort=effort), BASE, among=("dahl/field", "effort-lag", "remanence")
+    )[-1]
     assert rung.structure.dynamics == "dahl"
     assert rung.error < 0.03
 
@@ -102,7 +112,9 @@ def test_a_yield_effort_that_saturates_is_told_by_one_log() -> None:
     (element,) = data.elements
     field = np.repeat(np.random.default_rng(3).uniform(0.0, 1.0, ROWS // 30), 30)
     noise = 0.02 * np.random.default_rng(1).standard_normal(ROWS)
-    effort = np.tanh((field / 0.5) ** 2.5) * np.tanh(element.slip / 0.1) + 0.05 * element.slip + noise
+    effort = (
+        np.tanh((field / 0.5) ** 2.5) * np.tanh(element.slip / 0.1) + 0.05 * element.slip + noise
+    )
     bent = replace(data, effort=effort, elements=(Element(field, element.slip),))
     rung = grown(bent, BASE, among=("dahl/field", "remanence", "sides"))[-1]
     assert rung.structure.specification == "bingham/saturating"

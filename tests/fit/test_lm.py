@@ -69,9 +69,14 @@ def test_a_start_at_the_solution_stays_there() -> None:
     assert found.point.tolist() == [1.0, 1.0]
 
 
-@pytest.mark.parametrize(("lower", "upper"), [([-2.0, -1.0], [0.5, 2.0]), ([1.5, -3.0], [3.0, 3.0])])
+@pytest.mark.parametrize(
+    ("lower", "upper"), [([-2.0, -1.0], [0.5, 2.0]), ([1.5, -3.0], [3.0, 3.0])]
+)
 def test_a_solution_on_a_bound(lower: list[float], upper: list[float]) -> None:
-    found = minimise(rosenbrock(lower, upper), np.array([0.5 * (a + b) for a, b in zip(lower, upper, strict=True)]))
+    found = minimise(
+        rosenbrock(lower, upper),
+        np.array([0.5 * (a + b) for a, b in zip(lower, upper, strict=True)]),
+    )
     peer = least_squares(
         lambda u: np.array([10.0 * (u[1] - u[0] ** 2), 1.0 - u[0]]),
         [0.5 * (a + b) for a, b in zip(lower, upper, strict=True)],
@@ -112,7 +117,9 @@ def test_no_point_outside_the_bounds_is_ever_tried() -> None:
     def slopes(u: Array) -> Array:
         return np.array([[1 / u[0], 0.0], [0.0, 0.5 / np.sqrt(u[1] - 1.0)], [u[1], u[0]]])
 
-    found = minimise(problem_of(residual, slopes, [1e-6, 1.0 + 1e-9], [50.0, 60.0]), np.array([40.0, 55.0]))
+    found = minimise(
+        problem_of(residual, slopes, [1e-6, 1.0 + 1e-9], [50.0, 60.0]), np.array([40.0, 55.0])
+    )
     points = np.array(seen)
     assert points.min(axis=0)[0] >= 1e-6
     assert points.min(axis=0)[1] >= 1.0 + 1e-9
@@ -134,7 +141,13 @@ def test_converged_means_at_the_minimum_of_a_curved_valley() -> None:
     problem = problem_of(residual, slopes, [1e-6, 1.001], [50.0, 60.0])
     found = minimise(problem, np.array([40.0, 55.0]), max_iterations=10_000)
     peer = least_squares(
-        residual, [40.0, 55.0], jac=slopes, bounds=([1e-6, 1.001], [50.0, 60.0]), xtol=1e-15, ftol=1e-15, gtol=1e-15
+        residual,
+        [40.0, 55.0],
+        jac=slopes,
+        bounds=([1e-6, 1.001], [50.0, 60.0]),
+        xtol=1e-15,
+        ftol=1e-15,
+        gtol=1e-15,
     )
     assert found.stop == "converged"
     assert found.cost == pytest.approx(2.0 * peer.cost, rel=1e-6)
@@ -165,7 +178,11 @@ def test_a_free_linear_problem_takes_one_step_and_one_to_see_it() -> None:
 
 def test_badly_scaled_columns_do_not_matter() -> None:
     rng = np.random.default_rng(2)
-    matrix, target, scale = rng.normal(size=(30, 3)), rng.normal(size=30), np.array([1e-8, 1.0, 1e8])
+    matrix, target, scale = (
+        rng.normal(size=(30, 3)),
+        rng.normal(size=30),
+        np.array([1e-8, 1.0, 1e8]),
+    )
     free = np.full(3, np.inf)
     found = minimise(linear(matrix * scale, target, -free, free), np.zeros(3))
     assert np.allclose(found.point * scale, np.linalg.lstsq(matrix, target)[0], rtol=1e-9)
@@ -173,7 +190,9 @@ def test_badly_scaled_columns_do_not_matter() -> None:
 
 def test_collinear_columns_end_at_a_minimum() -> None:
     matrix = np.column_stack([np.ones(10), np.ones(10)])
-    found = minimise(linear(matrix, np.full(10, 3.0), np.full(2, -10.0), np.full(2, 10.0)), np.zeros(2))
+    found = minimise(
+        linear(matrix, np.full(10, 3.0), np.full(2, -10.0), np.full(2, 10.0)), np.zeros(2)
+    )
     assert found.stop == "converged"
     assert np.isclose(found.point.sum(), 3.0)
     assert found.cost < 1e-18
@@ -181,7 +200,10 @@ def test_collinear_columns_end_at_a_minimum() -> None:
 
 def test_a_column_of_zeros_is_left_where_it_was() -> None:
     matrix = np.column_stack([np.arange(10.0), np.zeros(10)])
-    found = minimise(linear(matrix, np.arange(10.0) * 2, np.full(2, -10.0), np.full(2, 10.0)), np.array([0.0, 7.0]))
+    found = minimise(
+        linear(matrix, np.arange(10.0) * 2, np.full(2, -10.0), np.full(2, 10.0)),
+        np.array([0.0, 7.0]),
+    )
     assert np.allclose(found.point, [2.0, 7.0])
 
 
@@ -191,7 +213,9 @@ def behind_a_wall(beyond: float) -> Problem:
     def residual(u: Array) -> Array:
         return np.array([100.0 * (1.0 / (2.0 - u[0]) - 1.0 / 0.1) if u[0] < 2.0 else beyond])
 
-    return problem_of(residual, lambda u: np.array([[100.0 / (2.0 - u[0]) ** 2]]), [-np.inf], [np.inf])
+    return problem_of(
+        residual, lambda u: np.array([[100.0 / (2.0 - u[0]) ** 2]]), [-np.inf], [np.inf]
+    )
 
 
 @pytest.mark.parametrize("beyond", [np.inf, np.nan, -np.inf])
@@ -243,7 +267,9 @@ def test_the_cost_never_rises_and_the_outcome_is_that_of_its_point(seed: int) ->
     y = rng.normal(size=25)
     problem = problem_of(
         lambda u: u[0] * np.tanh(u[1] * x) + u[2] - y,
-        lambda u: np.column_stack([np.tanh(u[1] * x), u[0] * x / np.cosh(u[1] * x) ** 2, np.ones(25)]),
+        lambda u: np.column_stack(
+            [np.tanh(u[1] * x), u[0] * x / np.cosh(u[1] * x) ** 2, np.ones(25)]
+        ),
         [-5.0] * 3,
         [5.0] * 3,
     )
@@ -260,7 +286,9 @@ def test_the_cost_never_rises_and_the_outcome_is_that_of_its_point(seed: int) ->
 def test_no_coordinates_at_all() -> None:
     """A law without nonlinear parameters is already solved by its gains."""
     nothing = np.zeros(0)
-    problem = Problem(lambda u: 4.0, lambda u: Linearisation(4.0, np.zeros((0, 0)), nothing), nothing, nothing)
+    problem = Problem(
+        lambda u: 4.0, lambda u: Linearisation(4.0, np.zeros((0, 0)), nothing), nothing, nothing
+    )
     found = minimise(problem, nothing)
     assert found.stop == "converged"
     assert found.cost == 4.0

@@ -20,7 +20,9 @@ def truth(field: Array, slip: Array) -> Array:
     return 6 * field**1.5 * np.tanh(slip / 0.2) + 2 * slip
 
 
-def logs(zeros: Sequence[float], gains: Sequence[float], seed: int = 0, *, forward: bool = False) -> Dataset:
+def logs(
+    zeros: Sequence[float], gains: Sequence[float], seed: int = 0, *, forward: bool = False
+) -> Dataset:
     """Logs of one made-up damper whose sensor has a zero and a gain of its own in each."""
     made = []
     for k, (zero, gain) in enumerate(zip(zeros, gains, strict=True)):
@@ -44,7 +46,10 @@ def found(data: Dataset) -> dict[str, Finding]:
 def test_a_zero_of_one_log_is_found_and_named() -> None:
     findings = found(logs((0.0, 0.0, 1.5, 0.0), (1.0,) * 4))
     assert set(findings) == {"zero"}
-    said = re.search(r"between logs: log2.csv \+(\S+) \+- (\S+) N\*m; the usual log log", findings["zero"].message)
+    said = re.search(
+        r"between logs: log2.csv \+(\S+) \+- (\S+) N\*m; the usual log log",
+        findings["zero"].message,
+    )
     assert said is not None
     value, width = map(float, said.groups())
     assert abs(value - 1.5) < 1.5 * width < 0.2
@@ -80,7 +85,9 @@ def test_the_chance_is_that_of_the_f_test() -> None:
         beside = [rng.standard_normal(300) for _ in range(4)]
         residuals = [rng.standard_normal(300) for _ in range(4)]
         chances.append(per_log(residuals, [np.ones(300)] * 4, beside).chance)
-    assert 0.3 < np.mean(chances) < 0.6  # correlated rows are allowed for, so rather too small than too large
+    assert (
+        0.3 < np.mean(chances) < 0.6
+    )  # correlated rows are allowed for, so rather too small than too large
     assert np.mean(np.array(chances) < 0.05) < 0.12
 
 
@@ -90,5 +97,7 @@ def test_a_comparison_says_it_and_keeps_one_offset() -> None:
     assert [f.subject for f in compared.findings if f.subject in ("zero", "gain")] == ["zero"]
     names = [e.name for e in compared.entry("bingham").outcome.estimates]
     assert names.count("T_0") == 1
-    rmse = float(np.sqrt(np.mean((data.effort - compared.entries[0].predicted)[compared.test] ** 2)))
+    rmse = float(
+        np.sqrt(np.mean((data.effort - compared.entries[0].predicted)[compared.test] ** 2))
+    )
     assert compared.entries[0].test.rmse.value == pytest.approx(rmse)

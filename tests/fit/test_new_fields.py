@@ -68,10 +68,14 @@ def test_known_fields_keep_their_band_and_new_fields_have_their_own() -> None:
 
 
 @pytest.mark.parametrize(("field", "apart"), [(0.2, 0.4), (0.55, 0.3), (0.85, 0.3)])
-def test_an_error_counts_less_where_the_fields_beside_are_nearer(field: float, apart: float) -> None:
+def test_an_error_counts_less_where_the_fields_beside_are_nearer(
+    field: float, apart: float
+) -> None:
     """Without 0.7 A the fields beside it are 0.6 A apart, without 0.4 A they are 0.7 A apart."""
     data = device(FIELDS)
-    wider = wider_at_new_fields(calibrated_on(data, 0.01 * np.ones(data.rows)), data, 0.5 * np.ones(data.rows))
+    wider = wider_at_new_fields(
+        calibrated_on(data, 0.01 * np.ones(data.rows)), data, 0.5 * np.ones(data.rows)
+    )
     assert width_at(wider, field) == pytest.approx(2.0 * 0.5 * apart / 0.6)
 
 
@@ -93,7 +97,9 @@ def test_a_log_that_is_never_at_its_mean_field_ends_in_no_error() -> None:
     field = np.where((element.field == 1.0) & (np.arange(data.rows) % 2 == 0), 0.9, element.field)
     field = np.where(field == 1.0, 1.1, field)
     data = replace(data, elements=(Element(field, element.slip),))
-    wider = wider_at_new_fields(calibrated_on(data, 0.01 * np.ones(data.rows)), data, 0.5 * np.ones(data.rows))
+    wider = wider_at_new_fields(
+        calibrated_on(data, 0.01 * np.ones(data.rows)), data, 0.5 * np.ones(data.rows)
+    )
     assert width_at(wider, 0.5) > 0.1
 
 
@@ -122,11 +128,15 @@ def test_a_new_field_is_judged_by_those_that_were_left_out_like_it() -> None:
 
 def test_between_two_fields_a_band_is_no_narrower_than_the_mean_at_these() -> None:
     data = device(FIELDS)
-    seen = np.where(data.elements[0].field == 1.0, 3.0, 0.1) * np.random.default_rng(1).standard_normal(data.rows)
+    seen = np.where(data.elements[0].field == 1.0, 3.0, 0.1) * np.random.default_rng(
+        1
+    ).standard_normal(data.rows)
     band = calibrated_on(data, seen)
     wider = wider_at_new_fields(band, data, np.zeros(data.rows))
     for field, below, above in ((0.2, 0.0, 0.4), (0.85, 0.7, 1.0)):
-        assert width_at(wider, field) == pytest.approx(0.5 * (width_at(band, below) + width_at(band, above)))
+        assert width_at(wider, field) == pytest.approx(
+            0.5 * (width_at(band, below) + width_at(band, above))
+        )
 
 
 def test_small_errors_at_new_fields_narrow_no_band() -> None:
@@ -163,7 +173,11 @@ def test_a_field_beyond_those_of_the_logs_lies_inside() -> None:
 @pytest.mark.parametrize("more", [0, 1])
 def test_the_file_of_a_model_holds_the_edges(more: int, tmp_path: Path) -> None:
     data = device((*FIELDS, 1.2))
-    found = compare(data, Settings(("bingham/power",), "none", ("log at 1.2 A",))).entries[0].outcome.model
+    found = (
+        compare(data, Settings(("bingham/power",), "none", ("log at 1.2 A",)))
+        .entries[0]
+        .outcome.model
+    )
     count = MOST_FIELD_EDGES + more
     edges = tuple(0.1 * (k + 1) for k in range(count))
     widths = tuple(0.1 + 0.01 * k for k in range(2 * (count + 1)))

@@ -16,7 +16,9 @@ SCRIPT = PROJECT / "studies" / "nist.py"
 FOLDER = PROJECT.parent / "shared" / "data" / "nist_strd"
 
 if not FOLDER.is_dir():
-    pytest.skip(f"needs the problems of NIST StRD beside the project: {FOLDER}", allow_module_level=True)
+    pytest.skip(
+        f"needs the problems of NIST StRD beside the project: {FOLDER}", allow_module_level=True
+    )
 
 
 def test_all_27_problems_are_there() -> None:
@@ -61,14 +63,18 @@ def test_the_certified_residuals_come_out() -> None:
 
 @pytest.mark.slow
 def test_the_command() -> None:
-    done = subprocess.run([sys.executable, SCRIPT, FOLDER], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, SCRIPT, FOLDER], capture_output=True, text=True, timeout=60
+    )
     assert done.returncode == 0, done.stdout + done.stderr
     assert done.stdout.splitlines()[-1] == "27 of 27 to 6 digits from both starts"
     assert done.stderr == ""
 
 
 def test_the_command_without_its_files(tmp_path: Path) -> None:
-    done = subprocess.run([sys.executable, SCRIPT, tmp_path], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, SCRIPT, tmp_path], capture_output=True, text=True, timeout=60
+    )
     assert done.returncode == 2
     assert done.stderr.startswith("error: ")
     assert "Bennett5.dat" in done.stderr
@@ -83,6 +89,8 @@ def test_a_miss_is_an_exit_code(tmp_path: Path) -> None:
     certified = next(f"{value:.10E}" for value in nist.read("Rat42", FOLDER).values)
     assert certified in spoilt.read_text()
     spoilt.write_text(spoilt.read_text().replace(certified, certified.replace("7", "8")))
-    done = subprocess.run([sys.executable, SCRIPT, tmp_path], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [sys.executable, SCRIPT, tmp_path], capture_output=True, text=True, timeout=60
+    )
     assert done.returncode == 1, done.stderr
     assert done.stdout.splitlines()[-1] == "26 of 27 to 6 digits from both starts"

@@ -32,7 +32,11 @@ def one_field(field: float = 0.5, seed: int = 0, rows: int = 6000) -> Dataset:
     slip = 2 * np.sin(2 * np.pi * 1.3 * t) + 1.1 * np.sin(2 * np.pi * 0.37 * t) + 0.3
     effort = T_Y * np.tanh(slip / W_S) + ETA * slip + T_0 + NOISE * rng.standard_normal(rows)
     signals = {"field": np.full(rows, field), "slip": slip, "effort": effort}
-    return build_dataset(recording_from_arrays(signals, {"field": "A", "slip": "rad/s", "effort": "N*m"}, rate=1000.0))
+    return build_dataset(
+        recording_from_arrays(
+            signals, {"field": "A", "slip": "rad/s", "effort": "N*m"}, rate=1000.0
+        )
+    )
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +62,9 @@ def test_the_truth_is_recovered(compared: Comparison) -> None:
 def test_what_needs_a_field_is_left_out(compared: Comparison) -> None:
     names = {e.name for e in compared.entries}
     assert {"bingham/constant", "casson/constant", "fnn-6", "fnn-16", "rbfn-10"} <= names
-    assert not any(name.startswith(("rbfm", "hem", "quadratic", "on-off")) or "+" in name for name in names)
+    assert not any(
+        name.startswith(("rbfm", "hem", "quadratic", "on-off")) or "+" in name for name in names
+    )
     for entry in compared.entries:
         names = {e.name for e in entry.outcome.estimates}
         assert not names & {"n", "E_c", "T_f"}, entry.name
@@ -104,12 +110,18 @@ def test_saved_and_exported(compared: Comparison, name: str, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("settings", "problem"),
     [
-        (Settings(models=("bingham", "rbfm-5")), "rbfm-5 describes how the effort changes with the field"),
+        (
+            Settings(models=("bingham", "rbfm-5")),
+            "rbfm-5 describes how the effort changes with the field",
+        ),
         (Settings(models=("hem",)), "hem describes how"),
         (Settings(models=("quadratic",)), "quadratic describes how"),
         (Settings(models=("on-off",)), "on-off describes how"),
         (Settings(models=("bingham",), lag="lag"), "the stages lag follow a command that changes"),
-        (Settings(models=("bingham",), friction=True), "friction and yield effort cannot be told apart"),
+        (
+            Settings(models=("bingham",), friction=True),
+            "friction and yield effort cannot be told apart",
+        ),
     ],
 )
 def test_what_needs_a_field_and_was_asked_for(settings: Settings, problem: str) -> None:

@@ -55,22 +55,42 @@ def test_friction_is_there_when_asked_for_and_where_the_slip_turns() -> None:
 
 
 @pytest.mark.parametrize(("fields", "told"), [((0.2, 1.0), False), ((0.0, 0.3, 0.6, 1.0), True)])
-def test_friction_goes_where_the_fields_are_fewer_than_the_numbers(fields: tuple[float, ...], told: bool) -> None:
+def test_friction_goes_where_the_fields_are_fewer_than_the_numbers(
+    fields: tuple[float, ...], told: bool
+) -> None:
     """With two fields the friction ended at zero, sound by its bound, and the yield effort's interval missed it."""
     rng, t = np.random.default_rng(2), np.arange(1500) * 2e-3
     field = np.repeat(rng.choice(fields, 25), 60)
     slip = 3.0 * np.sin(4.4 * t) + 2.0 * np.sin(11.9 * t + 1.0)
-    effort = (0.8 * field**1.5 + 0.2 * told) * np.tanh(slip / 0.3) + 0.05 * slip + 0.02 * rng.standard_normal(1500)
+    effort = (
+        (0.8 * field**1.5 + 0.2 * told) * np.tanh(slip / 0.3)
+        + 0.05 * slip
+        + 0.02 * rng.standard_normal(1500)
+    )
     log = recording_from_arrays({"field": field, "slip": slip, "effort": effort}, UNITS, rate=500.0)
-    structure = Structure("single", "bingham", law_from_name("bingham", "single"), friction=True, offset=True)
-    estimates = {e.name: e for e in LawCandidate(structure).fit(build_dataset(log), (), 1).estimates}
+    structure = Structure(
+        "single", "bingham", law_from_name("bingham", "single"), friction=True, offset=True
+    )
+    estimates = {
+        e.name: e for e in LawCandidate(structure).fit(build_dataset(log), (), 1).estimates
+    }
     assert ("T_f" in estimates) == told
     assert estimates["T_y"].low < 0.8 < estimates["T_y"].high
 
 
 def test_a_field_that_is_never_positive_is_told_with_its_remedy() -> None:
     data = one_way(0, 1.0)
-    signals = {"field": -data.elements[0].field, "slip": data.elements[0].slip, "effort": data.effort}
-    found = check(build_dataset(recording_from_arrays(signals, UNITS, rate=1000.0)), np.zeros(data.rows, np.bool_))
+    signals = {
+        "field": -data.elements[0].field,
+        "slip": data.elements[0].slip,
+        "effort": data.effort,
+    }
+    found = check(
+        build_dataset(recording_from_arrays(signals, UNITS, rate=1000.0)),
+        np.zeros(data.rows, np.bool_),
+    )
     assert any("--field '-NAME [unit]'" in finding.remedy for finding in found)
-    assert not any("never above zero" in finding.message for finding in check(data, np.zeros(data.rows, np.bool_)))
+    assert not any(
+        "never above zero" in finding.message
+        for finding in check(data, np.zeros(data.rows, np.bool_))
+    )

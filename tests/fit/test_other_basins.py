@@ -10,7 +10,13 @@ import pytest
 from erclutch.fit.laws import fit_law
 from erclutch.fit.laws.fit_law import fit_structure, reference_of
 from erclutch.fit.laws.other_basins import best_basin
-from erclutch.fit.solver.variable_projection import Separable, coordinates, jacobian, parameters, project
+from erclutch.fit.solver.variable_projection import (
+    Separable,
+    coordinates,
+    jacobian,
+    parameters,
+    project,
+)
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
 from erclutch.models.structure import Structure
@@ -31,14 +37,27 @@ def recording(dynamics: str, truth: Mapping[str, float]) -> Dataset:
     """A law with memory, of known numbers, and one percent of noise."""
     rng = np.random.default_rng(5)
     t: Array = np.arange(ROWS, dtype=np.float64) * PERIOD
-    slip = sum(a * np.sin(2 * np.pi * f * t + p) for a, f, p in ((1.0, 1.3, 0.0), (0.6, 4.1, 1.0), (0.4, 11.0, 2.0)))
+    slip = sum(
+        a * np.sin(2 * np.pi * f * t + p)
+        for a, f, p in ((1.0, 1.3, 0.0), (0.6, 4.1, 1.0), (0.4, 11.0, 2.0))
+    )
     field = np.repeat(rng.uniform(0.0, 1.0, ROWS // 150), 150)
     clock = Clock(t, (Span(0, ROWS, PERIOD),))
-    bare = Dataset("single", (Element(field, np.asarray(slip)),), np.zeros(ROWS), clock, Units("N", "A", "m/s"))
+    bare = Dataset(
+        "single", (Element(field, np.asarray(slip)),), np.zeros(ROWS), clock, Units("N", "A", "m/s")
+    )
     made = structure(dynamics)
     columns = made.columns(bare.elements, clock, reference_of(bare), list(truth.values()))
-    effort: Array = np.sum([c * g for c, g in zip(columns, (60.0, 15.0, 50.0, 30.0, 0.05, 3.0), strict=True)], axis=0)
-    return Dataset("single", bare.elements, effort + 0.01 * np.std(effort) * rng.normal(size=ROWS), clock, bare.units)
+    effort: Array = np.sum(
+        [c * g for c, g in zip(columns, (60.0, 15.0, 50.0, 30.0, 0.05, 3.0), strict=True)], axis=0
+    )
+    return Dataset(
+        "single",
+        bare.elements,
+        effort + 0.01 * np.std(effort) * rng.normal(size=ROWS),
+        clock,
+        bare.units,
+    )
 
 
 def problem(data: Dataset, dynamics: str, rows: slice = slice(None)) -> Separable:
@@ -73,7 +92,10 @@ def test_derivatives_of_the_sum_are_the_sum_of_the_derivatives(data: Dataset) ->
     behind = problem(data, CHAIN)
     made, reference = structure(CHAIN), reference_of(data)
     whole = Separable(
-        lambda q: made.columns(data.elements, data.clock, reference, q), data.effort, behind.shapes, behind.gains
+        lambda q: made.columns(data.elements, data.clock, reference, q),
+        data.effort,
+        behind.shapes,
+        behind.gains,
     )
     u = coordinates(behind.shapes, [0.3, 1.2, 0.01, 0.1, 0.003])
     (columns, slopes, projection), (same, beside, other) = jacobian(behind, u), jacobian(whole, u)

@@ -29,19 +29,30 @@ def joint(travel: float) -> Dataset:
     for k, w in enumerate(slip.tolist()):
         gone = 1.0 - np.exp(-abs(w) * PERIOD / travel)
         state = states[k] = (1.0 - gone) * state + gone * np.sign(w)
-    effort = 1.5 * states + 0.8 * np.sign(slip) * np.abs(slip) ** 0.5 + 0.02 * rng.standard_normal(ROWS)
+    effort = (
+        1.5 * states + 0.8 * np.sign(slip) * np.abs(slip) ** 0.5 + 0.02 * rng.standard_normal(ROWS)
+    )
     clock = Clock(time, (Span(0, ROWS, PERIOD),))
-    return Dataset("single", (Element(np.zeros(ROWS), slip),), effort, clock, Units("N*m", "A", "rad/s"))
+    return Dataset(
+        "single", (Element(np.zeros(ROWS), slip),), effort, clock, Units("N*m", "A", "rad/s")
+    )
 
 
 def structure(stages: str, law: str = "bingham/constant", device: str = "single") -> Structure:
     single = device == "single"
-    return Structure("single" if single else "coaxial", law, law_from_name(law, device), stages, False, True)
+    return Structure(
+        "single" if single else "coaxial", law, law_from_name(law, device), stages, False, True
+    )
 
 
 @pytest.mark.parametrize(
     ("stages", "twins"),
-    [("viscous", {"T_vy"}), ("dahl-2", {"T_z1", "T_z2"}), ("lugre", {"T_ly", "T_ldy"}), ("lugre/field+sides", set())],
+    [
+        ("viscous", {"T_vy"}),
+        ("dahl-2", {"T_z1", "T_z2"}),
+        ("lugre", {"T_ly", "T_ldy"}),
+        ("lugre/field+sides", set()),
+    ],
 )
 def test_without_a_field_two_gains_of_a_stage_are_one(stages: str, twins: set[str]) -> None:
     assert twin_gains(structure(stages)) == twins

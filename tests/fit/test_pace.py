@@ -22,7 +22,9 @@ def sine(hertz: float, size: float = 3.0, name: str = "log") -> Dataset:
     clock = Clock(time, (Span(0, time.size, 5e-3),))
     units = Units("N*m", "V", "rad/s")
     rows = ((0, time.size),)
-    return Dataset("single", (element,), np.zeros(time.size), clock, units, sources=(name,), source_rows=rows)
+    return Dataset(
+        "single", (element,), np.zeros(time.size), clock, units, sources=(name,), source_rows=rows
+    )
 
 
 LOGS = [sine(1.0, name="a"), sine(2.0, name="b")]
@@ -103,7 +105,9 @@ def noisy(data: Dataset, share: float, seed: int = 0) -> Dataset:
 def test_noise_of_a_sensor_sets_no_rate(share: float, hertz: float) -> None:
     data = noisy(sine(hertz), share)
     turn = 2.0 * np.pi * hertz / np.sqrt(1.0 + share**2)
-    assert rate_of(data.elements[0].slip, data.clock.time) == pytest.approx(turn * rms(data.elements[0].slip), rel=0.1)
+    assert rate_of(data.elements[0].slip, data.clock.time) == pytest.approx(
+        turn * rms(data.elements[0].slip), rel=0.1
+    )
 
 
 def test_a_ramp_has_its_slope_as_rate_and_a_slip_that_stands_still_none() -> None:

@@ -31,7 +31,14 @@ def rows(period: float | None = 1e-3, n: int = 800) -> Dataset:
     push = rng.standard_normal(n)
     effort = field * np.tanh(5 * slip) + 0.3 * np.roll(push, 2)
     clock = Clock(t, (Span(0, n, period),))
-    return Dataset("single", (Element(field, slip),), effort, clock, Units("N", "A", "m/s"), extras={"push": push})
+    return Dataset(
+        "single",
+        (Element(field, slip),),
+        effort,
+        clock,
+        Units("N", "A", "m/s"),
+        extras={"push": push},
+    )
 
 
 TEN_ROWS = rows(n=10)
@@ -100,12 +107,16 @@ def test_past_samples_of_further_inputs_are_inputs(tmp_path: Path) -> None:
     (tmp_path / "model.json").write_text(json.dumps(model.to_dict()))
     again = load_model(tmp_path / "model.json")
     assert_array_equal(again.predict(data), model.predict(data))
-    given_rows = np.column_stack([data.elements[0].field, data.elements[0].slip, data.extras["push"]])
+    given_rows = np.column_stack(
+        [data.elements[0].field, data.elements[0].slip, data.extras["push"]]
+    )
     assert_array_equal(run(step_of(again), given_rows)[0], model.predict(data))
 
 
 def test_a_model_without_past_samples_of_further_inputs_is_still_read(tmp_path: Path) -> None:
-    structure = replace(network_from_name("fnn-4", "single", past=(1,), extras=("push",)), past_extras=False)
+    structure = replace(
+        network_from_name("fnn-4", "single", past=(1,), extras=("push",)), past_extras=False
+    )
     assert structure.inputs == ("field", "slip", "field[-1]", "slip[-1]", "push")
     model = fit_network(rows(), structure, workers=1).model
     (tmp_path / "model.json").write_text(json.dumps(model.to_dict()))
@@ -114,6 +125,8 @@ def test_a_model_without_past_samples_of_further_inputs_is_still_read(tmp_path: 
 
 def test_past_samples_at_another_rate_are_refused() -> None:
     model = fit_network(rows(), network_from_name("fnn-4", "single", past=(1,)), workers=1).model
-    with pytest.raises(ErclutchError, match="rows at 400 Hz for a network with past samples at 1000 Hz") as caught:
+    with pytest.raises(
+        ErclutchError, match="rows at 400 Hz for a network with past samples at 1000 Hz"
+    ) as caught:
         model.predict(rows(2.5e-3))
     assert "--resample 1000" in str(caught.value)

@@ -33,7 +33,10 @@ def _rows(seed: int, rows: int) -> tuple[Dataset, Array]:
     few = -(-rows // 20)
     error = np.empty(rows)
     late = np.arange(rows) % 20 == 0
-    error[late], error[~late] = rng.permutation(size[rows - few :]), rng.permutation(size[: rows - few])
+    error[late], error[~late] = (
+        rng.permutation(size[rows - few :]),
+        rng.permutation(size[: rows - few]),
+    )
     error *= rng.choice([-1.0, 1.0], rows, p=[0.3, 0.7]) * np.sign(slip)
     clock = Clock(PERIOD * np.arange(float(rows)), (Span(0, rows, PERIOD),))
     return Dataset("single", (Element(field, slip),), error, clock, Units("N", "V", "m/s")), error
@@ -56,7 +59,9 @@ def calibration(request: pytest.FixtureRequest) -> tuple[Band, float, Array, NDA
     return found[0], found[1], np.where(element.slip < 0.0, -error, error), cells
 
 
-def test_crepes_gives_each_cell_the_same_half_widths(calibration: tuple[Band, float, Array, NDArray[np.intp]]) -> None:
+def test_crepes_gives_each_cell_the_same_half_widths(
+    calibration: tuple[Band, float, Array, NDArray[np.intp]],
+) -> None:
     band, _, directed, cells = calibration
     own = own_errors(cells)
     some = np.isin(cells, own)
@@ -67,7 +72,9 @@ def test_crepes_gives_each_cell_the_same_half_widths(calibration: tuple[Band, fl
         assert np.array_equal(np.array(widths)[own], ends[:, 1])
 
 
-def test_mapie_gives_each_cell_the_same_half_widths(calibration: tuple[Band, float, Array, NDArray[np.intp]]) -> None:
+def test_mapie_gives_each_cell_the_same_half_widths(
+    calibration: tuple[Band, float, Array, NDArray[np.intp]],
+) -> None:
     band, _, directed, cells = calibration
     for cell in own_errors(cells):
         own = directed[cells == cell]
@@ -78,7 +85,9 @@ def test_mapie_gives_each_cell_the_same_half_widths(calibration: tuple[Band, flo
         assert (band.behind[cell], band.ahead[cell]) == (-low, high)
 
 
-def test_the_plain_band_is_that_of_crepes_and_mapie(calibration: tuple[Band, float, Array, NDArray[np.intp]]) -> None:
+def test_the_plain_band_is_that_of_crepes_and_mapie(
+    calibration: tuple[Band, float, Array, NDArray[np.intp]],
+) -> None:
     _, plain, directed, _ = calibration
     crepes = ConformalRegressor()
     crepes.fit(np.abs(directed))

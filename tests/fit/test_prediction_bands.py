@@ -56,7 +56,9 @@ def test_fresh_rows_lie_inside_as_often_as_promised_in_each_class(kept: float) -
         fresh, _, size = _rows(rng, 20_000, kept)
         low, high = found[0].around(np.full(fresh.rows, TRUTH), fresh.elements, fresh.clock)
         inside = (low <= fresh.effort) & (fresh.effort <= high)
-        shares.append([float(np.mean(inside)), *(float(np.mean(inside[size == s])) for s in (1.0, 4.0))])
+        shares.append(
+            [float(np.mean(inside)), *(float(np.mean(inside[size == s])) for s in (1.0, 4.0))]
+        )
         assert np.mean(high - low) < 0.85 * found[1]
     mean = np.mean(shares, axis=0)
     assert np.all(np.abs(mean - LEVEL) < (0.012, 0.02, 0.02))
@@ -66,16 +68,22 @@ def test_the_width_follows_the_direction_of_the_slip() -> None:
     seen, error, _ = _rows(np.random.default_rng(1), 40_000)
     found = calibrated(seen, np.ones(seen.rows, np.bool_), [error], [4])[0]
     assert found is not None
-    quiet = [np.array(ends).reshape(found[0].shape)[0, 0] for ends in (found[0].behind, found[0].ahead)]
+    quiet = [
+        np.array(ends).reshape(found[0].shape)[0, 0] for ends in (found[0].behind, found[0].ahead)
+    ]
     assert np.allclose(quiet, [[2 * 1.96], [1.96]], rtol=0.12)
 
 
 def test_few_rows_for_many_parameters_widen_the_band() -> None:
     rng = np.random.default_rng(2)
     seen, _, size = _rows(rng, 2000)
-    error = size * rng.standard_normal(2000)  # uncorrelated: the errors of `_rows` follow the sign of the slip
+    error = size * rng.standard_normal(
+        2000
+    )  # uncorrelated: the errors of `_rows` follow the sign of the slip
     every = np.ones(seen.rows, np.bool_)
-    one, many, lost, wild = calibrated(seen, every, [error, error, error, error * np.nan], [1, 400, 10_000, 1])
+    one, many, lost, wild = calibrated(
+        seen, every, [error, error, error, error * np.nan], [1, 400, 10_000, 1]
+    )
     assert wild is None
     assert one is not None
     assert many is not None
@@ -118,12 +126,19 @@ def test_a_field_that_never_changes_needs_no_classes_of_it() -> None:
     error = _noise(rng, 5000)
     clock = Clock(PERIOD * np.arange(5000.0), (Span(0, 5000, PERIOD),))
     data = Dataset(
-        "single", (Element(np.full(5000, 2.0), rng.normal(size=5000)),), error, clock, Units("N", "A", "m/s")
+        "single",
+        (Element(np.full(5000, 2.0), rng.normal(size=5000)),),
+        error,
+        clock,
+        Units("N", "A", "m/s"),
     )
     found = calibrated(data, np.ones(5000, np.bool_), [error], [1])[0]
     assert found is not None
     assert found[0].field_edges == ()
-    assert coverage(data, found[0].around(np.zeros(5000), data.elements, clock), error < np.inf).share > 0.94
+    assert (
+        coverage(data, found[0].around(np.zeros(5000), data.elements, clock), error < np.inf).share
+        > 0.94
+    )
 
 
 def test_pieces_are_seconds_of_one_log_and_logs_of_several() -> None:
@@ -161,14 +176,18 @@ def test_a_sensor_brings_any_band_to_its_level() -> None:
 
 
 def test_each_row_of_a_sensor_counts_from_the_next_row_on_and_a_gap_forgets() -> None:
-    clock = Clock(np.array([0.0, 0.001, 0.002, 5.0, 5.001]), (Span(0, 3, PERIOD), Span(3, 5, PERIOD)))
+    clock = Clock(
+        np.array([0.0, 0.001, 0.002, 5.0, 5.001]), (Span(0, 3, PERIOD), Span(3, 5, PERIOD))
+    )
     measured = np.array([0.0, 10.0, 0.0, 0.0, 0.0])
     low, high = adapted(BAND, (-np.ones(5), np.ones(5)), np.zeros(5), measured, clock)
     assert (low[0], high[0]) == (low[3], high[3]) == (-1.0, 1.0)
     assert high[1] < 1.0
     second = after(SETTLED, 0.0, 1.0, 1.0, 0.95, PERIOD)
     third = after(second, 10.0, 1.0, 1.0, 0.95, PERIOD)
-    assert (low[2], high[2]) == pytest.approx((third.offset - third.scale, third.offset + third.scale))
+    assert (low[2], high[2]) == pytest.approx(
+        (third.offset - third.scale, third.offset + third.scale)
+    )
     assert third.offset == pytest.approx(10.0 * (1.0 - np.exp(-0.001 / 0.05)))
     assert third.scale > second.scale
 

@@ -54,8 +54,12 @@ def ends_of(problem: Separable, point: Any = ()) -> tuple[Any, Any, Any, Optimum
 
 @settings(max_examples=examples(25), deadline=None)
 @given(st.floats(-0.9, 0.9), st.floats(0.0, 0.25), st.integers(0, 1000))
-def test_beside_a_bound_the_ends_are_those_of_a_grid(correlation: float, second: float, seed: int) -> None:
-    noise = np.random.default_rng([7, seed]).standard_normal(ROWS)  # not the columns, whose seed is 5
+def test_beside_a_bound_the_ends_are_those_of_a_grid(
+    correlation: float, second: float, seed: int
+) -> None:
+    noise = np.random.default_rng([7, seed]).standard_normal(
+        ROWS
+    )  # not the columns, whose seed is 5
     problem = linear(lambda c: 1.0 * c[0] + second * c[1] + noise, correlation)
     low, high, _, found = ends_of(problem)
     a = np.column_stack(problem.columns(()))
@@ -121,18 +125,25 @@ def test_the_rise_at_the_ends_is_students_for_independent_rows() -> None:
     expected = student.ppf(0.975, 9) ** 2 * (residual @ residual) / 9
     for identified in (True, False):
         slopes[:, 1] *= identified  # what is not identified counts as the middle one of the others
-        for moving in ([True, True, True], [True, False, True]):  # all, or but for a parameter on its bound
+        for moving in (
+            [True, True, True],
+            [True, False, True],
+        ):  # all, or but for a parameter on its bound
             free = np.array(moving)
             found: Any = SimpleNamespace(slopes=slopes, residual=residual, free=free)
             robust = uncertainty(slopes, residual, ordered=False)
-            np.testing.assert_allclose(profile_intervals._limits(found, robust), expected, rtol=2e-3)
+            np.testing.assert_allclose(
+                profile_intervals._limits(found, robust), expected, rtol=2e-3
+            )
 
 
 def test_the_next_value_to_try() -> None:
     to: Any = profile_intervals._next
     assert to(1.0, 0.5, 2.0, 1.5, 0.0) == pytest.approx(1.5)
     assert to(1.0, 0.9, 2.0, 1.9, 0.0) == pytest.approx(1.1)
-    assert to(1.0, 0.99, 2.0, 1.99, 0.0) == pytest.approx(1.05)  # not nearer than a twentieth to either end
+    assert to(1.0, 0.99, 2.0, 1.99, 0.0) == pytest.approx(
+        1.05
+    )  # not nearer than a twentieth to either end
     assert to(1.0, 0.0, 2.0, 1.01, 0.0) == pytest.approx(1.95)
     assert to(1.0, 0.5, 2.0, np.inf, 0.0) == pytest.approx(2.1)
     assert to(1.0, 0.05, 2.0, np.inf, 0.0) == pytest.approx(4.0)  # at most four times as far
@@ -149,7 +160,9 @@ def test_a_first_try_in_another_basin_does_not_end_an_interval(side: float) -> N
         return (200.0 if lost else away / 4.0), np.array([value])
 
     far = np.array([1e6])
-    search: Any = SimpleNamespace(point=np.zeros(1), lower=-far, upper=far, first=np.array([90.0]), _rise=rise)
+    search: Any = SimpleNamespace(
+        point=np.zeros(1), lower=-far, upper=far, first=np.array([90.0]), _rise=rise
+    )
     assert profile_intervals._Search.end(search, 0, side) == pytest.approx(side * 4.0, rel=0.1)
 
 

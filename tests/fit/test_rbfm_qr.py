@@ -38,7 +38,9 @@ def by_qr(matrix: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, float]:
 def test_predictions_equal_those_of_a_full_qr(pair: Dataset, name: str) -> None:
     structure = Structure("coaxial", name, law_from_name(name, "coaxial"))
     found = fit_structure(pair, structure, intervals=False)
-    columns = structure.columns(pair.elements, pair.clock, reference_of(pair), list(found.model.shape.values()))
+    columns = structure.columns(
+        pair.elements, pair.clock, reference_of(pair), list(found.model.shape.values())
+    )
     matrix = np.column_stack([np.broadcast_to(c, pair.effort.shape) for c in columns])
     gains = np.array(list(found.model.gains.values()))
     free = gains != 0.0
@@ -51,4 +53,6 @@ def test_predictions_equal_those_of_a_full_qr(pair: Dataset, name: str) -> None:
     nonnegative = np.array([g.nonnegative for g in structure.gains()])
     slope = matrix[:, ~free].T @ (pair.effort - peer)
     assert np.all(nonnegative[~free])
-    assert np.all(slope <= 1e-8 * np.linalg.norm(matrix[:, ~free], axis=0) * np.linalg.norm(pair.effort))
+    assert np.all(
+        slope <= 1e-8 * np.linalg.norm(matrix[:, ~free], axis=0) * np.linalg.norm(pair.effort)
+    )

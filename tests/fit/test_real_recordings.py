@@ -64,9 +64,13 @@ def test_nees_best_law(nees: dict[str, Any]) -> None:
     assert nees["best"] == nees["ranking"][0]["name"]
     assert "+" in nees["recommended"]  # a lag matters more than the shape of the law
     for entry in nees["ranking"]:
-        if entry["fit"]["weights"]:  # training ends with its schedule; it must not end because no step helps
+        if entry["fit"][
+            "weights"
+        ]:  # training ends with its schedule; it must not end because no step helps
             assert entry["fit"]["stop"] != "stalled", entry["name"]
-        elif (entry["fit"]["condition"] or np.inf) <= 1e8:  # null is infinite: rounding stops the solver (rbfm-10)
+        elif (
+            entry["fit"]["condition"] or np.inf
+        ) <= 1e8:  # null is infinite: rounding stops the solver (rbfm-10)
             assert entry["fit"]["converged"], entry["name"]
 
 

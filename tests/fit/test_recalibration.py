@@ -33,17 +33,33 @@ from tests.support.examples import examples
 
 
 def made(
-    seed: int, *, gain: float = 1.0, offset: float = 0.0, exponent: float = 1.4, eta: float = 0.3, rows: int = 4000
+    seed: int,
+    *,
+    gain: float = 1.0,
+    offset: float = 0.0,
+    exponent: float = 1.4,
+    eta: float = 0.3,
+    rows: int = 4000,
 ) -> Dataset:
     """A Bingham device under a switched field, with correlated noise."""
     rng = np.random.default_rng(seed)
-    field = np.repeat(rng.uniform(0.0, 1.0, rows // 50 + 1) * (rng.random(rows // 50 + 1) > 0.3), 50)[:rows]
+    field = np.repeat(
+        rng.uniform(0.0, 1.0, rows // 50 + 1) * (rng.random(rows // 50 + 1) > 0.3), 50
+    )[:rows]
     t = np.arange(rows) / 1000.0
-    slip = np.sin(2 * np.pi * rng.uniform(0.5, 8.0, (6, 1)) * t + rng.uniform(0.0, 6.0, (6, 1))).sum(axis=0)
+    slip = np.sin(
+        2 * np.pi * rng.uniform(0.5, 8.0, (6, 1)) * t + rng.uniform(0.0, 6.0, (6, 1))
+    ).sum(axis=0)
     effort = 2.0 * field**exponent * np.tanh(slip / 0.2) + eta * slip
     noise = 0.03 * lfilter([(1 - 0.9**2) ** 0.5], [1.0, -0.9], rng.normal(size=rows))
     clock = Clock(t, (Span(0, rows, 1e-3),))
-    return Dataset("single", (Element(field, slip),), gain * effort + offset + noise, clock, Units("N", "V", "m/s"))
+    return Dataset(
+        "single",
+        (Element(field, slip),),
+        gain * effort + offset + noise,
+        clock,
+        Units("N", "V", "m/s"),
+    )
 
 
 def law(dynamics: str = "none") -> Structure:
@@ -60,12 +76,18 @@ def base_of(kind: str) -> Model:
     if kind == "residual":
         return fit_residual(data, ResidualStructure(law(), plain)).model
     if kind in NETWORKS:
-        return fit_network(data, plain if kind == "fnn" else network_from_name("rbfn-10", "single")).model
+        return fit_network(
+            data, plain if kind == "fnn" else network_from_name("rbfn-10", "single")
+        ).model
     return fit_structure(data, law("lag" if "lag" in kind else "none"), intervals=False).model
 
 
 NETWORKS = ("fnn", "rbfn")  # which miss some of this device with their few neurons
-KINDS = ["law", "law with a lag", *(pytest.param(kind, marks=pytest.mark.slow) for kind in (*NETWORKS, "residual"))]
+KINDS = [
+    "law",
+    "law with a lag",
+    *(pytest.param(kind, marks=pytest.mark.slow) for kind in (*NETWORKS, "residual")),
+]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -82,7 +104,9 @@ def test_a_gain_is_found_within_its_error(kind: str) -> None:
 
 @pytest.mark.slow
 def test_intervals_of_a_gain_hold_it_as_often_as_they_say() -> None:
-    outcomes = [recalibrate(base_of("law"), made(seed, gain=1.15, rows=2000)) for seed in range(100, 200)]
+    outcomes = [
+        recalibrate(base_of("law"), made(seed, gain=1.15, rows=2000)) for seed in range(100, 200)
+    ]
     ends = [found.numbers["gain"][1:] for found in outcomes if found.way == "common gain"]
     assert len(ends) >= 90
     assert 0.88 <= np.mean([low < 1.15 < high for low, high in ends]) <= 1.0
@@ -182,7 +206,9 @@ def test_errors_are_a_line_each() -> None:
     with pytest.raises(ErclutchError, match="device coaxial"):
         recalibrate(base_of("law"), replace(new, device="coaxial", elements=new.elements * 2))
     structure = replace(law(), extras=("acceleration",))
-    more = fit_structure(replace(new, extras={"acceleration": np.cos(new.clock.time)}), structure, intervals=False)
+    more = fit_structure(
+        replace(new, extras={"acceleration": np.cos(new.clock.time)}), structure, intervals=False
+    )
     with pytest.raises(MappingError, match="acceleration"):
         recalibrate(more.model, new)
 
@@ -217,12 +243,17 @@ def test_hostile_logs_end_in_a_model_or_in_an_error(seed: int, rows: int, troubl
 @cache
 def small(kind: str) -> Any:
     """A model that is quick to fit."""
-    data, plain = made(0, rows=400), network_from_name("fnn-2" if kind == "fnn" else "rbfn-3", "single")
+    data, plain = (
+        made(0, rows=400),
+        network_from_name("fnn-2" if kind == "fnn" else "rbfn-3", "single"),
+    )
     if kind == "residual":
         return fit_residual(data, ResidualStructure(law("lag"), plain)).model
     if kind in NETWORKS:
         return fit_network(data, plain).model
-    return fit_structure(data, law("lag" if kind == "law with a lag" else "none"), intervals=False).model
+    return fit_structure(
+        data, law("lag" if kind == "law with a lag" else "none"), intervals=False
+    ).model
 
 
 @pytest.mark.parametrize("kind", ["law", "law with a lag", "residual", *NETWORKS])
@@ -246,10 +277,16 @@ def test_ways_start_at_the_base_and_their_slopes_are_those_of_their_models(kind:
             assert number.reach > 0.0
             step = np.zeros(way.start.size)
             step[k] = 1e-5 * number.reach
-            slope = (predicted(way, way.start + step) - predicted(way, way.start - step)) / (2 * step[k])
-            if kind == "law with a lag" and way.slopes is not None:  # numbers at their bounds, where slopes jump
+            slope = (predicted(way, way.start + step) - predicted(way, way.start - step)) / (
+                2 * step[k]
+            )
+            if (
+                kind == "law with a lag" and way.slopes is not None
+            ):  # numbers at their bounds, where slopes jump
                 continue
-            np.testing.assert_allclose(slope, columns[:, k], rtol=2e-4, atol=1e-5 * np.abs(effort).max())
+            np.testing.assert_allclose(
+                slope, columns[:, k], rtol=2e-4, atol=1e-5 * np.abs(effort).max()
+            )
         # The model keeps its kind and its shape: nothing but these numbers moves.
         moved = way.model(way.start + 0.1 * np.array([number.reach for number in way.numbers]))
         assert type(moved) is type(base)
@@ -286,4 +323,7 @@ def test_most_rows_are_thinned_and_twenty_are_enough() -> None:
     assert found.reason.endswith("less than as it is")
     low, high = base.trained_on.effort
     assert isinstance(found.model, TorqueModel)
-    assert found.model.trained_on.effort == (min(low, new.effort.min()), max(high, new.effort.max()))
+    assert found.model.trained_on.effort == (
+        min(low, new.effort.min()),
+        max(high, new.effort.max()),
+    )

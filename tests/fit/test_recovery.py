@@ -28,7 +28,15 @@ NOISES: list[tuple[str, study.Noise]] = [
 ]
 #: Stages; the least of forms and numbers that show each.
 STAGES = (
-    *("second-order", "two-lags", "effort-lag", "effort-second-order", "inertia", "stiffness", "viscous"),
+    *(
+        "second-order",
+        "two-lags",
+        "effort-lag",
+        "effort-second-order",
+        "inertia",
+        "stiffness",
+        "viscous",
+    ),
     *("sides", "remanence", "self-heating"),
     *("dahl", "dahl-2/field", "stops", "stops-2/field", "lugre", "lugre/field"),
     *("bouc-wen", "bouc-wen-2", "hysteretic-tanh", "spencer"),
@@ -46,8 +54,14 @@ def test_the_study_has_every_stage() -> None:
     shown = {truth.dynamics for truth in study.TRUTHS.values()}
     apart = ("temperature", "position")
     # Stages of temperature and position need a log with one: test_temperature.py and test_ripple.py find their truth.
-    ours = [plugin.name for plugin in plugins(GROUP) if plugin.own and stages_of(plugin.name)[0].place not in apart]
-    assert [name for name in ours if not any(re.fullmatch(name + r"(-\d)?(/\w+)?", s) for s in shown)] == []
+    ours = [
+        plugin.name
+        for plugin in plugins(GROUP)
+        if plugin.own and stages_of(plugin.name)[0].place not in apart
+    ]
+    assert [
+        name for name in ours if not any(re.fullmatch(name + r"(-\d)?(/\w+)?", s) for s in shown)
+    ] == []
 
 
 def test_the_truth_lies_well_inside_its_bounds() -> None:
@@ -55,7 +69,9 @@ def test_the_truth_lies_well_inside_its_bounds() -> None:
     from erclutch.models.structure import Structure
 
     for truth in study.TRUTHS.values():
-        structure = Structure("single", truth.specification, law_from_name(truth.specification), truth.dynamics)
+        structure = Structure(
+            "single", truth.specification, law_from_name(truth.specification), truth.dynamics
+        )
         for s in structure.shapes(study.PERIOD):
             scale = np.log if s.scale == "log" else float
             value, lower, upper = (float(scale(v)) for v in (truth.shape[s.name], s.lower, s.upper))
@@ -114,7 +130,9 @@ def test_intervals_hold_the_stage(stage: str) -> None:
 @pytest.mark.slow
 def test_the_command_says_whether_laws_hit() -> None:
     words = ("--repetitions", "40", "--laws", "bingham", "--noises", "white", "--workers", "1")
-    done = subprocess.run([sys.executable, SCRIPT, *words], capture_output=True, text=True, timeout=120)
+    done = subprocess.run(
+        [sys.executable, SCRIPT, *words], capture_output=True, text=True, timeout=120
+    )
     assert done.returncode in (0, 1), done.stderr
     assert "bingham" in done.stdout
     assert "40/40" in done.stdout

@@ -28,7 +28,11 @@ ROWS, LENGTH = 2000, 0.0137  # rad: some 44 periods over the way of the log
 COSINE, SINE, SPRING = 0.31, -0.12, 0.8  # N m, N m, N m/rad
 
 
-SECOND_LENGTH, SECOND_COSINE, SECOND_SINE = 0.0343, 0.05, 0.08  # rad, N m, N m: a bearing beside the gear
+SECOND_LENGTH, SECOND_COSINE, SECOND_SINE = (
+    0.0343,
+    0.05,
+    0.08,
+)  # rad, N m, N m: a bearing beside the gear
 
 
 def log(*, start: float = 0.4, ripple: float = 1.0, second: float = 0.0) -> Dataset:
@@ -43,11 +47,20 @@ def log(*, start: float = 0.4, ripple: float = 1.0, second: float = 0.0) -> Data
     effort += second * (SECOND_COSINE * np.cos(angle) + SECOND_SINE * np.sin(angle))
     effort += 0.02 * np.random.default_rng(5).standard_normal(ROWS)
     clock, units = Clock(t, (Span(0, ROWS, 2e-3),)), Units("N*m", "?", "rad/s")
-    return Dataset("single", (Element(np.zeros(ROWS), slip),), effort, clock, units, extras={POSITION: position})
+    return Dataset(
+        "single",
+        (Element(np.zeros(ROWS), slip),),
+        effort,
+        clock,
+        units,
+        extras={POSITION: position},
+    )
 
 
 def structure(stages: str = "ripple") -> Structure:
-    return Structure("single", "bingham/constant", law_from_name("bingham/constant", "single"), stages)
+    return Structure(
+        "single", "bingham/constant", law_from_name("bingham/constant", "single"), stages
+    )
 
 
 def test_known_numbers_are_found_in_the_unit_of_the_position() -> None:
@@ -56,7 +69,13 @@ def test_known_numbers_are_found_in_the_unit_of_the_position() -> None:
     assert outcome.sound
     units = {name: found[name].unit for name in ("lambda_p", "T_c1", "c_1")}
     assert units == {"lambda_p": "rad", "T_c1": "N*m", "c_1": "N*m/rad"}
-    for name, value in {"lambda_p": LENGTH, "T_c1": COSINE, "T_s1": SINE, "c_1": SPRING, "eta": 0.4}.items():
+    for name, value in {
+        "lambda_p": LENGTH,
+        "T_c1": COSINE,
+        "T_s1": SINE,
+        "c_1": SPRING,
+        "eta": 0.4,
+    }.items():
         assert found[name].low < value < found[name].high, name
     assert found["lambda_p"].high - found["lambda_p"].low < 1e-3 * LENGTH
 
@@ -73,24 +92,32 @@ def test_a_second_ripple_has_a_period_of_its_own() -> None:
 
 def test_the_period_is_found_wherever_the_search_begins() -> None:
     data, own = log(), structure()
-    told = next(s for s in shapes_told(data, own, reference_of(data, own.extras)) if s.name == "lambda_p").scanned
+    told = next(
+        s for s in shapes_told(data, own, reference_of(data, own.extras)) if s.name == "lambda_p"
+    ).scanned
     scale = reference_of(data, own.extras).slip
     assert told[0] * scale < LENGTH < told[1] * scale
     assert told[1] < 1.1 * told[0]
 
 
-@pytest.mark.parametrize(("stages", "taken"), [("ripple", []), ("ripple+second-ripple", ["ripple"])])
+@pytest.mark.parametrize(
+    ("stages", "taken"), [("ripple", []), ("ripple+second-ripple", ["ripple"])]
+)
 def test_only_waves_that_hide_others_are_taken_away(
     monkeypatch: pytest.MonkeyPatch, stages: str, taken: list[str]
 ) -> None:
     """Each time 33 fits of waves are made; those behind the last stage are for nobody."""
     seen: list[str] = []
     own = Ripple.without
-    monkeypatch.setattr(Ripple, "without", lambda stage, *given: (seen.append(stage.name), own(stage, *given))[1])
+    monkeypatch.setattr(
+        Ripple, "without", lambda stage, *given: (seen.append(stage.name), own(stage, *given))[1]
+    )
     data = log(second=1.0)
     shapes = shapes_told(data, structure(stages), reference_of(data))
     assert seen == taken
-    assert sum(shape.scanned != (1e-2, 10.0) for shape in shapes if shape.name.startswith("lambda")) == 1 + len(taken)
+    assert sum(
+        shape.scanned != (1e-2, 10.0) for shape in shapes if shape.name.startswith("lambda")
+    ) == 1 + len(taken)
 
 
 def test_a_position_that_stands_still_tells_no_period() -> None:
@@ -102,7 +129,9 @@ def test_waves_are_those_of_the_library() -> None:
     position = np.linspace(-40.0, 40.0, 1001)
     waves = stage_named("ripple-3")
     assert isinstance(waves, Ripple)
-    for k, (cosine, sine) in enumerate(zip(*[iter(waves.outputs_at(position, 0.7))] * 2, strict=True), start=1):
+    for k, (cosine, sine) in enumerate(
+        zip(*[iter(waves.outputs_at(position, 0.7))] * 2, strict=True), start=1
+    ):
         np.testing.assert_allclose(cosine, np.cos(2.0 * np.pi * k * position / 0.7), atol=2e-8)
         np.testing.assert_allclose(sine, np.sin(2.0 * np.pi * k * position / 0.7), atol=2e-8)
 
@@ -127,7 +156,10 @@ def test_the_ladder_takes_a_second_ripple_where_there_is_one() -> None:
 
 def test_the_ladder_tries_no_second_ripple_alone() -> None:
     rungs = grown(log(second=1.0), structure("none"), (POSITION,), ("second-ripple",))
-    assert [rung.structure.dynamics for rung in rungs] == ["none", "none"]  # the position itself is taken
+    assert [rung.structure.dynamics for rung in rungs] == [
+        "none",
+        "none",
+    ]  # the position itself is taken
 
 
 @pytest.mark.slow
@@ -147,12 +179,16 @@ def test_a_model_is_itself_behind_its_file_and_asks_for_the_position() -> None:
 
 def test_a_position_given_beside_the_slip_is_a_further_input(tmp_path: Path) -> None:
     data, path = log(), tmp_path / "joint.csv"
-    columns = np.column_stack([data.clock.time, data.extras[POSITION], data.elements[0].slip, data.effort])
+    columns = np.column_stack(
+        [data.clock.time, data.extras[POSITION], data.elements[0].slip, data.effort]
+    )
     lines = (",".join(f"{x:.9g}" for x in row) for row in columns)
     path.write_text("\n".join(["time [s],q [rad],dq [rad/s],tau [N*m]", *lines]), "utf-8")
     given = {"field": "none", "slip": "dq [rad/s]", "effort": "tau [N*m]"}
     without = build_dataset(read(path, {"time": "time [s]", "columns": given}))
-    beside = build_dataset(read(path, {"time": "time [s]", "columns": {**given, "position": "q [rad]"}}))
+    beside = build_dataset(
+        read(path, {"time": "time [s]", "columns": {**given, "position": "q [rad]"}})
+    )
     assert not without.extras
     np.testing.assert_allclose(beside.extras[POSITION], data.extras[POSITION], rtol=1e-8)
     np.testing.assert_array_equal(beside.elements[0].slip, without.elements[0].slip)

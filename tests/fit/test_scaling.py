@@ -9,7 +9,9 @@ from erclutch.fit.networks.fit_network import scaling_of
 
 
 @pytest.mark.parametrize(("kind", "ends"), [("fnn", (-1.0, 1.0)), ("rbfn", (0.0, 1.0))])
-def test_inputs_fill_their_range_and_effort_goes_round_its_mean(kind: str, ends: tuple[float, float]) -> None:
+def test_inputs_fill_their_range_and_effort_goes_round_its_mean(
+    kind: str, ends: tuple[float, float]
+) -> None:
     rng = np.random.default_rng(0)
     x = np.vstack([rng.uniform(3.0, 9.0, 50), rng.uniform(-2.0, 5.0, 50), np.full(50, 4.0)])
     y = rng.uniform(-1.0, 7.0, 50)

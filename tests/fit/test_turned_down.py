@@ -29,7 +29,11 @@ def errors_of(*sizes: float) -> list[Array]:
 
 
 def test_a_freer_model_is_told_the_part_on_which_it_loses_most_to_the_best_law() -> None:
-    errors = {"law": errors_of(1.0, 1.0, 1.0), "worse": errors_of(2.0, 2.0, 2.0), "network": errors_of(0.5, 1.4)}
+    errors = {
+        "law": errors_of(1.0, 1.0, 1.0),
+        "worse": errors_of(2.0, 2.0, 2.0),
+        "network": errors_of(0.5, 1.4),
+    }
     worth = {"law": 0, "worse": 0}
     assert what_speaks_against({"network": 2}, errors, worth, "N") == {
         "network": "on a part of the training rows that its fit had not seen it errs by 1.4 N, law by 1"
@@ -56,9 +60,15 @@ def logged() -> Recording:
     t: Array = 2e-3 * np.arange(3000.0)
     field = 0.5 + 0.5 * np.tanh(3.0 * np.sin(1.7 * t))
     slip = 3.0 * np.sin(4.4 * t) + 2.0 * np.sin(11.9 * t)
-    effort = (0.1 + 0.8 * field**1.5) * np.tanh(slip / 0.3) + 0.05 * slip + 0.02 * rng.standard_normal(t.size)
+    effort = (
+        (0.1 + 0.8 * field**1.5) * np.tanh(slip / 0.3)
+        + 0.05 * slip
+        + 0.02 * rng.standard_normal(t.size)
+    )
     signals = {"field": field, "slip": slip, "effort": effort}
-    return recording_from_arrays(signals, {"field": "A", "slip": "rad/s", "effort": "N*m"}, rate=500.0)
+    return recording_from_arrays(
+        signals, {"field": "A", "slip": "rad/s", "effort": "N*m"}, rate=500.0
+    )
 
 
 @cache

@@ -53,10 +53,14 @@ def remembered(slip: Array, travel: float) -> Array:
 def made(field: Array, slip: Array, effort: Array, name: str) -> Dataset:
     signals = {"field": field, "slip": slip, "effort": effort}
     units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
-    return replace(build_dataset(recording_from_arrays(signals, units, rate=1.0 / PERIOD)), sources=(name,))
+    return replace(
+        build_dataset(recording_from_arrays(signals, units, rate=1.0 / PERIOD)), sources=(name,)
+    )
 
 
-def bench(fields: tuple[float, ...] = FIELDS, rows: int = 600, saturates_at: float = 0.0) -> Dataset:
+def bench(
+    fields: tuple[float, ...] = FIELDS, rows: int = 600, saturates_at: float = 0.0
+) -> Dataset:
     """A SYNTHETIC device with memory: a log for each field and each motion, as such rigs are run."""
     rng = np.random.default_rng(0)
     logs: list[Dataset] = []
@@ -64,8 +68,14 @@ def bench(fields: tuple[float, ...] = FIELDS, rows: int = 600, saturates_at: flo
         for field in fields:
             slip = amplitude * np.sin(2.0 * np.pi * frequency * PERIOD * np.arange(rows))
             strength = np.tanh(field / saturates_at) if saturates_at else field
-            effort = (0.3 + 1.5 * strength) * remembered(slip, 0.05) + 0.1 * slip + 0.01 * rng.standard_normal(rows)
-            logs.append(made(np.full(rows, field), slip, effort, f"{amplitude} {frequency} {field}"))
+            effort = (
+                (0.3 + 1.5 * strength) * remembered(slip, 0.05)
+                + 0.1 * slip
+                + 0.01 * rng.standard_normal(rows)
+            )
+            logs.append(
+                made(np.full(rows, field), slip, effort, f"{amplitude} {frequency} {field}")
+            )
     return joined(logs)
 
 
@@ -82,7 +92,9 @@ def test_fields_that_change_within_logs_are_no_groups() -> None:
 
 
 @pytest.mark.parametrize("fields", [FIELDS, FIELDS[:3]])
-def test_both_colours_of_the_chessboard_have_all_fields_and_all_motions(fields: tuple[float, ...]) -> None:
+def test_both_colours_of_the_chessboard_have_all_fields_and_all_motions(
+    fields: tuple[float, ...],
+) -> None:
     """Four fields in the order of the logs would go to one colour two by two, and no half would know the others."""
     logs = groups_of(bench(fields))
     for colour in (0, 1):
@@ -109,26 +121,46 @@ def test_whole_fields_and_whole_motions_are_left_out_where_there_are_such() -> N
     [
         ((0.4, 3.0, 0.6), 600, "whole logs"),  # another motion
         ((3.0, 0.5, 0.6), 600, "4 blocks in time"),  # the same once more
-        ((0.4, 3.0, 1.0), 600, "4 blocks in time"),  # at another field: neither says what is at the other's
+        (
+            (0.4, 3.0, 1.0),
+            600,
+            "4 blocks in time",
+        ),  # at another field: neither says what is at the other's
         ((0.4, 3.0, 0.6), 120, "4 blocks in time"),  # too short to be fitted alone
     ],
 )
-def test_each_of_two_logs_of_two_motions_is_left_out(second: tuple[float, float, float], rows: int, words: str) -> None:
+def test_each_of_two_logs_of_two_motions_is_left_out(
+    second: tuple[float, float, float], rows: int, words: str
+) -> None:
     """A further log is what the model will be asked for, not a further block of these."""
     logs: list[Dataset] = []
     for (amplitude, frequency, field), count in (((3.0, 0.5, 0.6), 600), (second, rows)):
         slip = amplitude * np.sin(2.0 * np.pi * frequency * PERIOD * np.arange(count))
-        logs.append(made(np.full(count, field), slip, (0.3 + field) * remembered(slip, 0.05), f"log {len(logs)}"))
+        logs.append(
+            made(
+                np.full(count, field),
+                slip,
+                (0.3 + field) * remembered(slip, 0.05),
+                f"log {len(logs)}",
+            )
+        )
     parts = parts_of_training(joined(logs))
     assert parts is not None
     assert parts.words == words
     if words == "whole logs":
-        assert [np.flatnonzero(mask)[[0, -1]].tolist() for mask in parts.masks] == [[0, 599], [600, 1199]]
+        assert [np.flatnonzero(mask)[[0, -1]].tolist() for mask in parts.masks] == [
+            [0, 599],
+            [600, 1199],
+        ]
         assert not parts.further
 
 
-@pytest.mark.parametrize("fields", [(0.0, 0.2, 0.4, 0.7, 1.0), (0.0, 0.5, 1.0), (0.2, 0.4, 0.7, 1.0)])
-def test_rows_without_a_field_are_a_part_of_their_own_that_chooses_no_model(fields: tuple[float, ...]) -> None:
+@pytest.mark.parametrize(
+    "fields", [(0.0, 0.2, 0.4, 0.7, 1.0), (0.0, 0.5, 1.0), (0.2, 0.4, 0.7, 1.0)]
+)
+def test_rows_without_a_field_are_a_part_of_their_own_that_chooses_no_model(
+    fields: tuple[float, ...],
+) -> None:
     """No log can have less than no field, so a law that is wrong there for want of such rows says nothing."""
     data = bench(fields, rows=200)
     parts = parts_of_training(data)
@@ -146,7 +178,9 @@ def test_a_memory_is_found_whatever_the_order_of_the_logs() -> None:
     assert rungs[1].error < 0.5 * rungs[0].error
 
 
-@pytest.mark.parametrize("stages", ["lag", "rise-fall+lugre/field", "two-lags+dahl-2", "lugre+effort-lag"])
+@pytest.mark.parametrize(
+    "stages", ["lag", "rise-fall+lugre/field", "two-lags+dahl-2", "lugre+effort-lag"]
+)
 def test_rows_of_some_logs_are_fitted_without_running_over_the_others(stages: str) -> None:
     """States begin anew in each log; the columns have the bits that they have among those of all rows."""
     data = bench(rows=200)
@@ -162,7 +196,9 @@ def test_rows_of_some_logs_are_fitted_without_running_over_the_others(stages: st
     for start, stop in data.source_rows[1::2]:
         others[start:stop] = False
     (element,) = data.elements
-    unknown = replace(data, elements=(replace(element, slip=np.where(others, np.nan, element.slip)),))
+    unknown = replace(
+        data, elements=(replace(element, slip=np.where(others, np.nan, element.slip)),)
+    )
     problem = separable(unknown, structure, reference, shapes, rows)
     for column, of_all in zip(problem.columns(q), whole, strict=True):
         if problem.behind is not None:
@@ -170,7 +206,9 @@ def test_rows_of_some_logs_are_fitted_without_running_over_the_others(stages: st
         assert np.array_equal(value_of(column), value_of(of_all)[rows])
         for place in range(len(shapes)):
             expected = partial_of(of_all, place)
-            assert np.array_equal(partial_of(column, place), expected[rows] if np.ndim(expected) else expected)
+            assert np.array_equal(
+                partial_of(column, place), expected[rows] if np.ndim(expected) else expected
+            )
     assert np.array_equal(problem.target, data.effort[rows])
 
 
@@ -187,8 +225,14 @@ def test_a_memory_longer_than_a_window_is_found_in_a_short_log() -> None:
     """10 s at 200 Hz, SYNTHETIC: cut out of the log, each window would begin at rest and say nothing of a travel."""
     t = PERIOD * np.arange(2000)
     slip = 3.0 * np.sin(2.0 * np.pi * 0.4 * t) + 2.0 * np.sin(2.0 * np.pi * 1.1 * t)
-    effort = 1.5 * remembered(slip, 0.15) + 0.1 * slip + 0.02 * np.random.default_rng(0).standard_normal(t.size)
-    law = Structure("single", "bingham/constant", law_from_name("bingham/constant"), "none", False, True)
+    effort = (
+        1.5 * remembered(slip, 0.15)
+        + 0.1 * slip
+        + 0.02 * np.random.default_rng(0).standard_normal(t.size)
+    )
+    law = Structure(
+        "single", "bingham/constant", law_from_name("bingham/constant"), "none", False, True
+    )
     rungs = grown(made(np.ones(t.size), slip, effort, "short"), law)
     assert slip_stages(rungs[-1].structure.dynamics)
     assert rungs[-1].error < 0.021
@@ -215,12 +259,16 @@ def test_the_training_rows_choose_and_the_rows_held_out_only_judge() -> None:
     settings = Settings(("bingham", "casson", "fnn-3"), lag="none")
     compared = compare(data, settings)
     assert compared.chosen_by == "whole fields and whole motions"
-    spoiled = compare(replace(data, effort=np.where(compared.test, 1.0 - data.effort, data.effort)), settings)
+    spoiled = compare(
+        replace(data, effort=np.where(compared.test, 1.0 - data.effort, data.effort)), settings
+    )
     assert spoiled.recommended == compared.recommended
     judged, misjudged = (c.entry(compared.recommended).test.rmse.value for c in (compared, spoiled))
     assert misjudged > 2.0 * judged
     known = {e.name: e.validation.value for e in compared.entries if e.validation is not None}
-    assert known == {e.name: e.validation.value for e in spoiled.entries if e.validation is not None}
+    assert known == {
+        e.name: e.validation.value for e in spoiled.entries if e.validation is not None
+    }
 
 
 @pytest.mark.slow
@@ -258,13 +306,17 @@ def test_of_models_that_are_as_good_the_least_error_on_all_parts_decides_or_the_
     errors = {"plain": errors_of(1.5, 1.0, 1.0), "rich": errors_of(1.0, 1.0, 1.0)}
     outcomes: dict[str, Any] = {}
     for name, parameters in (("plain", 8), ("rich", 9)):
-        outcomes[name] = SimpleNamespace(parameters=parameters, model=SimpleNamespace(law_part=None))
+        outcomes[name] = SimpleNamespace(
+            parameters=parameters, model=SimpleNamespace(law_part=None)
+        )
     burdens = _burdens(errors, outcomes, LeftOut("parts", (), further, fields=3, lowest=1))
     assert min(burdens, key=burdens.__getitem__) == taken
 
 
 @pytest.mark.parametrize(("lowest", "taken"), [(1, "in motions"), (0, "in fields")])
-def test_ties_are_decided_by_whole_fields_where_no_row_is_without_a_field(lowest: int, taken: str) -> None:
+def test_ties_are_decided_by_whole_fields_where_no_row_is_without_a_field(
+    lowest: int, taken: str
+) -> None:
     """The first two parts are whole fields, the third is a motion."""
     errors = {"in fields": errors_of(1.0, 1.0, 2.0), "in motions": errors_of(1.1, 1.1, 1.0)}
     burdens = _burdens(errors, {}, LeftOut("parts", (), True, fields=2, lowest=lowest))
@@ -275,9 +327,14 @@ def test_ties_are_decided_by_whole_fields_where_no_row_is_without_a_field(lowest
 def test_another_law_gets_the_memory_where_logs_have_fields_of_their_own() -> None:
     data = bench(rows=300)
     named = ("bingham/square", "casson/square")
-    laws = [fit_structure(data, Structure("single", name, law_from_name(name, "single"))) for name in named]
+    laws = [
+        fit_structure(data, Structure("single", name, law_from_name(name, "single")))
+        for name in named
+    ]
     candidates, _ = with_memory(data, laws)
-    remembering = [each.structure.law.name for each in candidates if slip_stages(each.structure.dynamics)]
+    remembering = [
+        each.structure.law.name for each in candidates if slip_stages(each.structure.dynamics)
+    ]
     assert set(remembering) == {"bingham", "casson"}
     assert remembering[0] != remembering[-1]  # the last is the richest rung of the search
 
@@ -285,7 +342,9 @@ def test_another_law_gets_the_memory_where_logs_have_fields_of_their_own() -> No
 def test_a_refit_keeps_the_numbers_that_are_held() -> None:
     data = bench(rows=100, saturates_at=0.5)
     law = law_from_name("bingham/saturating", "single")
-    model = fit_structure(data, Structure("single", "bingham/saturating", law), intervals=False).model
+    model = fit_structure(
+        data, Structure("single", "bingham/saturating", law), intervals=False
+    ).model
     kept = data.elements[0].field < 1.0
     again, free = (refit_near(data, model, kept, held=held).model for held in (("n",), ()))
     assert again.shape["n"] == pytest.approx(model.shape["n"], rel=2e-6)
@@ -309,9 +368,14 @@ def test_a_yield_effort_that_saturates_is_tried_where_logs_have_fields_of_their_
 def test_each_law_that_is_named_gets_the_memory() -> None:
     data = bench(rows=150)
     named = ("bingham/square", "casson/square", "herschel-bulkley/square")
-    laws = [fit_structure(data, Structure("single", name, law_from_name(name, "single"))) for name in named]
+    laws = [
+        fit_structure(data, Structure("single", name, law_from_name(name, "single")))
+        for name in named
+    ]
     candidates, _ = with_memory(data, laws, named)
-    remembering = [c.structure.specification for c in candidates if slip_stages(c.structure.dynamics)]
+    remembering = [
+        c.structure.specification for c in candidates if slip_stages(c.structure.dynamics)
+    ]
     assert set(remembering) == set(named)
 
 
@@ -324,7 +388,9 @@ def test_each_law_that_is_named_gets_the_memory() -> None:
         ((0.8, 0.8, 0.8, 1.005), True),  # faded to the law there
     ],
 )
-def test_a_freer_model_is_worth_it_on_every_part_or_not_recommended(network: tuple[float, ...], allowed: bool) -> None:
+def test_a_freer_model_is_worth_it_on_every_part_or_not_recommended(
+    network: tuple[float, ...], allowed: bool
+) -> None:
     errors = {"law": errors_of(1.0, 1.0, 1.0, 1.0), "network": errors_of(*network)}
     assert ("network" in worth_their_freedom(errors, {"law": 0, "network": 2})) == allowed
 
@@ -337,11 +403,15 @@ def test_a_freer_model_is_worth_it_on_every_part_or_not_recommended(network: tup
         ((0.98, 0.98, 0.98, 0.51), False),  # no more than 5 % less: a tie goes to physics
     ],
 )
-def test_a_freer_model_may_lose_a_little_in_a_quiet_block_of_one_log(network: tuple[float, ...], allowed: bool) -> None:
+def test_a_freer_model_may_lose_a_little_in_a_quiet_block_of_one_log(
+    network: tuple[float, ...], allowed: bool
+) -> None:
     freedom = {"law": 0, "network": 1}
     errors = {"law": errors_of(1.0, 1.0, 1.0, 0.5), "network": errors_of(*network)}
     assert ("network" in worth_their_freedom(errors, freedom, may_lose=0.25)) == allowed
-    assert "network" not in worth_their_freedom(errors, freedom)  # of logs, fields and motions it may not
+    assert "network" not in worth_their_freedom(
+        errors, freedom
+    )  # of logs, fields and motions it may not
 
 
 def test_only_blocks_of_a_single_log_let_a_freer_model_lose_a_little() -> None:
@@ -358,21 +428,30 @@ def test_only_blocks_of_a_single_log_let_a_freer_model_lose_a_little() -> None:
 def of_known_errors(name: str, freedom: int, errors: Array) -> Any:
     """A model that errs so on each row, whichever rows it is fitted to."""
     model = SimpleNamespace(name=name, law_part=None, predict=lambda data: data.effort - errors)
-    outcome = SimpleNamespace(name=name, model=model, freedom=freedom, train_cost=1.0, parameters=1 + freedom)
+    outcome = SimpleNamespace(
+        name=name, model=model, freedom=freedom, train_cost=1.0, parameters=1 + freedom
+    )
     return SimpleNamespace(candidate=SimpleNamespace(refit=lambda *rows: outcome), outcome=outcome)
 
 
 @pytest.mark.parametrize(("last_block", "taken"), [(0.6, "network"), (0.8, "law")])
-def test_a_network_that_loses_a_quiet_block_of_a_log_can_be_chosen(last_block: float, taken: str) -> None:
+def test_a_network_that_loses_a_quiet_block_of_a_log_can_be_chosen(
+    last_block: float, taken: str
+) -> None:
     t = PERIOD * np.arange(1600)
     slip = np.sin(2.0 * np.pi * 0.7 * t)
     log = made(0.5 + 0.5 * np.sin(1.3 * t), slip, np.tanh(slip / 0.2), "a log")
-    errors = [np.concatenate(errors_of(*sizes)) for sizes in ((1.0, 1.0, 1.0, 0.5), (0.8, 0.8, 0.8, last_block))]
+    errors = [
+        np.concatenate(errors_of(*sizes))
+        for sizes in ((1.0, 1.0, 1.0, 0.5), (0.8, 0.8, 0.8, last_block))
+    ]
     fitted = [of_known_errors("law", 0, errors[0]), of_known_errors("network", 1, errors[1])]
     choice = chosen(log, fitted, [], 0)
     assert choice is not None
     assert choice.recommended == taken
-    assert ("network" in choice.errors) == (taken == "network")  # what lost too much was not fitted to the end
+    assert ("network" in choice.errors) == (
+        taken == "network"
+    )  # what lost too much was not fitted to the end
 
 
 @pytest.mark.slow
@@ -394,15 +473,24 @@ def test_states_run_through_a_block_that_a_fit_leaves_out() -> None:
     t = PERIOD * np.arange(800)
     slip = 3.0 * np.sin(2.0 * np.pi * 0.7 * t) + 2.0 * np.sin(2.0 * np.pi * 1.9 * t)
     effort = np.tanh(slip / 0.2) + 0.8 * np.cumsum(slip) * PERIOD
-    data = made(np.ones(t.size), slip, effort + 0.005 * np.random.default_rng(0).standard_normal(t.size), "spring")
-    law = Structure("single", "bingham/constant", law_from_name("bingham/constant"), "stiffness", False, True)
+    data = made(
+        np.ones(t.size),
+        slip,
+        effort + 0.005 * np.random.default_rng(0).standard_normal(t.size),
+        "spring",
+    )
+    law = Structure(
+        "single", "bingham/constant", law_from_name("bingham/constant"), "stiffness", False, True
+    )
     block = (t > 2.05) & (t < 3.3)
     refitted = refit_near(data, fit_structure(data, law, intervals=False).model, ~block)
     assert refitted.train_rows == np.count_nonzero(~block)
     assert {e.name: e.value for e in refitted.estimates}["k"] == pytest.approx(0.8, rel=0.02)
     assert np.std((data.effort - refitted.model.predict(data))[block]) < 0.01
     # Another log may start at another position, and nothing in this one says so.
-    assert unknown_start(refitted.model, data).startswith("its stiffness counts the travel from the start of each log")
+    assert unknown_start(refitted.model, data).startswith(
+        "its stiffness counts the travel from the start of each log"
+    )
     bent = replace(refitted.model, shape={**refitted.model.shape, "tau_x": 0.1})
     assert not unknown_start(bent, data)
 
@@ -413,8 +501,12 @@ def test_columns_at_some_rows_are_those_rows_of_the_columns() -> None:
     reference = reference_of(data)
     q = [s.scanned[0] for s in law.shapes(reference.period)]
     rows = np.array([3, 4, 250, 777])
-    whole, some = (law.columns(data.elements, data.clock, reference, q, at) for at in (slice(None), rows))
-    assert all(np.array_equal(column[rows], picked) for column, picked in zip(whole, some, strict=True))
+    whole, some = (
+        law.columns(data.elements, data.clock, reference, q, at) for at in (slice(None), rows)
+    )
+    assert all(
+        np.array_equal(column[rows], picked) for column, picked in zip(whole, some, strict=True)
+    )
 
 
 @pytest.mark.slow
@@ -428,5 +520,7 @@ def test_two_fits_of_one_network_are_no_riddle() -> None:
     known = [Fitted(law, law.fit(train, (), 1))]
     assert [c.name for c in networks.candidates(settings, train)] == ["fnn-3", "fnn-4"]
     assert not networks.grown(replace(settings, lag="auto"), train, known).candidates
-    twice = [Fitted(c, c.fit(train, known, 1)) for c in (*networks.candidates(settings, train),) * 2]
+    twice = [
+        Fitted(c, c.fit(train, known, 1)) for c in (*networks.candidates(settings, train),) * 2
+    ]
     assert len(list(_in_question(twice, further=True))) in (2, 3)

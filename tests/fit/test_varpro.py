@@ -32,7 +32,9 @@ SHAPES = (ShapeParameter("a", "", 0.05, 20.0, scale="log"), ShapeParameter("b", 
 
 
 def gains(*nonnegative: bool) -> tuple[Gain, ...]:
-    return tuple(Gain(f"c{i}", "", Dimension(effort=1), bound) for i, bound in enumerate(nonnegative))
+    return tuple(
+        Gain(f"c{i}", "", Dimension(effort=1), bound) for i, bound in enumerate(nonnegative)
+    )
 
 
 def columns(q: Sequence[Any]) -> Sequence[Any]:
@@ -44,15 +46,21 @@ def separable(target: Array, *nonnegative: bool) -> Separable:
     return Separable(columns, target, SHAPES, gains(*nonnegative))
 
 
-def noisy(seed: int, c: Sequence[float], a: float = 1.7, b: float = 0.6, noise: float = 0.05) -> Array:
+def noisy(
+    seed: int, c: Sequence[float], a: float = 1.7, b: float = 0.6, noise: float = 0.05
+) -> Array:
     rng = np.random.default_rng(seed)
     return np.column_stack(columns((a, b))) @ np.array(c) + noise * rng.normal(size=X.size)
 
 
-def test_the_gains_of_a_step_that_was_tried_are_not_looked_for_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_gains_of_a_step_that_was_tried_are_not_looked_for_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     looked: list[int] = []
     own = variable_projection.gains_of
-    monkeypatch.setattr(variable_projection, "gains_of", lambda *given: (looked.append(1), own(*given))[1])
+    monkeypatch.setattr(
+        variable_projection, "gains_of", lambda *given: (looked.append(1), own(*given))[1]
+    )
     problem = outer_problem(separable(noisy(1, (1.0, 0.5, 0.2)), False, False, False))
     tried, other = np.array([0.3, 0.4]), np.array([0.5, 0.4])
     cost = problem.cost(tried)
@@ -65,7 +73,9 @@ def test_the_gains_of_a_step_that_was_tried_are_not_looked_for_again(monkeypatch
 # --- triangles --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("rows", "wide"), [(1, 3), (2, 5), (5, 5), (50, 4), (1025, 8), (40_000, 6), (70_001, 3)])
+@pytest.mark.parametrize(
+    ("rows", "wide"), [(1, 3), (2, 5), (5, 5), (50, 4), (1025, 8), (40_000, 6), (70_001, 3)]
+)
 def test_the_triangle_is_numpys_up_to_signs(rows: int, wide: int) -> None:
     matrix = np.random.default_rng(rows).normal(size=(rows, wide))
     for ordered in (np.asfortranarray(matrix), np.ascontiguousarray(matrix)):
@@ -115,7 +125,9 @@ def test_unexcited_columns_are_dead() -> None:
     rng = np.random.default_rng(3)
     for size, dead in ((0.0, True), (1e-5, True), (1.0, False)):
         column = size * rng.normal(size=X.size)
-        problem = Separable(lambda q, c=column: (np.exp(-q[0] * X), c), y, SHAPES[:1], gains(True, False))
+        problem = Separable(
+            lambda q, c=column: (np.exp(-q[0] * X), c), y, SHAPES[:1], gains(True, False)
+        )
         found = project(problem, (1.7,))
         assert found.dead.tolist() == [False, dead]
         assert found.held[1] == dead
@@ -124,7 +136,9 @@ def test_unexcited_columns_are_dead() -> None:
 
 
 def test_columns_that_overflow_cost_infinity() -> None:
-    problem = Separable(lambda q: (np.exp(q[0] * 1e4 * X),), noisy(4, (1, 1, 0)), SHAPES[:1], gains(True))
+    problem = Separable(
+        lambda q: (np.exp(q[0] * 1e4 * X),), noisy(4, (1, 1, 0)), SHAPES[:1], gains(True)
+    )
     found = project(problem, (1.0,))
     assert found.cost == np.inf
     assert found.gains.tolist() == [0.0]
@@ -146,7 +160,9 @@ def test_coordinates_and_back() -> None:
 
 @settings(max_examples=examples(60), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(-2.5, 2.5), st.floats(-1.8, 1.8), st.booleans())
-def test_the_reduced_gradient_is_that_of_the_cost(seed: int, log_a: float, b: float, bounded: bool) -> None:
+def test_the_reduced_gradient_is_that_of_the_cost(
+    seed: int, log_a: float, b: float, bounded: bool
+) -> None:
     y = noisy(seed, (1.0, -0.5, 0.3), noise=0.3)
     problem = separable(y, bounded, bounded, bounded)
     u, step = np.array([log_a, b]), 1e-5
@@ -190,5 +206,7 @@ def test_the_jacobian_is_that_of_the_fitted_effort() -> None:
     assert np.allclose(made, np.column_stack(columns(parameters(SHAPES, u))))
     for i in range(2):
         d = 1e-6 * (np.arange(2) == i)
-        high, low = (np.column_stack(columns(parameters(SHAPES, u + s))) @ found.gains for s in (d, -d))
+        high, low = (
+            np.column_stack(columns(parameters(SHAPES, u + s))) @ found.gains for s in (d, -d)
+        )
         assert np.allclose(slopes[:, i], (high - low) / 2e-6, atol=1e-7)

@@ -38,22 +38,43 @@ def test_other():
 @pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="needs the scheduler of Linux")
 def test_a_process_gives_way() -> None:
     code = "import os; print(os.sched_getscheduler(0) == os.SCHED_IDLE)"
-    done = subprocess.run([sys.executable, "-S", "-c", code], preexec_fn=give_way, stdout=subprocess.PIPE, check=True)
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", code], preexec_fn=give_way, stdout=subprocess.PIPE, check=True
+    )
     assert done.stdout == b"True\n"
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="needs the scheduler of Linux")
 @pytest.mark.parametrize(("timed", "other"), [(True, True), (False, True), (True, False)])
-def test_what_fails_alone_or_among_the_others_fails(timed: bool, other: bool, tmp_path: Path) -> None:
+def test_what_fails_alone_or_among_the_others_fails(
+    timed: bool, other: bool, tmp_path: Path
+) -> None:
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = timed: keeps time\n")
     (tmp_path / "test_made.py").write_text(TESTS.format(timed=timed, other=other))
     # Workers of the tests that run now are named in the environment.
     environment = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
-    environment["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"  # four pytests are started, and need none but xdist
-    words = ("-m", "tests.support.beside_timed", "", "-q", "-p", "xdist", f"--rootdir={tmp_path}", str(tmp_path))
+    environment["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = (
+        "1"  # four pytests are started, and need none but xdist
+    )
+    words = (
+        "-m",
+        "tests.support.beside_timed",
+        "",
+        "-q",
+        "-p",
+        "xdist",
+        f"--rootdir={tmp_path}",
+        str(tmp_path),
+    )
     done = subprocess.run(
-        [sys.executable, *words], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, *words],
+        cwd=ROOT,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
     )
     assert done.returncode == (0 if timed and other else 1), done.stdout + done.stderr
     assert "1 failed, 1 passed" in done.stdout if timed else "2 failed" in done.stdout

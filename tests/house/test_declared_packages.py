@@ -21,9 +21,17 @@ VERIFIERS = {"fmpy", "mujoco", "onnxruntime"}
 def imported(source: str) -> set[str]:
     """Top names of the packages that a module imports, at its head or later."""
     found = set(
-        re.findall(r"^ *(?:import (\w+)(?:[\w.]*)(?: as \w+)?$|from (\w+)[\w.]* import )", source, re.MULTILINE)
+        re.findall(
+            r"^ *(?:import (\w+)(?:[\w.]*)(?: as \w+)?$|from (\w+)[\w.]* import )",
+            source,
+            re.MULTILINE,
+        )
     )
-    return {name for pair in found for name in pair if name} - set(sys.stdlib_module_names) - {"erclutch"}
+    return (
+        {name for pair in found for name in pair if name}
+        - set(sys.stdlib_module_names)
+        - {"erclutch"}
+    )
 
 
 def normal(name: str) -> str:
@@ -33,7 +41,10 @@ def normal(name: str) -> str:
 def declared() -> set[str]:
     """Names of the distributions in dependencies and extras."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    lines = [*project["dependencies"], *(line for extra in project["optional-dependencies"].values() for line in extra)]
+    lines = [
+        *project["dependencies"],
+        *(line for extra in project["optional-dependencies"].values() for line in extra),
+    ]
     return {normal(re.split(r"[^\w.-]", line)[0]) for line in lines}
 
 
@@ -48,7 +59,9 @@ def test_every_imported_package_is_declared():
 
 
 def test_an_undeclared_package_would_be_found():
-    assert imported("import os\ndef f():\n    import zstandard\n    from lz4.frame import compress\n") == {
+    assert imported(
+        "import os\ndef f():\n    import zstandard\n    from lz4.frame import compress\n"
+    ) == {
         "zstandard",
         "lz4",
     }
@@ -64,9 +77,13 @@ def named(stub: Path) -> Iterator[str]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stub", sorted((ROOT / "typings").rglob("*.pyi")), ids=lambda p: p.parent.name + "." + p.stem)
+@pytest.mark.parametrize(
+    "stub", sorted((ROOT / "typings").rglob("*.pyi")), ids=lambda p: p.parent.name + "." + p.stem
+)
 @pytest.mark.filterwarnings("default")
 def test_a_stub_names_what_its_package_has(stub: Path):
     parts = stub.relative_to(ROOT / "typings").with_suffix("").parts
     module = import_module(".".join(part for part in parts if part != "__init__"))
-    assert [name for name in named(stub) if not name.startswith("_") and not hasattr(module, name)] == []
+    assert [
+        name for name in named(stub) if not name.startswith("_") and not hasattr(module, name)
+    ] == []

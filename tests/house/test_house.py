@@ -118,7 +118,9 @@ def small(tmp_path: Path) -> Any:
         path = tmp_path / "src" / "erclutch" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
-    (tmp_path / "pyproject.toml").write_text('[[tool.importlinter.contracts]]\nlayers = ["one", "errors"]\n')
+    (tmp_path / "pyproject.toml").write_text(
+        '[[tool.importlinter.contracts]]\nlayers = ["one", "errors"]\n'
+    )
     return study.House(tmp_path)
 
 

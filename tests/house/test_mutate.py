@@ -29,7 +29,10 @@ def mutants(folder: Path, source: str, suffix: str = ".py") -> list[str]:
         ("def f():\n    return None", set()),
         ("if a:\n    f(a)", {"if not a:\n    f(a)", "if a:\n    pass"}),
         ("x += y", {"pass", "x -= y"}),
-        ("if a:\n    raise E(f'{a + 1}')", {"if not a:\n    raise E(f'{a + 1}')", "if a:\n    pass"}),
+        (
+            "if a:\n    raise E(f'{a + 1}')",
+            {"if not a:\n    raise E(f'{a + 1}')", "if a:\n    pass"},
+        ),
     ],
 )
 def test_each_defect_is_made(tmp_path: Path, source: str, expected: set[str]) -> None:
@@ -59,19 +62,26 @@ def test_a_longer_sample_begins_with_the_shorter_one() -> None:
 
 
 def test_the_tests_that_call_a_function_meet_its_mutants() -> None:
-    text = "class A:\n    def f(self):\n        def g():\n            return 1\n        return g\n\n\n"
+    text = (
+        "class A:\n    def f(self):\n        def g():\n            return 1\n        return g\n\n\n"
+    )
     text += "def h(x=2):\n    return x\n"
     found = [study.function_at(ast.parse(text), line) for line in range(1, 10)]
     assert found == ["", "", "A.f", "A.f.<locals>.g", "A.f", "", "", "", "h"]
     mutant = {"room": "signals", "file": "signals/clock.py", "line": 1}
     line = next(
         n
-        for n, code in enumerate((ROOT / study.PACKAGE / mutant["file"]).read_text().splitlines(), 1)
+        for n, code in enumerate(
+            (ROOT / study.PACKAGE / mutant["file"]).read_text().splitlines(), 1
+        )
         if "edges[::2]" in code
     )
     files = study.files_of(ROOT, "signals", ROOT / study.PACKAGE / mutant["file"])
     assert {"tests/signals/test_device.py", "tests/signals/test_differentiate.py"} <= set(files)
-    seen = {file: {"signals/clock.py:stretches": [f"{file}::test_a"]} if file == files[0] else {} for file in files}
+    seen = {
+        file: {"signals/clock.py:stretches": [f"{file}::test_a"]} if file == files[0] else {}
+        for file in files
+    }
     assert study.tests_of(ROOT, {**mutant, "line": line}, seen) == [f"{files[0]}::test_a"]
     assert study.tests_of(ROOT, mutant, seen) == files
 
@@ -86,10 +96,14 @@ def test_where_no_test_of_the_room_imports_a_module_others_that_do_count() -> No
 
 
 def test_a_judged_survivor_counts_neither_way() -> None:
-    places = [{"file": "a.py", "line": n, "what": "Lt -> LtE", "code": f"x < {n}"} for n in range(4)]
+    places = [
+        {"file": "a.py", "line": n, "what": "Lt -> LtE", "code": f"x < {n}"} for n in range(4)
+    ]
     said = ["killed: t", "killed: t", "survived", "survived"]
     outcomes = [{**place, "outcome": outcome} for place, outcome in zip(places, said, strict=True)]
-    judged = [{"file": "a.py", "code": "x < 2", "what": "Lt -> LtE", "reason": "a tie has no meaning"}]
+    judged = [
+        {"file": "a.py", "code": "x < 2", "what": "Lt -> LtE", "reason": "a tie has no meaning"}
+    ]
     told = study.summary(outcomes, judged)
     assert "4 mutants: 2 killed, 1 without effect or promise, 1 survived; 2 of 3" in told
     assert "a.py:3: Lt -> LtE in `x < 3`: SURVIVED" in told

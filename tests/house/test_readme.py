@@ -21,7 +21,9 @@ def test_the_python_block_prints_what_the_readme_shows(tmp_path: Path) -> None:
     assert shown is not None
     script = tmp_path / "block.py"
     script.write_text(code.group(1), encoding="utf-8")
-    done = subprocess.run([sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, str(script)], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, done.stderr
     assert done.stdout.strip() == shown.group(1).strip()
 
@@ -36,7 +38,9 @@ def test_every_command_of_the_readme_exists() -> None:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), target
 
 
-@pytest.mark.parametrize("page", ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"])
+@pytest.mark.parametrize(
+    "page", ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md"]
+)
 def test_every_link_leads_somewhere(page: str) -> None:
     for link in re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", (ROOT / page).read_text(encoding="utf-8")):
         assert link.startswith("http") or (ROOT / link).exists(), link
@@ -54,8 +58,14 @@ def test_every_module_named_in_the_architecture_exists() -> None:
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
     package = ROOT / "src" / "erclutch"
     rooms = {folder.name for folder in package.iterdir() if (folder / "__init__.py").exists()}
-    named = [name for name in re.findall(r"`([a-z_]+(?:/[\w.]+)*)`", text) if name.split("/")[0] in rooms]
-    wings = {f"wings/{folder.name}" for folder in (package / "wings").iterdir() if (folder / "__init__.py").exists()}
+    named = [
+        name for name in re.findall(r"`([a-z_]+(?:/[\w.]+)*)`", text) if name.split("/")[0] in rooms
+    ]
+    wings = {
+        f"wings/{folder.name}"
+        for folder in (package / "wings").iterdir()
+        if (folder / "__init__.py").exists()
+    }
     assert {name for name in named if "/" not in name} == rooms
     assert wings <= set(named)
     for name in named:
@@ -74,8 +84,19 @@ def test_rooms_import_what_the_architecture_says() -> None:
     rows = re.findall(r"^\| `(\w+)` \|[^|]*\| ([^|]*) \|$", text, re.MULTILINE)
     rooms = [room for room, _ in rows]
     for place, (room, words) in enumerate(rows):
-        said = set(rooms[place + 1 :]) if words.startswith("all") else set(re.findall(r"`(\w+)`", words))
+        said = (
+            set(rooms[place + 1 :])
+            if words.startswith("all")
+            else set(re.findall(r"`(\w+)`", words))
+        )
         assert said <= set(rooms[place + 1 :]), f"{room} imports what stands above it"
-        sources = (file.read_text(encoding="utf-8") for file in (ROOT / "src" / "erclutch" / room).rglob("*.py"))
-        found = {name for text in sources for name in re.findall(r"(?:from|import) erclutch\.(\w+)", text)}
+        sources = (
+            file.read_text(encoding="utf-8")
+            for file in (ROOT / "src" / "erclutch" / room).rglob("*.py")
+        )
+        found = {
+            name
+            for text in sources
+            for name in re.findall(r"(?:from|import) erclutch\.(\w+)", text)
+        }
         assert found & set(rooms) - {room} <= said, room

@@ -46,7 +46,9 @@ def test_names_and_owners_are_taken_from_the_text_and_found_again() -> None:
     assert not like_reserved("you/afridata", owners, names)
 
 
-@pytest.mark.skipif(not RESERVED.exists(), reason="needs ../shared/reserved.md, which is not part of the project")
+@pytest.mark.skipif(
+    not RESERVED.exists(), reason="needs ../shared/reserved.md, which is not part of the project"
+)
 def test_the_manifest_names_no_reserved_repository() -> None:
     owners, names = reserved_names(RESERVED.read_text(encoding="utf-8"))
     assert len(names) > 10

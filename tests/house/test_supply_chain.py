@@ -36,7 +36,9 @@ def needed(name: str, extras: frozenset[str], found: set[str]) -> set[str]:
     """Packages that an installed package needs here, as their own metadata says it."""
     for line in metadata.requires(name) or ():
         wanted = Requirement(line)
-        asked = any(not wanted.marker or wanted.marker.evaluate({"extra": extra}) for extra in (*extras, ""))
+        asked = any(
+            not wanted.marker or wanted.marker.evaluate({"extra": extra}) for extra in (*extras, "")
+        )
         if asked and normal(wanted.name) not in found:
             found.add(normal(wanted.name))
             needed(wanted.name, frozenset(wanted.extras), found)
@@ -46,23 +48,38 @@ def needed(name: str, extras: frozenset[str], found: set[str]) -> set[str]:
 def stated(component: dict[str, Any]) -> str:
     """All that a component says of its licence."""
     entries = component["licenses"]
-    return " ".join(e.get("expression") or e["license"].get("id") or e["license"]["name"] for e in entries)
+    return " ".join(
+        e.get("expression") or e["license"].get("id") or e["license"]["name"] for e in entries
+    )
 
 
 def listed() -> dict[str, dict[str, Any]]:
-    return {part["name"]: part for part in BILL["components"] if part["purl"].startswith("pkg:pypi/")}
+    return {
+        part["name"]: part for part in BILL["components"] if part["purl"].startswith("pkg:pypi/")
+    }
 
 
 def test_the_bill_lists_each_package_that_runs_in_its_locked_version() -> None:
     lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
-    pins = {normal(name): version for name, version in re.findall(r"^([\w.-]+)==([^\s;]+)", lock, re.MULTILINE)}
-    extras = frozenset(tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"])
+    pins = {
+        normal(name): version
+        for name, version in re.findall(r"^([\w.-]+)==([^\s;]+)", lock, re.MULTILINE)
+    }
+    extras = frozenset(
+        tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"][
+            "optional-dependencies"
+        ]
+    )
     needs = needed("erclutch", extras, set())
     if any(metadata.version(name) != pins[name] for name in needs & set(pins)):
-        pytest.skip("the packages that are installed are others than the locked ones (make test-oldest, test-newest)")
+        pytest.skip(
+            "the packages that are installed are others than the locked ones (make test-oldest, test-newest)"
+        )
     assert len(needs) > 30
     assert needs <= set(listed()), "make sbom"
-    assert {name: part["version"] for name, part in listed().items()} == {name: pins[name] for name in listed()}
+    assert {name: part["version"] for name, part in listed().items()} == {
+        name: pins[name] for name in listed()
+    }
     assert BILL["bomFormat"] == "CycloneDX"
 
 
@@ -74,7 +91,9 @@ def test_what_only_an_extra_needs_is_optional() -> None:
 
 
 def test_the_bill_lists_what_stands_in_the_package() -> None:
-    origin = tomllib.loads((ROOT / "src/erclutch/report/assets/uplot/ORIGIN.toml").read_text(encoding="utf-8"))
+    origin = tomllib.loads(
+        (ROOT / "src/erclutch/report/assets/uplot/ORIGIN.toml").read_text(encoding="utf-8")
+    )
     vendored = next(part for part in BILL["components"] if part["name"] == origin["name"])
     assert (vendored["version"], stated(vendored)) == (origin["version"], origin["licence"])
 
@@ -90,7 +109,12 @@ def test_no_licence_is_the_gpl_alone(part: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(
     ("licence", "alone"),
-    [("GPL-3.0-only", True), ("GNU General Public License v3", True), ("MIT OR GPL-2.0-only", False), ("MIT", False)],
+    [
+        ("GPL-3.0-only", True),
+        ("GNU General Public License v3", True),
+        ("MIT OR GPL-2.0-only", False),
+        ("MIT", False),
+    ],
 )
 def test_a_gpl_alone_is_seen(licence: str, alone: bool) -> None:
     assert all(GPL_ONLY.search(choice) for choice in re.split(r"\bOR\b", licence)) is alone
@@ -114,8 +138,17 @@ def built(folder: Path, umask: int, zone: str) -> dict[str, Path]:
     subprocess.run(clone, check=True, umask=umask)
     surroundings = {**os.environ, "TZ": zone}
     # The environment that runs this test builds; the clone makes none of its own.
-    command = ["make", "--no-print-directory", "dist", "-o", ".venv/.ready", f"BIN={Path(sys.executable).parent}"]
-    done = subprocess.run(command, cwd=folder, env=surroundings, umask=umask, capture_output=True, text=True)
+    command = [
+        "make",
+        "--no-print-directory",
+        "dist",
+        "-o",
+        ".venv/.ready",
+        f"BIN={Path(sys.executable).parent}",
+    ]
+    done = subprocess.run(
+        command, cwd=folder, env=surroundings, umask=umask, capture_output=True, text=True
+    )
     assert done.returncode == 0, done.stderr
     return {path.suffix: path for path in (folder / "dist").iterdir()}
 
@@ -126,19 +159,30 @@ def wheel_and_sdist(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]
 
 
 @pytest.mark.slow
-def test_another_folder_time_and_umask_make_the_same_bytes(wheel_and_sdist: dict[str, Path], tmp_path: Path) -> None:
+def test_another_folder_time_and_umask_make_the_same_bytes(
+    wheel_and_sdist: dict[str, Path], tmp_path: Path
+) -> None:
     again = built(tmp_path / "a longer name of a folder", 0o077, "Asia/Tokyo")
     assert set(again) == set(wheel_and_sdist) == {".whl", ".gz"}
     for ending, path in again.items():
         first = wheel_and_sdist[ending]
         assert path.name == first.name
-        assert hashlib.sha256(path.read_bytes()).digest() == hashlib.sha256(first.read_bytes()).digest(), path.name
+        assert (
+            hashlib.sha256(path.read_bytes()).digest()
+            == hashlib.sha256(first.read_bytes()).digest()
+        ), path.name
 
 
 @pytest.mark.slow
-def test_the_wheel_holds_the_licences_and_nothing_of_a_run(wheel_and_sdist: dict[str, Path]) -> None:
+def test_the_wheel_holds_the_licences_and_nothing_of_a_run(
+    wheel_and_sdist: dict[str, Path],
+) -> None:
     names = zipfile.ZipFile(wheel_and_sdist[".whl"]).namelist()
-    licences = [name.partition(".dist-info/licenses/")[2] for name in names if ".dist-info/licenses/" in name]
+    licences = [
+        name.partition(".dist-info/licenses/")[2]
+        for name in names
+        if ".dist-info/licenses/" in name
+    ]
     assert sorted(licences) == ["LICENSE", "src/erclutch/report/assets/uplot/LICENSE"]
     assert "erclutch/report/assets/uplot/LICENSE" in names
     assert all(name.startswith(("erclutch/", "erclutch-")) for name in names)
@@ -151,8 +195,19 @@ def test_the_sdist_makes_the_same_wheel(wheel_and_sdist: dict[str, Path], tmp_pa
         archive.extractall(tmp_path, filter="data")
         epoch = str(archive.getmembers()[0].mtime)
     (source,) = tmp_path.iterdir()
-    command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path / "dist")]
-    done = subprocess.run(command, cwd=source, env={**os.environ, "SOURCE_DATE_EPOCH": epoch}, capture_output=True)
+    command = [
+        sys.executable,
+        "-m",
+        "hatchling",
+        "build",
+        "-t",
+        "wheel",
+        "-d",
+        str(tmp_path / "dist"),
+    ]
+    done = subprocess.run(
+        command, cwd=source, env={**os.environ, "SOURCE_DATE_EPOCH": epoch}, capture_output=True
+    )
     assert done.returncode == 0, done.stderr
     (again,) = (tmp_path / "dist").iterdir()
     assert again.read_bytes() == wheel_and_sdist[".whl"].read_bytes()
@@ -175,8 +230,12 @@ class Installed:
         self.folder = place / "empty"
         self.folder.mkdir()
         self.python = place / "venv" / "bin" / "python"
-        subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(place / "venv")], check=True)
-        self.site = Path(self.run(self.python, "-c", "import site; print(site.getsitepackages()[0])").strip())
+        subprocess.run(
+            [sys.executable, "-m", "venv", "--without-pip", str(place / "venv")], check=True
+        )
+        self.site = Path(
+            self.run(self.python, "-c", "import site; print(site.getsitepackages()[0])").strip()
+        )
         link_packages(frozenset(), self.site)
         pip = (sys.executable, "-m", "pip", "--disable-pip-version-check", "--python", self.python)
         self.run(*pip, "install", "--quiet", "--no-deps", "--no-index", wheel)
@@ -184,7 +243,9 @@ class Installed:
     def run(self, *command: str | Path, path: Path | None = None) -> str:
         surroundings = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
         surroundings |= {} if path is None else {"PYTHONPATH": str(path)}
-        done = subprocess.run(command, cwd=self.folder, env=surroundings, capture_output=True, text=True)
+        done = subprocess.run(
+            command, cwd=self.folder, env=surroundings, capture_output=True, text=True
+        )
         assert done.returncode == 0, done.stderr
         return done.stdout
 
@@ -193,20 +254,26 @@ class Installed:
 
 
 @pytest.fixture(scope="module")
-def installed(wheel_and_sdist: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> Installed:
+def installed(
+    wheel_and_sdist: dict[str, Path], tmp_path_factory: pytest.TempPathFactory
+) -> Installed:
     return Installed(wheel_and_sdist[".whl"], tmp_path_factory.mktemp("installed"))
 
 
 @pytest.mark.slow
-def test_the_wheel_runs_in_an_empty_environment(installed: Installed, wheel_and_sdist: dict[str, Path]) -> None:
+def test_the_wheel_runs_in_an_empty_environment(
+    installed: Installed, wheel_and_sdist: dict[str, Path]
+) -> None:
     """Only the packages that it requires are there: no extra, no tool, no repository."""
-    assert installed.run(installed.python, "-c", "import erclutch; print(erclutch.__file__)").startswith(
-        str(installed.site)
-    )
+    assert installed.run(
+        installed.python, "-c", "import erclutch; print(erclutch.__file__)"
+    ).startswith(str(installed.site))
     assert installed.erclutch("--version").split()[0] in wheel_and_sdist[".whl"].name
     assert "Recommended: " in installed.erclutch("demo", "--seconds", "10", "--out", "demo")
     log, model = "demo/twin.parquet", ("--models", "bingham", "--lag", "lag")
-    assert "bingham" in installed.erclutch("fit", log, "--device", "coaxial", *model, "--out", "one.run")
+    assert "bingham" in installed.erclutch(
+        "fit", log, "--device", "coaxial", *model, "--out", "one.run"
+    )
     assert "one.html" in installed.erclutch("report", "one.run", "--out", "one.html")
     installed.erclutch("export", "one.run", "--out", "one_c")
     assert "gcc -O2" in installed.erclutch("verify", "one_c")
@@ -226,10 +293,15 @@ EXTRAS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "extra", tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    "extra",
+    tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"],
 )
-def test_each_extra_alone_brings_what_it_is_for(extra: str, installed: Installed, tmp_path: Path) -> None:
+def test_each_extra_alone_brings_what_it_is_for(
+    extra: str, installed: Installed, tmp_path: Path
+) -> None:
     link_packages(frozenset({extra}), tmp_path / "more")
-    assert "missing" not in installed.run(installed.python, "-c", EXTRAS[extra], path=tmp_path / "more")
+    assert "missing" not in installed.run(
+        installed.python, "-c", EXTRAS[extra], path=tmp_path / "more"
+    )
     alone = f"try:\n    {EXTRAS[extra]}\nexcept ImportError:\n    print('missing')"
     assert "missing" in installed.run(installed.python, "-c", alone)

@@ -19,10 +19,17 @@ from tests.support.wings_asked import NO_GROUP_OF_A_WING, arguments, asking_test
 
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
-WINGS = sorted(folder.name for folder in (ROOT / "src/erclutch/wings").iterdir() if (folder / "__init__.py").exists())
+WINGS = sorted(
+    folder.name
+    for folder in (ROOT / "src/erclutch/wings").iterdir()
+    if (folder / "__init__.py").exists()
+)
 #: Commands of a wing that must be gone with it, and what the core keeps.
 COMMANDS = {
-    wing: {path.stem.replace("_", "-") for path in (ROOT / f"src/erclutch/wings/{wing}/commands").glob("[!_]*.py")}
+    wing: {
+        path.stem.replace("_", "-")
+        for path in (ROOT / f"src/erclutch/wings/{wing}/commands").glob("[!_]*.py")
+    }
     for wing in WINGS
 }
 
@@ -45,7 +52,9 @@ def run(folder: Path, *words: object) -> subprocess.CompletedProcess[str]:
     own = {**os.environ, "PYTHONPATH": f"{folder / 'src'}{os.pathsep}{folder}", "COLUMNS": "100"}
     own["ERCLUTCH_FEW_EXAMPLES"] = "1"  # with the wings, all of them are drawn
     command = [sys.executable, *map(str, words)]
-    return subprocess.run(command, cwd=folder, env=own, capture_output=True, text=True, timeout=1500, check=False)
+    return subprocess.run(
+        command, cwd=folder, env=own, capture_output=True, text=True, timeout=1500, check=False
+    )
 
 
 @pytest.fixture
@@ -53,10 +62,14 @@ def without(tmp_path: Path) -> Callable[..., Path]:
     """Makes a copy of the sources, and of further folders, without some wings."""
 
     def made(wings: list[str], *further: str) -> Path:
-        gone = [ROOT / place / wing for place in ("src/erclutch/wings", "tests/wings") for wing in wings]
+        gone = [
+            ROOT / place / wing for place in ("src/erclutch/wings", "tests/wings") for wing in wings
+        ]
         for name in ("src", *further):
             shutil.copytree(
-                ROOT / name, tmp_path / name, ignore=lambda at, names: {n for n in names if Path(at, n) in gone}
+                ROOT / name,
+                tmp_path / name,
+                ignore=lambda at, names: {n for n in names if Path(at, n) in gone},
             )
         return tmp_path
 
@@ -69,7 +82,9 @@ def listed(said: str) -> set[str]:
 
 
 @pytest.mark.parametrize("wing", WINGS)
-def test_without_one_wing_a_log_is_fitted_and_reported(wing: str, without: Callable[..., Path]) -> None:
+def test_without_one_wing_a_log_is_fitted_and_reported(
+    wing: str, without: Callable[..., Path]
+) -> None:
     folder = without([wing])
     write_synthetic_log(folder / "log.csv", 2.0)
     done = run(folder, "-c", USE, *COMMANDS[wing])
@@ -84,7 +99,9 @@ def test_without_one_wing_a_log_is_fitted_and_reported(wing: str, without: Calla
         assert f"  erclutch {command} " not in done.stdout
 
 
-@pytest.mark.parametrize(("wing", "command"), [("rig", ("live", "--seconds", "1")), ("rig", ("reproduce", "table2"))])
+@pytest.mark.parametrize(
+    ("wing", "command"), [("rig", ("live", "--seconds", "1")), ("rig", ("reproduce", "table2"))]
+)
 def test_what_needs_a_missing_wing_says_so_in_one_line(
     wing: str, command: tuple[str, ...], without: Callable[..., Path]
 ) -> None:
@@ -99,19 +116,29 @@ def test_what_needs_a_missing_wing_says_so_in_one_line(
 def test_these_rooms_look_up_nothing_that_a_wing_brings() -> None:
     """But for the readers of logs, for which `tests/logs/conftest.py` looks at each test."""
     wings = ROOT / "src/erclutch/wings"
-    brought = {group for group in GROUPS for _ in wings.glob(f"*/{group.rpartition('.')[2]}/[!_]*.py")}
+    brought = {
+        group for group in GROUPS for _ in wings.glob(f"*/{group.rpartition('.')[2]}/[!_]*.py")
+    }
     assert brought >= {"erclutch.commands", "erclutch.readers", "erclutch.targets"}
     for room in NO_GROUP_OF_A_WING:
         for path in (ROOT / "src/erclutch" / room).rglob("*.py"):
             allowed = {"erclutch.readers"} if path.name == "log_reader.py" else set[str]()
             named = set(re.findall(r"erclutch\.\w+", path.read_text("utf-8")))
             assert not named & {*brought, "erclutch.wings"} - allowed, path
-    readers = [plugin for plugin in plugins("erclutch.readers") if plugin.source.startswith("erclutch.wings.")]
+    readers = [
+        plugin
+        for plugin in plugins("erclutch.readers")
+        if plugin.source.startswith("erclutch.wings.")
+    ]
     assert readers
-    assert [plugin.name for plugin in readers if plugin.value.suffixes] == []  # or folders would have other logs
+    assert [
+        plugin.name for plugin in readers if plugin.value.suffixes
+    ] == []  # or folders would have other logs
 
 
-def test_a_test_is_asked_that_leads_to_a_wing_by_a_helper_a_fixture_or_a_name_in_a_text(tmp_path: Path) -> None:
+def test_a_test_is_asked_that_leads_to_a_wing_by_a_helper_a_fixture_or_a_name_in_a_text(
+    tmp_path: Path,
+) -> None:
     made = """
         import subprocess
         import pytest
@@ -126,7 +153,11 @@ def test_a_test_is_asked_that_leads_to_a_wing_by_a_helper_a_fixture_or_a_name_in
     """
     file = tmp_path / "test_made.py"
     file.write_text(textwrap.dedent(made))
-    assert asking_tests(file) == {"test_by_a_helper", "test_by_a_fixture", "test_by_a_name_in_a_text"}
+    assert asking_tests(file) == {
+        "test_by_a_helper",
+        "test_by_a_fixture",
+        "test_by_a_name_in_a_text",
+    }
     assert f"{file}::test_alone" not in arguments(file)
     other = tmp_path / "test_other.py"
     other.write_text("def test_alone(): pass\n# subprocess, main( and other words of a comment\n")
@@ -138,7 +169,9 @@ def test_without_all_wings_the_tests_of_the_core_pass(without: Callable[..., Pat
     folder = without(WINGS, "tests", "studies", "examples")
     for name in ("pyproject.toml", "CITATION.cff"):
         shutil.copy(ROOT / name, folder)
-    if (ROOT.parent / "shared").is_dir():  # recordings that tests of the core read stand beside the project
+    if (
+        ROOT.parent / "shared"
+    ).is_dir():  # recordings that tests of the core read stand beside the project
         folder = folder.rename(folder.with_name("project"))
         (folder.parent / "shared").symlink_to(ROOT.parent / "shared")
     elsewhere = ("house", "docs", "wings", *NO_GROUP_OF_A_WING)
@@ -150,5 +183,7 @@ def test_without_all_wings_the_tests_of_the_core_pass(without: Callable[..., Pat
         for argument in arguments(path)
     ]
     asked = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow", *asking)
-    done = run(folder, *asked, *(path for path in rooms if path.is_dir() or path.name.startswith("test_")))
+    done = run(
+        folder, *asked, *(path for path in rooms if path.is_dir() or path.name.startswith("test_"))
+    )
     assert done.returncode == 0, done.stdout[-5000:] + done.stderr[-2000:]

@@ -38,7 +38,9 @@ def rows() -> dict[str, np.ndarray]:
 
 
 @pytest.fixture(autouse=True)
-def nothing_for_a_reader_of_a_wing(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def nothing_for_a_reader_of_a_wing(
+    request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[None]:
     """No reader of a wing takes a log of a test that does not run once more without wings, so that it need not."""
     taken = list[str]()
 

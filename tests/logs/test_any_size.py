@@ -24,8 +24,17 @@ N = 60_000
 def log_columns(rows: int = N, seed: int = 0, position: bool = True) -> dict[str, np.ndarray]:
     """A log with a gap after each 25,000 rows and a rest, and a number that counts the rows as effort."""
     t = np.arange(rows) * 1e-3 + (np.arange(rows) // 25_000)
-    moved = {"position [rad]": np.sin(7.0 * t + seed)} if position else {"slip [rad/s]": 7.0 * np.cos(7.0 * t + seed)}
-    return {"t [s]": np.round(t, 6), "field [V]": np.floor(t), **moved, "effort [N*m]": np.arange(float(rows)) + seed}
+    moved = (
+        {"position [rad]": np.sin(7.0 * t + seed)}
+        if position
+        else {"slip [rad/s]": 7.0 * np.cos(7.0 * t + seed)}
+    )
+    return {
+        "t [s]": np.round(t, 6),
+        "field [V]": np.floor(t),
+        **moved,
+        "effort [N*m]": np.arange(float(rows)) + seed,
+    }
 
 
 def written(path: Path, of: dict[str, np.ndarray]) -> Path:
@@ -68,7 +77,9 @@ def test_kept_stretches_are_rows_of_the_whole_log(tmp_path: Path) -> None:
     assert 0.6 * N <= data.rows <= N + STRETCH
     assert rows.left_out == 2 * N - data.rows
     starts = [start for start, _ in whole.source_rows]
-    at = np.concatenate([k + rows.places[slice(*own)] for k, own in zip(starts, data.source_rows, strict=True)])
+    at = np.concatenate(
+        [k + rows.places[slice(*own)] for k, own in zip(starts, data.source_rows, strict=True)]
+    )
     np.testing.assert_array_equal(data.effort, whole.effort[at])
     np.testing.assert_allclose(data.elements[0].slip, whole.elements[0].slip[at], atol=1e-9)
     np.testing.assert_allclose(data.clock.time, whole.clock.time[at])
@@ -94,8 +105,14 @@ def test_what_is_said_of_a_log_in_blocks_is_what_its_recording_says(tmp_path: Pa
 def test_tasks_begin_behind_gaps(tmp_path: Path) -> None:
     path = written(tmp_path / "a.parquet", log_columns())
     (log,) = read_rows([path], Reading(), memory=memory_for(20_000)).in_blocks
-    assert [(cut.file_row, cut.place) for cut in log.cuts] == [(0, 0), (25_000, 25_000), (50_000, 50_000)]
-    (windowed,) = read_rows([path], Reading(window=(1.0, None, None)), memory=memory_for(20_000)).in_blocks
+    assert [(cut.file_row, cut.place) for cut in log.cuts] == [
+        (0, 0),
+        (25_000, 25_000),
+        (50_000, 50_000),
+    ]
+    (windowed,) = read_rows(
+        [path], Reading(window=(1.0, None, None)), memory=memory_for(20_000)
+    ).in_blocks
     assert windowed.rows == N - 1000
     assert len(windowed.cuts) == 1  # the window counts from the log's first row
 
@@ -113,7 +130,9 @@ def test_a_format_that_is_read_whole_is_kept_in_stretches_too(tmp_path: Path) ->
     from scipy.io import savemat
 
     path = tmp_path / "a.mat"
-    savemat(path, {name.split(" ")[0]: values for name, values in log_columns(position=False).items()})
+    savemat(
+        path, {name.split(" ")[0]: values for name, values in log_columns(position=False).items()}
+    )
     rows = read_rows([path], Reading(), memory=memory_for(30_000))
     assert 0 < rows.left_out < N
     assert rows.in_blocks[0].rows == N
@@ -144,7 +163,9 @@ def test_logs_in_blocks_that_differ_by_an_unlogged_field_are_asked_about(tmp_pat
         columns["effort [N*m]"] = duty * np.tanh(columns["slip [rad/s]"])
         paths.append(written(tmp_path / f"PWM{duty}.parquet", columns))
     few = memory_for(N)
-    with pytest.raises(UnloggedFieldError, match=r'5 times the effort of PWM10.* --name-pattern "PWM\{field\}"'):
+    with pytest.raises(
+        UnloggedFieldError, match=r'5 times the effort of PWM10.* --name-pattern "PWM\{field\}"'
+    ):
         read_rows(paths, Reading(), memory=few)
     rows = read_rows(paths, Reading.from_options({"field": "none"}), memory=few)
     assert rows.left_out > 0

@@ -73,7 +73,10 @@ def test_bad_rows(tmp_path: Path, text: str, message: str) -> None:
 
 
 def test_no_file_and_a_folder(tmp_path: Path) -> None:
-    assert error_of(tmp_path / "none.csv") == f"{tmp_path / 'none.csv'}: there is no such file. Check the path."
+    assert (
+        error_of(tmp_path / "none.csv")
+        == f"{tmp_path / 'none.csv'}: there is no such file. Check the path."
+    )
     assert error_of(tmp_path) == f"{tmp_path}: this is a folder, not a file. Give one log file."
     with pytest.raises(LogError):
         read("bad\0name.csv")
@@ -99,10 +102,19 @@ def test_no_permission() -> None:
 @pytest.mark.parametrize(
     ("suffix", "problem"),
     [
-        (".csv", "the file holds binary data, not text. Export it as CSV, or give a .mat (MATLAB) or .parquet file."),
+        (
+            ".csv",
+            "the file holds binary data, not text. Export it as CSV, or give a .mat (MATLAB) or .parquet file.",
+        ),
         (".log", "the file holds binary data, not text."),
-        (".mat", "this is neither a MATLAB v4 or v5 nor a v7.3 file (wrong first bytes). Save it with save -v7, or"),
-        (".parquet", "this is not a whole Parquet file (it does not begin with PAR1). Copy the file again or"),
+        (
+            ".mat",
+            "this is neither a MATLAB v4 or v5 nor a v7.3 file (wrong first bytes). Save it with save -v7, or",
+        ),
+        (
+            ".parquet",
+            "this is not a whole Parquet file (it does not begin with PAR1). Copy the file again or",
+        ),
     ],
 )
 def test_ten_megabytes_of_noise(tmp_path: Path, suffix: str, problem: str) -> None:
@@ -119,12 +131,20 @@ def test_errors_of_timing_are_errors_of_logs(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@settings(max_examples=examples(100), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=examples(100),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
 @given(
-    data=st.binary(max_size=400) | st.just(b"PAR1" * 5) | st.binary(max_size=50).map(lambda tail: HEAD.encode() + tail),
+    data=st.binary(max_size=400)
+    | st.just(b"PAR1" * 5)
+    | st.binary(max_size=50).map(lambda tail: HEAD.encode() + tail),
     suffix=st.sampled_from([".csv", ".txt", ".mat", ".parquet", ".gz", ""]),
 )
-def test_any_bytes_in_any_file_give_an_error_of_ours(tmp_path: Path, data: bytes, suffix: str) -> None:
+def test_any_bytes_in_any_file_give_an_error_of_ours(
+    tmp_path: Path, data: bytes, suffix: str
+) -> None:
     path = tmp_path / f"log{suffix}"
     path.write_bytes(data)
     with suppress(ErclutchError):
@@ -132,9 +152,15 @@ def test_any_bytes_in_any_file_give_an_error_of_ours(tmp_path: Path, data: bytes
 
 
 @pytest.mark.slow
-@settings(max_examples=examples(100), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=examples(100),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
 @given(st.lists(st.tuples(st.integers(0, 400), st.integers(0, 255)), min_size=1, max_size=5))
-def test_a_mutated_log_gives_a_recording_or_an_error_of_ours(tmp_path: Path, changes: list[tuple[int, int]]) -> None:
+def test_a_mutated_log_gives_a_recording_or_an_error_of_ours(
+    tmp_path: Path, changes: list[tuple[int, int]]
+) -> None:
     data = bytearray((HEAD + "".join(LINES)).encode())
     for place, byte in changes:
         data[place % len(data)] = byte

@@ -40,14 +40,18 @@ def columns(position: bool = False, gap: int | None = None) -> dict[str, np.ndar
 
 def written(path: Path, of: dict[str, np.ndarray]) -> Path:
     pq.write_table(
-        pa.table({name: np.asarray(values, np.float64) for name, values in of.items()}), path, row_group_size=7000
+        pa.table({name: np.asarray(values, np.float64) for name, values in of.items()}),
+        path,
+        row_group_size=7000,
     )
     return path
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return written(tmp_path_factory.mktemp("batches") / "log.parquet", columns(position=True, gap=13_001))
+    return written(
+        tmp_path_factory.mktemp("batches") / "log.parquet", columns(position=True, gap=13_001)
+    )
 
 
 @pytest.mark.parametrize(("rows", "starts"), [(10_000, [0, 10_000]), (13_000, [0]), (40_000, [0])])
@@ -60,7 +64,9 @@ def test_all_rows_once_and_in_order(log: Path, rows: int, starts: list[int]) -> 
         at = batch.stop
         assert batch.rows[0] == max(batch.start - MARGIN, 0)
         assert batch.rows[-1] == min(batch.stop + MARGIN, N) - 1
-        np.testing.assert_array_equal(batch.recording.signals["effort"], whole.signals["effort"][batch.rows])
+        np.testing.assert_array_equal(
+            batch.recording.signals["effort"], whole.signals["effort"][batch.rows]
+        )
         np.testing.assert_allclose(batch.recording.time, whole.time[batch.rows], atol=1e-9)
         assert batch.recording.period == whole.period
         assert batch.recording.digest == whole.digest
@@ -80,7 +86,9 @@ def test_speeds_run_over_the_edges(log: Path, name: Any) -> None:
     assert [len(part.clock.spans) for part in parts] == [1, 2]
     assert [part.clock.joins for part in parts] == [False, True]
     assert all("\0row" not in part.extras for part in parts)
-    np.testing.assert_array_equal(np.concatenate([block.file_rows for block in blocks]), np.arange(N))
+    np.testing.assert_array_equal(
+        np.concatenate([block.file_rows for block in blocks]), np.arange(N)
+    )
     together = chained(parts)
     assert together.clock.spans == whole.clock.spans
     assert together.source_rows == ((0, N),)
@@ -88,14 +96,19 @@ def test_speeds_run_over_the_edges(log: Path, name: Any) -> None:
 
 def test_rows_cut_out_of_a_block_say_whether_they_go_on(log: Path) -> None:
     data = build_dataset([read(log)])  # the gap is before row 13,001
-    assert [neighbours(data, at, at + 5).clock.joins for at in (0, 500, 13_000, 13_001, 13_002)] == [
-        *(False, True, True, False, True)
+    assert [
+        neighbours(data, at, at + 5).clock.joins for at in (0, 500, 13_000, 13_001, 13_002)
+    ] == [*(False, True, True, False, True)]
+    parts = [
+        neighbours(data, a, b) for a, b in ((0, 500), (500, 13_001), (13_001, 13_002), (13_002, N))
     ]
-    parts = [neighbours(data, a, b) for a, b in ((0, 500), (500, 13_001), (13_001, 13_002), (13_002, N))]
     assert chained(parts).clock.spans == data.clock.spans
     with_past = chained(parts[1:])
     assert with_past.clock.joins
-    assert [(span.start, span.stop) for span in with_past.clock.spans] == [(0, 12_501), (12_501, N - 500)]
+    assert [(span.start, span.stop) for span in with_past.clock.spans] == [
+        (0, 12_501),
+        (12_501, N - 500),
+    ]
 
 
 def test_some_rows_of_a_file_are_read_as_in_the_whole_file(log: Path) -> None:
@@ -114,26 +127,39 @@ def test_some_rows_of_a_file_are_read_as_in_the_whole_file(log: Path) -> None:
 def test_a_filter_that_looks_further_back_than_a_margin(log: Path) -> None:
     blocks = blocks_of(read_batches(log, rows=10_000), "single", Derivative("lowpass", cutoff=0.05))
     assert next(blocks).data.rows == 10_000  # the first batch needs no rows before it
-    with pytest.raises(SettingError, match=rf"lowpass at 0.05 Hz remembers more than {MARGIN} rows"):
+    with pytest.raises(
+        SettingError, match=rf"lowpass at 0.05 Hz remembers more than {MARGIN} rows"
+    ):
         next(blocks)
 
 
 def test_a_rate_counts_on_from_batch_to_batch(tmp_path: Path) -> None:
-    path = written(tmp_path / "a.parquet", {name: values for name, values in columns().items() if name != "t [s]"})
+    path = written(
+        tmp_path / "a.parquet",
+        {name: values for name, values in columns().items() if name != "t [s]"},
+    )
     for batch in read_batches(path, {"rate": 500.0}, rows=10_000):
         np.testing.assert_allclose(batch.recording.time, batch.rows / 500.0)
 
 
 def test_missing_values_are_named_with_their_rows_or_dropped(tmp_path: Path) -> None:
     of = columns()
-    of["effort [N*m]"] = np.where((np.arange(N) >= 15_000) & (np.arange(N) < 15_003), np.nan, of["effort [N*m]"])
+    of["effort [N*m]"] = np.where(
+        (np.arange(N) >= 15_000) & (np.arange(N) < 15_003), np.nan, of["effort [N*m]"]
+    )
     path = written(tmp_path / "a.parquet", of)
     with pytest.raises(
-        LogError, match=r"^a.parquet, data rows 10001 to 26000: column effort has 3 values .* data row 15001"
+        LogError,
+        match=r"^a.parquet, data rows 10001 to 26000: column effort has 3 values .* data row 15001",
     ):
         list(read_batches(path, rows=10_000))
-    kept = [b.rows[(b.rows >= b.start) & (b.rows < b.stop)] for b in read_batches(path, rows=10_000, invalid="drop")]
-    np.testing.assert_array_equal(np.concatenate(kept), np.delete(np.arange(N), np.s_[15_000:15_003]))
+    kept = [
+        b.rows[(b.rows >= b.start) & (b.rows < b.stop)]
+        for b in read_batches(path, rows=10_000, invalid="drop")
+    ]
+    np.testing.assert_array_equal(
+        np.concatenate(kept), np.delete(np.arange(N), np.s_[15_000:15_003])
+    )
 
 
 def test_stretches_without_a_row_are_left_out_unless_all_are(tmp_path: Path) -> None:
@@ -151,7 +177,10 @@ def test_other_formats_come_whole(tmp_path: Path) -> None:
     path = tmp_path / "a.jsonl"
     few = {name: values[:50].tolist() for name, values in columns().items()}
     path.write_text(
-        "".join(json.dumps(dict(zip(few, row, strict=True))) + "\n" for row in zip(*few.values(), strict=True))
+        "".join(
+            json.dumps(dict(zip(few, row, strict=True))) + "\n"
+            for row in zip(*few.values(), strict=True)
+        )
     )
     (batch,) = read_batches(path)
     assert (batch.start, batch.stop, batch.rows.tolist()) == (0, 50, list(range(50)))
@@ -160,7 +189,9 @@ def test_other_formats_come_whole(tmp_path: Path) -> None:
 
 def as_text(path: Path, of: dict[str, np.ndarray], above: str = "") -> Path:
     head = above + ",".join(of)
-    np.savetxt(path, np.column_stack(list(of.values())), "%.9g", delimiter=",", header=head, comments="")
+    np.savetxt(
+        path, np.column_stack(list(of.values())), "%.9g", delimiter=",", header=head, comments=""
+    )
     return path
 
 
@@ -174,8 +205,13 @@ def test_a_text_is_read_in_blocks_as_it_is_read_whole(tmp_path: Path, name: str)
     at = 0
     for batch in read_batches(path, rows=10_000):
         assert batch.start == at
-        assert (batch.rows[0], batch.rows[-1]) == (max(at - MARGIN, 0), min(batch.stop + MARGIN, N) - 1)
-        np.testing.assert_array_equal(batch.recording.signals["slip"], whole.signals["slip"][batch.rows])
+        assert (batch.rows[0], batch.rows[-1]) == (
+            max(at - MARGIN, 0),
+            min(batch.stop + MARGIN, N) - 1,
+        )
+        np.testing.assert_array_equal(
+            batch.recording.signals["slip"], whole.signals["slip"][batch.rows]
+        )
         np.testing.assert_allclose(batch.recording.time, whole.time[batch.rows], atol=1e-9)
         at = batch.stop
     assert at == N
@@ -199,7 +235,9 @@ def test_errors_in_a_later_block_of_a_text_name_its_rows(tmp_path: Path) -> None
     lines = path.read_text().splitlines()
     lines[20_001] = "1.0,2.0,oops,3.0,4.0"
     path.write_text("\n".join(lines))
-    with pytest.raises(LogError, match="line 20002, column slip is 'oops' where a number is expected"):
+    with pytest.raises(
+        LogError, match="line 20002, column slip is 'oops' where a number is expected"
+    ):
         list(read_batches(path, rows=10_000))
     of = columns()
     of["effort [N*m]"][15_000] = np.nan

@@ -51,7 +51,9 @@ def test_pounds_and_weights_at_an_arm_behind_a_name_are_its_unit(name: str, newt
     assert effort_of(plan) == (name, pytest.approx(newtons))
 
 
-@pytest.mark.parametrize(("name", "unit"), [("force_lb", "lbf"), ("load_lbs", "lbf"), ("duty_pct", "%")])
+@pytest.mark.parametrize(
+    ("name", "unit"), [("force_lb", "lbf"), ("load_lbs", "lbf"), ("duty_pct", "%")]
+)
 def test_pounds_and_shares_behind_a_name_are_its_unit(name: str, unit: str) -> None:
     assert split_end(name)[1] == unit
 
@@ -63,7 +65,9 @@ def test_a_share_of_a_torque_behind_a_name_is_asked_for_what_it_means(name: str)
     assert "--scale" in question.remedy
 
 
-@pytest.mark.parametrize(("unit", "newtons"), [("g.cm", 0.0000980665), ("kg-cm", 0.0980665), ("kg m", 9.80665)])
+@pytest.mark.parametrize(
+    ("unit", "newtons"), [("g.cm", 0.0000980665), ("kg-cm", 0.0980665), ("kg m", 9.80665)]
+)
 def test_a_mass_at_an_arm_is_the_torque_of_its_weight(unit: str, newtons: float) -> None:
     assert units.fits(unit, ("N*m",)) == (pytest.approx(newtons), "N*m")
 
@@ -87,7 +91,8 @@ def test_two_sides_are_asked_about() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "end"), [("coil_A", "A"), ("current_A", "A"), ("load_A", "A"), ("position_m", "m"), ("torque_V", "V")]
+    ("name", "end"),
+    [("coil_A", "A"), ("current_A", "A"), ("load_A", "A"), ("position_m", "m"), ("torque_V", "V")],
 )
 def test_a_letter_that_may_be_a_unit_stays_one(name: str, end: str) -> None:
     assert split_end(name)[1] == end
@@ -101,7 +106,12 @@ PARTS = {
 
 
 def test_the_parts_that_a_model_adds_are_no_effort_beside_that_which_was_applied() -> None:
-    applied = {**PLAIN, **PARTS, "Target Torque [Nm]": DRAG, "Applied Torque [Nm]": DRAG + 0.01 * np.cos(70 * ROWS)}
+    applied = {
+        **PLAIN,
+        **PARTS,
+        "Target Torque [Nm]": DRAG,
+        "Applied Torque [Nm]": DRAG + 0.01 * np.cos(70 * ROWS),
+    }
     plan = of_labels(applied)
     assert not plan.questions
     assert effort_of(plan) == ("Applied Torque", 1.0)
@@ -124,7 +134,9 @@ def test_an_estimate_beside_what_was_calculated_or_calibrated_is_asked_about(est
     assert estimate in plan.questions[0].problem
 
 
-@pytest.mark.parametrize(("unit", "factor"), [("dps", np.pi / 180), ("DPS", np.pi / 180), ("ips", 0.0254)])
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("dps", np.pi / 180), ("DPS", np.pi / 180), ("ips", 0.0254)]
+)
 def test_speeds_in_degrees_and_inches_are_known(unit: str, factor: float) -> None:
     found = units.fits(unit, ("rad/s", "m/s"))
     assert found is not None
@@ -156,7 +168,9 @@ def test_steps_of_a_motor_count_what_a_displacement_measures() -> None:
 @pytest.mark.parametrize("name", ["valve_cmd_pct", "brake [%]"])
 def test_the_share_that_a_valve_is_told_is_proposed_before_a_mark(name: str) -> None:
     other = {"relay_mode": MARK, "level": np.round(ROWS // 50 % 3)}
-    plan = of_labels({"time_s": ROWS / 100, "rpm": 100 * TURN, "torque_ftlbs": DRAG, name: 30 * LEVELS, **other})
+    plan = of_labels(
+        {"time_s": ROWS / 100, "rpm": 100 * TURN, "torque_ftlbs": DRAG, name: 30 * LEVELS, **other}
+    )
     assert plan.examples == (f'--field "{name}"',)
 
 
@@ -164,7 +178,9 @@ def test_the_share_that_a_valve_is_told_is_proposed_before_a_mark(name: str) -> 
 def test_a_table_of_friction_points_is_asked_about_once(names: tuple[str, str, str]) -> None:
     presses, slides, rubs = names
     drawn = np.random.default_rng(7).normal(size=400)
-    plan = of_labels({presses: 100 + drawn**2, slides: drawn[::-1], rubs: 40 * np.tanh(9 * drawn[::-1])})
+    plan = of_labels(
+        {presses: 100 + drawn**2, slides: drawn[::-1], rubs: 40 * np.tanh(9 * drawn[::-1])}
+    )
     assert [each.column for each in plan.signals] == [rubs]
     assert plan.examples == ("--time none", "--field none", f'--slip "{slides}"')
 

@@ -19,7 +19,10 @@ TORQUE = np.tanh(SPEED)
 
 
 def tidy() -> str:
-    rows = (f"{t},speed,{w:.5f}\n{t},torque,{f:.5f}\n" for t, w, f in zip(TIME, SPEED, TORQUE, strict=True))
+    rows = (
+        f"{t},speed,{w:.5f}\n{t},torque,{f:.5f}\n"
+        for t, w, f in zip(TIME, SPEED, TORQUE, strict=True)
+    )
     return "time [s],signal,value\n" + "".join(rows)
 
 
@@ -32,22 +35,33 @@ def with_senses() -> str:
 
 
 def woven() -> str:
-    rows = (f"{t},{w:.5f},\n{t + 0.0005},,{f:.5f}\n" for t, w, f in zip(TIME, SPEED, TORQUE, strict=True))
+    rows = (
+        f"{t},{w:.5f},\n{t + 0.0005},,{f:.5f}\n"
+        for t, w, f in zip(TIME, SPEED, TORQUE, strict=True)
+    )
     return "time [s],speed [rad/s],torque [Nm]\n" + "".join(rows)
 
 
 def with_units_in_cells() -> str:
-    rows = (f"{t:.4f} s;{1000 * w:.3f} mrad/s;{f:.5f} Nm\n" for t, w, f in zip(TIME, SPEED, TORQUE, strict=True))
+    rows = (
+        f"{t:.4f} s;{1000 * w:.3f} mrad/s;{f:.5f} Nm\n"
+        for t, w, f in zip(TIME, SPEED, TORQUE, strict=True)
+    )
     return "time;speed;torque\n" + "".join(rows)
 
 
 def stamped() -> str:
-    rows = (f"{int(t)},{round(t % 1 * 1e9)},{w:.5f},{f:.5f}\n" for t, w, f in zip(TIME, SPEED, TORQUE, strict=True))
+    rows = (
+        f"{int(t)},{round(t % 1 * 1e9)},{w:.5f},{f:.5f}\n"
+        for t, w, f in zip(TIME, SPEED, TORQUE, strict=True)
+    )
     return "stamp.sec,stamp.nanosec,speed [rad/s],torque [Nm]\n" + "".join(rows)
 
 
 @pytest.mark.parametrize("text", [tidy, with_senses, woven, with_units_in_cells, stamped])
-def test_what_is_put_right_in_a_text_that_is_read_whole_is_not_read_otherwise_in_blocks(tmp_path: Path, text) -> None:  # type: ignore[no-untyped-def]
+def test_what_is_put_right_in_a_text_that_is_read_whole_is_not_read_otherwise_in_blocks(
+    tmp_path: Path, text
+) -> None:  # type: ignore[no-untyped-def]
     path = tmp_path / "log.csv"
     path.write_text(text())
     whole = read(path)
@@ -67,4 +81,6 @@ def test_a_plain_text_is_read_in_blocks_as_it_is_read_whole(tmp_path: Path) -> N
     path.write_text("time [s],speed [rad/s],torque [Nm]\n" + "".join(rows))
     blocks = list(read_batches(path, rows=10_000))
     assert blocks[-1].stop == 12_000
-    assert np.array_equal(blocks[0].recording.signals["slip"], read(path).signals["slip"][: blocks[0].recording.rows])
+    assert np.array_equal(
+        blocks[0].recording.signals["slip"], read(path).signals["slip"][: blocks[0].recording.rows]
+    )

@@ -14,7 +14,16 @@ import pytest
 from erclutch.errors import LogError
 from erclutch.logs import read_table
 from erclutch.logs.readers import budget
-from erclutch.logs.readers.budget import CELLS, CELLS_PER_BYTE, MEMORY, NAMES, TEXT, Budget, take_zip, within
+from erclutch.logs.readers.budget import (
+    CELLS,
+    CELLS_PER_BYTE,
+    MEMORY,
+    NAMES,
+    TEXT,
+    Budget,
+    take_zip,
+    within,
+)
 from tests.support.bombs import BOMBS, MOST_MIB, MOST_SECONDS, read_alone
 
 #: These are made and read within a second.
@@ -22,7 +31,9 @@ QUICK = ("mat 7.3 unwritten", "json sparse")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in BOMBS])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=() if n in QUICK else pytest.mark.slow) for n in BOMBS]
+)
 def test_a_bomb_takes_little(tmp_path: Path, name: str) -> None:
     file, make = BOMBS[name]
     make(tmp_path / file)
@@ -32,13 +43,20 @@ def test_a_bomb_takes_little(tmp_path: Path, name: str) -> None:
     assert taken.seconds <= MOST_SECONDS
 
 
-def test_limits_grow_with_the_file_and_with_what_a_user_gives(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_limits_grow_with_the_file_and_with_what_a_user_gives(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     small, large = Budget(0), Budget(1000)
     assert (small.memory, small.cells, small.text, small.names) == (MEMORY, CELLS, TEXT, NAMES)
     assert large.cells == CELLS + CELLS_PER_BYTE * 1000
     monkeypatch.setenv("ERCLUTCH_READER_MEMORY", "4096")
     raised = Budget(0)
-    assert (raised.memory, raised.cells, raised.text, raised.names) == (4 * MEMORY, 4 * CELLS, 4 * TEXT, 4 * NAMES)
+    assert (raised.memory, raised.cells, raised.text, raised.names) == (
+        4 * MEMORY,
+        4 * CELLS,
+        4 * TEXT,
+        4 * NAMES,
+    )
     assert raised.seconds == 4.0 * small.seconds
     monkeypatch.setenv("ERCLUTCH_READER_MEMORY", "512")
     assert (Budget(0).memory, Budget(0).cells) == (MEMORY // 2, CELLS)
@@ -47,7 +65,9 @@ def test_limits_grow_with_the_file_and_with_what_a_user_gives(monkeypatch: pytes
 def test_each_limit_is_told_with_its_number() -> None:
     held = Budget(0)
     held.take_cells(CELLS)
-    with pytest.raises(LogError, match=r"unpacks to more than 25,165,824 numbers\. .*ERCLUTCH_READER_MEMORY=8192"):
+    with pytest.raises(
+        LogError, match=r"unpacks to more than 25,165,824 numbers\. .*ERCLUTCH_READER_MEMORY=8192"
+    ):
         held.take_cells(1)
     held.take_names(NAMES)
     with pytest.raises(LogError, match=r"unpacks to more than 16,384 names"):
@@ -78,13 +98,20 @@ def test_a_damaged_archive_is_told(tmp_path: Path) -> None:
 @pytest.mark.parametrize("mib", [150, 200, 250, 300, 400, 500, 700, 1000])
 def test_little_address_space_gives_one_error_and_no_hang(tmp_path: Path, mib: int) -> None:
     log = tmp_path / "log.csv"
-    log.write_text("t,field,slip,effort\n" + "".join(f"{k / 1000},1,{k % 7},{k % 5}\n" for k in range(50)))
+    log.write_text(
+        "t,field,slip,effort\n" + "".join(f"{k / 1000},1,{k % 7},{k % 5}\n" for k in range(50))
+    )
     limit = f"ulimit -v {mib << 10}; exec {sys.executable} -m erclutch inspect {log}"
-    done = subprocess.run(["sh", "-c", limit], capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        ["sh", "-c", limit], capture_output=True, text=True, timeout=60, check=False
+    )
     assert "Traceback" not in done.stderr
     assert done.returncode == 0 or "error: " in done.stderr
     if mib < 512:
-        assert f"error: this process may have {mib} MiB of address space, and needs 512. Raise it" in done.stderr
+        assert (
+            f"error: this process may have {mib} MiB of address space, and needs 512. Raise it"
+            in done.stderr
+        )
 
 
 def test_what_takes_longer_than_its_time_is_told_in_any_thread() -> None:

@@ -46,7 +46,9 @@ def test_lists_whose_places_have_no_names_are_numbered(tmp_path: Path, names: st
 
 
 @pytest.mark.parametrize("broken", ["(0.1, 0.2)", "(0.1, x, 0.2)", "", "(0.1, 0.2, 0.3"])
-def test_lists_of_several_lengths_and_broken_lists_stay_text_and_are_told(tmp_path: Path, broken: str) -> None:
+def test_lists_of_several_lengths_and_broken_lists_stay_text_and_are_told(
+    tmp_path: Path, broken: str
+) -> None:
     path = table_of_messages(tmp_path / "a.csv", "()", "['hip', 'knee', 'foot']")
     lines = path.read_text().splitlines()
     lines[20] = f'0.19,19,"[]","{broken}","(1, 2, 3)","(1, 2, 3)"'

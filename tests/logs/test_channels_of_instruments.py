@@ -28,7 +28,9 @@ DRAG = np.tanh(10 * TURN) * (1 + LEVELS)
 
 
 def rows(*columns: np.ndarray, between: str = ",") -> str:
-    return "".join(between.join(f"{each:.6g}" for each in row) + "\n" for row in zip(*columns, strict=True))
+    return "".join(
+        between.join(f"{each:.6g}" for each in row) + "\n" for row in zip(*columns, strict=True)
+    )
 
 
 def written(folder: Path, text: str, name: str = "a.csv") -> Path:
@@ -45,7 +47,9 @@ def planned(path: Path) -> Plan:
 
 
 def test_lines_of_a_key_and_a_value_name_the_channels_of_a_scope(tmp_path: Path) -> None:
-    head = "Name\tScope Project\nFile\tC:\\brake.svdx\n\nName\tTorque\tName\tVelo\tName\tCoilCurrent\n"
+    head = (
+        "Name\tScope Project\nFile\tC:\\brake.svdx\n\nName\tTorque\tName\tVelo\tName\tCoilCurrent\n"
+    )
     head += "Data-Type\tREAL64\tData-Type\tREAL64\tData-Type\tREAL64\nSampleTime[ms]\t10\tSampleTime[ms]\t10\t"
     head += "SampleTime[ms]\t10\nUnit\tNm\tUnit\trad/s\tUnit\tA\n\n"
     milliseconds = TIME * 1e3
@@ -54,10 +58,14 @@ def test_lines_of_a_key_and_a_value_name_the_channels_of_a_scope(tmp_path: Path)
     np.testing.assert_allclose(recording.signals["effort"], DRAG, rtol=1e-4)
     np.testing.assert_allclose(recording.signals["slip"], TURN, rtol=1e-4)
     np.testing.assert_allclose(recording.signals["field"], LEVELS)
-    assert recording.period == pytest.approx(0.01)  # s: the header gives the period, and so the unit of the time
+    assert recording.period == pytest.approx(
+        0.01
+    )  # s: the header gives the period, and so the unit of the time
 
 
-def test_channels_behind_times_of_their_own_are_joined_at_the_times_of_the_effort(tmp_path: Path) -> None:
+def test_channels_behind_times_of_their_own_are_joined_at_the_times_of_the_effort(
+    tmp_path: Path,
+) -> None:
     own_time = np.arange(ROWS) / 50  # the current is sampled half as often, for twice as long
     head = "Time (s),Torque (Nm),Time (s),Speed (rad/s),Time (s),Current (A)\n"
     recording = read(written(tmp_path, head + rows(TIME, DRAG, TIME, TURN, own_time, LEVELS)))
@@ -71,7 +79,9 @@ def test_a_channel_with_fewer_samples_than_the_others_ends_before_them(tmp_path:
     cells: list[str] = []
     for place in range(ROWS):
         late = f"{TIME[2 * place]:.6g},{LEVELS[2 * place]:.6g}" if 2 * place < ROWS else ","
-        cells.append(f"{TIME[place]:.6g},{DRAG[place]:.6g},{TIME[place]:.6g},{TURN[place]:.6g},{late}\n")
+        cells.append(
+            f"{TIME[place]:.6g},{DRAG[place]:.6g},{TIME[place]:.6g},{TURN[place]:.6g},{late}\n"
+        )
     recording = read(written(tmp_path, head + "".join(cells)))
     assert recording.rows == ROWS - 1
     assert len(recording.segments) == 1
@@ -94,7 +104,9 @@ def test_a_time_without_a_unit_that_grows_by_the_period_of_the_header_is_in_its_
     assert not plan.doubts
 
 
-def test_a_time_without_a_unit_that_disagrees_with_the_header_stays_in_doubt(tmp_path: Path) -> None:
+def test_a_time_without_a_unit_that_disagrees_with_the_header_stays_in_doubt(
+    tmp_path: Path,
+) -> None:
     head = "Sample interval: 3 ms\nTime,Torque (Nm),Speed (rad/s),Current (A)\n"
     plan = planned(written(tmp_path, head + rows(TIME * 1e3, DRAG, TURN, LEVELS)))
     assert plan.clock is not None
@@ -105,7 +117,9 @@ def test_a_time_without_a_unit_that_disagrees_with_the_header_stays_in_doubt(tmp
 
 
 @pytest.mark.parametrize("key", ["Labels", "Label", "Channel Names"])
-def test_labels_of_an_oscilloscope_stand_above_the_names_of_its_channels(tmp_path: Path, key: str) -> None:
+def test_labels_of_an_oscilloscope_stand_above_the_names_of_its_channels(
+    tmp_path: Path, key: str
+) -> None:
     head = f"Model,MSO44\nSample Interval,0.01\n{key},Speed,Torque,Current\nTIME,CH1,CH2,CH3\n"
     plan = planned(written(tmp_path, head + rows(TIME, TURN, DRAG, LEVELS)))
     taken = {each.signal: each.column for each in plan.signals}
@@ -128,7 +142,9 @@ def test_groups_tell_columns_of_one_name_apart(tmp_path: Path, head: str) -> Non
     assert not plan.doubts
 
 
-@pytest.mark.parametrize("types", ["f8,f8,f8,f8", "REAL64,REAL64,REAL64,REAL64", "double,double,int16,float"])
+@pytest.mark.parametrize(
+    "types", ["f8,f8,f8,f8", "REAL64,REAL64,REAL64,REAL64", "double,double,int16,float"]
+)
 def test_types_below_the_units_are_no_units(tmp_path: Path, types: str) -> None:
     head = f"time,nBrk,MBrk,iCoil\ns,min-1,Nm,A\n{types}\n"
     table = read_table(written(tmp_path, head + rows(TIME, TURN, DRAG, LEVELS)))
@@ -142,7 +158,9 @@ def test_sensors_above_names_that_differ_change_no_name(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("setting", ["Current: {} A", "Coil current,{},A", "Strom = {} A"])
-def test_tables_below_each_other_have_the_field_that_stands_above_each(tmp_path: Path, setting: str) -> None:
+def test_tables_below_each_other_have_the_field_that_stands_above_each(
+    tmp_path: Path, setting: str
+) -> None:
     text = ""
     for field in (0.0, 0.5, 1.0):
         text += f"{setting.format(field)}\nTime (s),Displacement (mm),Force (N)\n{rows(TIME, TURN, DRAG + field)}\n"
@@ -175,7 +193,9 @@ def test_what_stands_above_the_first_table_alone_is_no_setting_of_it(tmp_path: P
         ("Velocity..mm.s.", "Velocity", "mm/s"),
     ],
 )
-def test_units_in_brackets_that_matlab_and_r_took_away_are_units(name: str, stem: str, unit: str) -> None:
+def test_units_in_brackets_that_matlab_and_r_took_away_are_units(
+    name: str, stem: str, unit: str
+) -> None:
     assert split_end(name) == (stem, unit)
 
 
@@ -184,7 +204,9 @@ def test_other_names_that_end_so_have_no_unit(name: str) -> None:
     assert split_end(name) == (name, None)
 
 
-@pytest.mark.parametrize("name", ["SpdShaft_Act", "Speed shaft", "Vitesse arbre", "Prędkość", "主轴转速"])
+@pytest.mark.parametrize(
+    "name", ["SpdShaft_Act", "Speed shaft", "Vitesse arbre", "Prędkość", "主轴转速"]
+)
 def test_turns_a_minute_are_the_unit_of_a_speed(name: str) -> None:
     assert own_unit(name, "1/min", ("rad/s",)) == "turn/min"
 
@@ -217,7 +239,11 @@ def test_a_second_is_written_in_korean() -> None:
 
 @pytest.mark.parametrize("port", ["Out1", "Value", "In2"])
 def test_paths_in_a_model_are_named_by_their_last_block(port: str) -> None:
-    labels = ["Time", f"Model Root/Sensors/Torque_Nm/{port}", f"Model Root/Encoder/omega_rad_s/{port}"]
+    labels = [
+        "Time",
+        f"Model Root/Sensors/Torque_Nm/{port}",
+        f"Model Root/Encoder/omega_rad_s/{port}",
+    ]
     assert name_columns(labels)[0] == ["Time", "Torque_Nm", "omega_rad_s"]
 
 
@@ -229,7 +255,9 @@ def test_paths_with_one_last_block_stay_whole() -> None:
 # --- fields in names --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("names", [("0 A", "0,5 A", "1,0 A"), ("F_0,5A", "F_1,5A"), ("I=0A", "I=0.5A")])
+@pytest.mark.parametrize(
+    "names", [("0 A", "0,5 A", "1,0 A"), ("F_0,5A", "F_1,5A"), ("I=0A", "I=0.5A")]
+)
 def test_a_decimal_comma_in_a_name_is_that_of_its_field(names: tuple[str, ...]) -> None:
     assert differ_by_field(names)
 
@@ -247,7 +275,9 @@ def test_the_same_motion_at_several_fields_is_no_copy(tmp_path: Path) -> None:
 
     text = ""
     for field in (0.0, 0.5, 1.0):
-        text += f"{field} A\nTime (s),Displacement (mm),Force (N)\n{rows(TIME, TURN, DRAG + field)}\n"
+        text += (
+            f"{field} A\nTime (s),Displacement (mm),Force (N)\n{rows(TIME, TURN, DRAG + field)}\n"
+        )
     with pytest.raises(AlikeRecordingsError):
         table_of_log(written(tmp_path, text), ColumnMap(), None)
 
@@ -280,8 +310,12 @@ X_Value\tCurrent\tX_Value\tSpeed\tX_Value\tTorque\tComment
 def test_units_of_labview_stand_above_their_channel_or_one_after_another(
     tmp_path: Path, gap: str, units: list[str], known: list[str | None]
 ) -> None:
-    head = LVM_HEAD.format(samples=gap.join(["6"] * 3), units=gap.join(units), zeros=gap.join(["0.0"] * 3))
-    rows = [f"{0.1 * k:.1f}\t{k}\t{0.1 * k:.1f}\t{10 + k}\t{0.1 * k:.1f}\t{20 + k}" for k in range(6)]
+    head = LVM_HEAD.format(
+        samples=gap.join(["6"] * 3), units=gap.join(units), zeros=gap.join(["0.0"] * 3)
+    )
+    rows = [
+        f"{0.1 * k:.1f}\t{k}\t{0.1 * k:.1f}\t{10 + k}\t{0.1 * k:.1f}\t{20 + k}" for k in range(6)
+    ]
     path = tmp_path / "log.lvm"
     path.write_text(head + "\n".join(rows) + "\n")
     table = read_table(path)
@@ -291,7 +325,10 @@ def test_units_of_labview_stand_above_their_channel_or_one_after_another(
 def keyed(mark: str, lines: dict[str, str], decimal: str = ".") -> str:
     """Lines with a key and a cell for each of three channels, above rows without a first cell."""
     head = [mark.join([key, *said.split("|")]) for key, said in lines.items()]
-    rows = [mark.join(["", *(f"{k + place}.5".replace(".", decimal) for place in range(3))]) for k in range(30)]
+    rows = [
+        mark.join(["", *(f"{k + place}.5".replace(".", decimal) for place in range(3))])
+        for k in range(30)
+    ]
     return "\n".join([*head, "", *rows]) + "\n"
 
 
@@ -305,11 +342,17 @@ YOKOGAWA = {
     '"HUnit"': '"s"|"s"|"s"',
     '"Time"': '"10:11:12"|"10:11:12"|"10:11:12"',
 }
-FAMOS = {"Kanal": "Current|Speed|Torque", "Einheit": "A|rpm|Nm", "Delta-X": "20|20|20", "X-Einheit": "ms|ms|ms"}
+FAMOS = {
+    "Kanal": "Current|Speed|Torque",
+    "Einheit": "A|rpm|Nm",
+    "Delta-X": "20|20|20",
+    "X-Einheit": "ms|ms|ms",
+}
 
 
 @pytest.mark.parametrize(
-    ("lines", "mark", "decimal"), [(YOKOGAWA, ",", "."), (FAMOS, "\t", ","), (FAMOS, ";", ","), (FAMOS, ";", ".")]
+    ("lines", "mark", "decimal"),
+    [(YOKOGAWA, ",", "."), (FAMOS, "\t", ","), (FAMOS, ";", ","), (FAMOS, ";", ".")],
 )
 def test_lines_with_a_key_in_front_say_what_the_channels_are(
     tmp_path: Path, lines: dict[str, str], mark: str, decimal: str
@@ -337,7 +380,9 @@ def test_any_text_may_have_lines_with_keys(text: str) -> None:
 
 
 @pytest.mark.parametrize("end", ["", ";", ";;"])
-def test_a_time_over_its_unit_stands_beside_groups_over_their_names(tmp_path: Path, end: str) -> None:
+def test_a_time_over_its_unit_stands_beside_groups_over_their_names(
+    tmp_path: Path, end: str
+) -> None:
     lines = [f"Zeit;Bremse;;Spule{end}", "s;Drehzahl [1/min];Moment [Nm];Strom [mA]"]
     lines += [f"{0.1 * k:.1f};{10 + k};{20 + k};{30 + k}" for k in range(20)]
     path = tmp_path / "log.csv"
@@ -346,6 +391,8 @@ def test_a_time_over_its_unit_stands_beside_groups_over_their_names(tmp_path: Pa
 
 
 def test_channels_of_a_data_logger_have_the_names_in_their_brackets() -> None:
-    names, own_units, _ = name_columns(["Scan Number", "101 <Coil I> (ADC)", "102 <Speed> (VDC)", "103 <x> (counts)"])
+    names, own_units, _ = name_columns(
+        ["Scan Number", "101 <Coil I> (ADC)", "102 <Speed> (VDC)", "103 <x> (counts)"]
+    )
     assert names[:3] == ["Scan Number", "Coil I", "Speed"]
     assert own_units[:3] == [None, "A", "V"]

@@ -78,7 +78,9 @@ def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def test_it_answers_within_its_limits(reader: str, tmp_path: Path) -> None:
-    (limits, more), texts = child_process.run(reader, tmp_path / "a.mat", "limits", memory=2 << 30, seconds=7.2)
+    (limits, more), texts = child_process.run(
+        reader, tmp_path / "a.mat", "limits", memory=2 << 30, seconds=7.2
+    )
     assert limits.tolist() == [2 << 30, 2 << 30, 8, 0]
     assert more.tolist() == [1.0, 2.0, 3.0]
     assert more.dtype == np.float64
@@ -104,18 +106,25 @@ def test_larger_files_have_more_time_and_memory(tmp_path: Path, reader: str) -> 
     [
         ("memory", "reading the file needs more than 2048 MiB"),
         ("said", "no such thing. Look again"),
-        ("odd", r"damaged or of a kind that cannot be read \(IndexError: list index out of range\)"),
+        (
+            "odd",
+            r"damaged or of a kind that cannot be read \(IndexError: list index out of range\)",
+        ),
         ("exit", r"the reader broke on this file \(code 3: the last line\)"),
         ("signal", r"the reader broke on this file \(signal 6\)"),
         ("code", r"the reader broke on this file \(code 4"),
         pytest.param(
-            "loop", "takes longer than the 0.5 s that its size allows|took longer than", marks=pytest.mark.slow
+            "loop",
+            "takes longer than the 0.5 s that its size allows|took longer than",
+            marks=pytest.mark.slow,
         ),
     ],
 )
 def test_each_failure_is_a_line(reader: str, tmp_path: Path, how: str, said: str) -> None:
     with pytest.raises(LogError, match=said):
-        child_process.run(reader, tmp_path / "a.mat", how, memory=2 << 30, seconds=0.5 if how == "loop" else None)
+        child_process.run(
+            reader, tmp_path / "a.mat", how, memory=2 << 30, seconds=0.5 if how == "loop" else None
+        )
 
 
 @pytest.mark.slow
@@ -134,8 +143,12 @@ def test_pieces_come_one_after_another_and_the_child_ends_with_who_asked(tmp_pat
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("reader")
-@pytest.mark.parametrize(("how", "said"), [("said", "no such thing"), ("signal", r"reader broke .*\(signal 6\)")])
-def test_a_child_that_breaks_among_its_pieces_is_a_line(tmp_path: Path, how: str, said: str) -> None:
+@pytest.mark.parametrize(
+    ("how", "said"), [("said", "no such thing"), ("signal", r"reader broke .*\(signal 6\)")]
+)
+def test_a_child_that_breaks_among_its_pieces_is_a_line(
+    tmp_path: Path, how: str, said: str
+) -> None:
     pieces = child_process.stream("own_pieces", tmp_path / "a", how)
     assert [next(pieces)[1]["number"] for _ in range(3)] == [0, 1, 2]
     with pytest.raises(LogError, match=said):
@@ -143,12 +156,16 @@ def test_a_child_that_breaks_among_its_pieces_is_a_line(tmp_path: Path, how: str
 
 
 @pytest.mark.parametrize("pieces", [True, False])
-def test_no_room_for_what_was_read_is_no_damage(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pieces: bool) -> None:
+def test_no_room_for_what_was_read_is_no_damage(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pieces: bool
+) -> None:
     class Full(np.ndarray[Any, Any]):
         def tofile(self, *_: object) -> None:
             raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(np, "ascontiguousarray", lambda values, kind: np.asarray(values, kind).view(Full))
+    monkeypatch.setattr(
+        np, "ascontiguousarray", lambda values, kind: np.asarray(values, kind).view(Full)
+    )
     monkeypatch.setattr(child_process, "_limit", lambda memory, seconds: None)
     monkeypatch.setattr(child_process, "_end_with_parent", lambda: None)
     monkeypatch.setattr(sys, "argv", ["reader", str(tmp_path / "a"), str(tmp_path), "1", "1"])
@@ -157,11 +174,15 @@ def test_no_room_for_what_was_read_is_no_damage(tmp_path: Path, monkeypatch: pyt
         child_process.serve_pieces(lambda path: iter([answer]))
     else:
         child_process.serve(lambda path: answer)
-    with pytest.raises(LogError, match=r"temporary files .No space left on device.* Make room there"):
+    with pytest.raises(
+        LogError, match=r"temporary files .No space left on device.* Make room there"
+    ):
         child_process._answer(tmp_path, 0, b"", 1)
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux ends a child with its parent")
+@pytest.mark.skipif(
+    not sys.platform.startswith("linux"), reason="only Linux ends a child with its parent"
+)
 def test_it_ends_with_its_parent_however_that_dies(reader: str, tmp_path: Path) -> None:
     told = tmp_path / "pid"
     code = "import sys, pathlib\nfrom erclutch.logs.readers import child_process\n"
@@ -188,7 +209,9 @@ def _runs(process: int) -> bool:
 
 
 @pytest.mark.slow
-def test_a_small_file_has_little_memory(reader: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_small_file_has_little_memory(
+    reader: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """What unpacks to gigabytes is refused before the memory is given; a user may allow it."""
     path = tmp_path / "a.mat"
     path.write_bytes(bytes(1 << 20))

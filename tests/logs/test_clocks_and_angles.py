@@ -30,8 +30,16 @@ def written(path: Path, names: str, columns: list[Array], above: str = "") -> Pa
     [
         ("Time (s),x (mm),v (mm/s),F (N),I (A)", [TIME * 1e3], '--time "Time [ms]"'),
         ("Time (ms),x (mm),v (mm/s),F (N),I (A)", [TIME], '--time "Time [s]"'),
-        ("time_s,pc_time_s,x (mm),v (mm/s),F (N),I (A)", [TIME * 2.0, TIME + 55.0], '--time "pc_time_s"'),
-        ("time_s,wall [ms],x (mm),v (mm/s),F (N),I (A)", [TIME * 0.5, TIME * 1e3], '--time "wall [ms]"'),
+        (
+            "time_s,pc_time_s,x (mm),v (mm/s),F (N),I (A)",
+            [TIME * 2.0, TIME + 55.0],
+            '--time "pc_time_s"',
+        ),
+        (
+            "time_s,wall [ms],x (mm),v (mm/s),F (N),I (A)",
+            [TIME * 0.5, TIME * 1e3],
+            '--time "wall [ms]"',
+        ),
     ],
 )
 def test_a_clock_by_which_a_slip_is_the_rate_of_its_position_is_proposed(
@@ -47,7 +55,9 @@ def test_a_clock_by_which_a_slip_is_the_rate_of_its_position_is_proposed(
 
 def test_milliseconds_that_the_motion_tells_are_taken_and_not_asked_about(tmp_path: Path) -> None:
     columns = [TIME * 1e3, PLACE * 1e3, SPEED * 1e3, FORCE, CURRENT]
-    plan = plan_of(read_table(written(tmp_path / "log.csv", "time,x_mm,v_mm_s,F_N,I_A", columns)), ColumnMap())
+    plan = plan_of(
+        read_table(written(tmp_path / "log.csv", "time,x_mm,v_mm_s,F_N,I_A", columns)), ColumnMap()
+    )
     assert not plan.questions
     assert plan.clock is not None
     assert (plan.clock.unit, plan.clock.doubt) == ("ms", "")
@@ -59,14 +69,22 @@ def test_a_slip_in_another_unit_than_its_name_is_asked_about_and_no_clock_is_pro
     tmp_path: Path, factor: float
 ) -> None:
     columns = [TIME, PLACE, SPEED * factor, FORCE, CURRENT]
-    plan = plan_of(read_table(written(tmp_path / "log.csv", "t (s),x (m),v (m/s),F (N),I (A)", columns)), ColumnMap())
+    plan = plan_of(
+        read_table(written(tmp_path / "log.csv", "t (s),x (m),v (m/s),F (N),I (A)", columns)),
+        ColumnMap(),
+    )
     assert [question.signal for question in plan.questions] == ["slip"]
     assert plan.command().endswith(' --slip "v [m/s]"')
 
 
 def test_stamps_in_the_unit_of_the_header_are_in_seconds_for_a_position_too(tmp_path: Path) -> None:
     columns = [TIME * 1e3, PLACE * 1e3, SPEED * 1e3, FORCE, CURRENT]
-    path = written(tmp_path / "log.csv", "time,x (mm),v (mm/s),F (N),I (A)", columns, above="Sample interval: 2 ms")
+    path = written(
+        tmp_path / "log.csv",
+        "time,x (mm),v (mm/s),F (N),I (A)",
+        columns,
+        above="Sample interval: 2 ms",
+    )
     assert read(path).period == pytest.approx(0.002)
 
 
@@ -92,20 +110,29 @@ def test_counters_of_ticks_frames_and_samples_tell_the_time_by_the_header(
     tmp_path: Path, above: str, name: str, counts: Array, period: float
 ) -> None:
     names = f"{name},v (m/s),F (N),I (A)"
-    recording = read(written(tmp_path / "log.csv", names, [counts, SPEED, FORCE, CURRENT], above=above))
+    recording = read(
+        written(tmp_path / "log.csv", names, [counts, SPEED, FORCE, CURRENT], above=above)
+    )
     assert recording.period == pytest.approx(period)
 
 
 def test_a_frame_that_a_camera_dropped_is_a_gap(tmp_path: Path) -> None:
     frames = np.delete(np.arange(800), [300, 301, 302])
     columns = [frames.astype(np.float64), SPEED[frames], FORCE[frames], CURRENT[frames]]
-    path = written(tmp_path / "log.csv", "Frame,v (m/s),F (N),I (A)", columns, above="# Frame rate: 500 fps")
+    path = written(
+        tmp_path / "log.csv", "Frame,v (m/s),F (N),I (A)", columns, above="# Frame rate: 500 fps"
+    )
     assert len(read(path).segments) == 2
 
 
 @pytest.mark.parametrize(
     ("turn", "unit", "lowest"),
-    [(360.0, "deg", 0.0), (360.0, "deg", -180.0), (2.0 * np.pi, "rad", 0.0), (2.0 * np.pi, "rad", -np.pi)],
+    [
+        (360.0, "deg", 0.0),
+        (360.0, "deg", -180.0),
+        (2.0 * np.pi, "rad", 0.0),
+        (2.0 * np.pi, "rad", -np.pi),
+    ],
 )
 def test_an_angle_without_a_unit_that_jumps_by_a_turn_is_asked_for_it(
     tmp_path: Path, turn: float, unit: str, lowest: float
@@ -113,7 +140,9 @@ def test_an_angle_without_a_unit_that_jumps_by_a_turn_is_asked_for_it(
     angle = 3.0 * np.sin(9.0 * TIME) + 9.0 * TIME  # rad
     wrapped = (angle * turn / (2.0 * np.pi) - lowest) % turn + lowest
     path = written(tmp_path / "log.csv", "t,theta,torque,i", [TIME, wrapped, FORCE, CURRENT])
-    with pytest.raises(MappingError, match=f"jumps by a full turn . times, as an angle in {unit} does"):
+    with pytest.raises(
+        MappingError, match=f"jumps by a full turn . times, as an angle in {unit} does"
+    ):
         read(path)
     recording = read(path, position=f"theta [{unit}]")
     assert recording.units["position"] == "rad"
@@ -150,5 +179,7 @@ def test_units_of_benches_and_their_multiples(written_unit: str, means: str) -> 
 
 
 def test_a_speed_in_hertz_is_proposed_in_turns(tmp_path: Path) -> None:
-    path = written(tmp_path / "log.csv", "t [s],Speed [Hz],Torque [Nm],I [A]", [TIME, SPEED, FORCE, CURRENT])
+    path = written(
+        tmp_path / "log.csv", "t [s],Speed [Hz],Torque [Nm],I [A]", [TIME, SPEED, FORCE, CURRENT]
+    )
     assert plan_of(read_table(path), ColumnMap()).command().endswith('--slip "Speed [turn/s]"')

@@ -41,7 +41,12 @@ _COLUMNS: dict[str, Any] = {
 def test_a_recording_made_of_arrays_is_copied_and_sent_to_other_processes() -> None:
     """What joblib does: the copy holds the same, and nobody can change it either."""
     time = np.arange(200) * 1e-3
-    columns = {"time [s]": time, "field [V]": np.sin(time), "slip [rad/s]": np.cos(time), "torque [N*m]": time}
+    columns = {
+        "time [s]": time,
+        "field [V]": np.sin(time),
+        "slip [rad/s]": np.cos(time),
+        "torque [N*m]": time,
+    }
     log = erclutch.read(pd.DataFrame(columns))
     for again in (pickle.loads(pickle.dumps(log)), copy.deepcopy(log), copy.copy(log)):
         assert again.units == log.units
@@ -55,15 +60,23 @@ def test_a_recording_made_of_arrays_is_copied_and_sent_to_other_processes() -> N
 
 @settings(max_examples=examples(60), deadline=None)
 @given(st.lists(st.tuples(_TEXTS, st.sampled_from(sorted(_COLUMNS))), max_size=5))
-def test_any_columns_give_numbers_of_one_length_or_one_error(columns: list[tuple[str, str]]) -> None:
-    frame = pd.concat([pd.Series(_COLUMNS[kind]) for _, kind in columns], axis=1) if columns else pd.DataFrame()
+def test_any_columns_give_numbers_of_one_length_or_one_error(
+    columns: list[tuple[str, str]],
+) -> None:
+    frame = (
+        pd.concat([pd.Series(_COLUMNS[kind]) for _, kind in columns], axis=1)
+        if columns
+        else pd.DataFrame()
+    )
     frame.columns = [name for name, _ in columns]
     try:
         table = table_of_frame(frame)
     except ErclutchError:
         assert not any(kind in ("float32", "int", "bool", "category") for _, kind in columns)
         return
-    assert all(values.dtype == np.float64 and values.shape == (_ROWS,) for values in table.columns.values())
+    assert all(
+        values.dtype == np.float64 and values.shape == (_ROWS,) for values in table.columns.values()
+    )
     left = len(columns) - len(table.columns) - (table.clock is not None)
     assert bool(left) == any("left out" in note for note in table.notes)
 
@@ -74,7 +87,9 @@ def test_the_time_may_be_an_index_or_a_column(index: str) -> None:
     frame = pd.DataFrame({f"{name} [{unit}]": values for name, (unit, values) in columns.items()})
     if index != "column":
         since = pd.to_timedelta(frame.pop("time [s]"), unit="s")
-        frame.index = pd.Index(since if index == "durations" else pd.Timestamp("2024-05-01", tz="UTC") + since)
+        frame.index = pd.Index(
+            since if index == "durations" else pd.Timestamp("2024-05-01", tz="UTC") + since
+        )
     log = erclutch.read(frame)
     assert log.period == pytest.approx(1e-3)
     assert dict(log.units) == {"field": "V", "slip": "rad/s", "effort": "N*m"}
@@ -97,8 +112,12 @@ def test_what_is_no_frame_is_refused(what: Any) -> None:
 
 
 @pytest.mark.parametrize("words", [("ON", "OFF"), ("yes", "no")])
-def test_words_of_a_switch_are_numbers_and_words_of_a_kind_part_the_rows(words: tuple[str, str]) -> None:
-    frame = pd.DataFrame({"w": np.arange(40.0), "coil": [*words] * 20, "pad": ["steel"] * 20 + ["cork"] * 20})
+def test_words_of_a_switch_are_numbers_and_words_of_a_kind_part_the_rows(
+    words: tuple[str, str],
+) -> None:
+    frame = pd.DataFrame(
+        {"w": np.arange(40.0), "coil": [*words] * 20, "pad": ["steel"] * 20 + ["cork"] * 20}
+    )
     table = table_of_frame(frame)
     np.testing.assert_array_equal(table.columns["coil"], [1.0, 0.0] * 20)
     assert table.words["pad"].words == ("steel", "cork")

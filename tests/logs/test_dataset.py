@@ -120,10 +120,14 @@ def test_the_usual_filter_gives_way_to_central_differences_where_a_log_has_no_ro
     place = np.sin(np.arange(43) / 5)
     units = {"field": "V", "position": "rad", "effort": "N*m"}
 
-    def swing(rows: slice, segments: Sequence[tuple[int, int]], *, uniform: bool = True) -> Recording:
+    def swing(
+        rows: slice, segments: Sequence[tuple[int, int]], *, uniform: bool = True
+    ) -> Recording:
         part = place[rows]
         signals = {"field": 0.0 * part, "position": part, "effort": 0.0 * part}
-        return recording(part.size, segments=segments, signals=signals, units=units, uniform=uniform)
+        return recording(
+            part.size, segments=segments, signals=signals, units=units, uniform=uniform
+        )
 
     def slip(log: Recording, derivative: Derivative | None = None) -> np.ndarray:
         return build_dataset(log, derivative=derivative).elements[0].slip
@@ -133,12 +137,16 @@ def test_the_usual_filter_gives_way_to_central_differences_where_a_log_has_no_ro
         np.testing.assert_array_equal(slip(log)[rows], slip(swing(rows, ((0, 20),))))
     np.testing.assert_allclose(slip(log)[20:23], np.gradient(place[20:23], 1e-3))
     assert any(
-        "in 1 of 3 segments by the central one: few rows stand there" in note for note in build_dataset(log).notes
+        "in 1 of 3 segments by the central one: few rows stand there" in note
+        for note in build_dataset(log).notes
     )
 
     uneven = swing(slice(None), ((0, 43),), uniform=False)
     np.testing.assert_allclose(slip(uneven), np.gradient(place, 1e-3))
-    assert any("central derivative, since the steps are unequal" in note for note in build_dataset(uneven).notes)
+    assert any(
+        "central derivative, since the steps are unequal" in note
+        for note in build_dataset(uneven).notes
+    )
     with pytest.raises(SettingError, match="needs equal time steps"):  # chosen by the user
         slip(uneven, Derivative(window=7))
 
@@ -147,7 +155,9 @@ def test_a_segment_of_a_single_row_has_no_speed() -> None:
     """A lone row between two gaps is what `erclutch.read` makes of lost samples."""
     zero = np.zeros(40)
     log = recording(
-        40, segments=[(0, 20), (20, 21), (21, 40)], signals={"field": zero, "position": zero, "effort": zero}
+        40,
+        segments=[(0, 20), (20, 21), (21, 40)],
+        signals={"field": zero, "position": zero, "effort": zero},
     )
     assert np.isfinite(build_dataset(log).elements[0].slip).all()
 
@@ -172,7 +182,10 @@ def test_the_coaxial_pair() -> None:
     assert np.all((first.field == 0) | (second.field == 0))
     assert data.units == Units("N*m", "", "rad/s")
     with pytest.raises(MappingError, match="no signal T for device coaxial"):
-        build_dataset(recording(20, signals={n: np.zeros(20) for n in ("E", "theta", "alpha")}), device="coaxial")
+        build_dataset(
+            recording(20, signals={n: np.zeros(20) for n in ("E", "theta", "alpha")}),
+            device="coaxial",
+        )
 
 
 # --- rows of a mask ---------------------------------------------------------------------------------------------------
@@ -181,7 +194,9 @@ def test_the_coaxial_pair() -> None:
 @st.composite
 def datasets(draw: st.DrawFn) -> Dataset:
     """Up to three logs of up to three spans; the row's number is its effort."""
-    lengths = draw(st.lists(st.lists(st.integers(2, 12), min_size=1, max_size=3), min_size=1, max_size=3))
+    lengths = draw(
+        st.lists(st.lists(st.integers(2, 12), min_size=1, max_size=3), min_size=1, max_size=3)
+    )
     spans, sources, at = [], [], 0
     for log in lengths:
         start = at
@@ -265,9 +280,13 @@ def test_shares_that_are_none(share: float) -> None:
 
 
 def test_patterns_take_whole_logs_by_the_file_s_name() -> None:
-    data = build_dataset([recording(20, n) for n in ("runs/a_1.txt", "runs/a_2.txt", "runs/b_1.txt")])
+    data = build_dataset(
+        [recording(20, n) for n in ("runs/a_1.txt", "runs/a_2.txt", "runs/b_1.txt")]
+    )
     np.testing.assert_array_equal(np.flatnonzero(hold_out(data, ["a_2.txt"])), range(20, 40))
-    np.testing.assert_array_equal(np.flatnonzero(hold_out(data, ["*_1.txt"])), [*range(20), *range(40, 60)])
+    np.testing.assert_array_equal(
+        np.flatnonzero(hold_out(data, ["*_1.txt"])), [*range(20), *range(40, 60)]
+    )
     np.testing.assert_array_equal(np.flatnonzero(hold_out(data, ["a_2*", "b*"])), range(20, 60))
 
 
@@ -304,14 +323,22 @@ def test_fewer_than_two_blocks(count: int) -> None:
 def _steps(fields: Sequence[float], each: int = 100) -> Recording:
     """One constant field after another, with a gap between."""
     n = each * len(fields)
-    signals = {"field": np.repeat(np.array(fields), each), "slip": np.sin(np.arange(n) / 7), "effort": np.ones(n)}
-    return recording(n, segments=[(k * each, (k + 1) * each) for k in range(len(fields))], signals=signals)
+    signals = {
+        "field": np.repeat(np.array(fields), each),
+        "slip": np.sin(np.arange(n) / 7),
+        "effort": np.ones(n),
+    }
+    return recording(
+        n, segments=[(k * each, (k + 1) * each) for k in range(len(fields))], signals=signals
+    )
 
 
 def test_a_share_of_each_stretch_where_each_has_its_own_field() -> None:
     """The end of the log alone would be a field that training never sees."""
     mask = hold_out(build_dataset(_steps([0.0, 0.5, 1.0])), 0.3)
-    np.testing.assert_array_equal(np.flatnonzero(mask), [*range(70, 100), *range(170, 200), *range(270, 300)])
+    np.testing.assert_array_equal(
+        np.flatnonzero(mask), [*range(70, 100), *range(170, 200), *range(270, 300)]
+    )
 
 
 def test_gaps_at_one_field_are_no_stretches_of_their_own() -> None:
@@ -343,7 +370,9 @@ def test_speeds_and_fields_of_a_pair_have_one_unit() -> None:
     assert made.units == Units("N*m", "V", "rad/s")
     for name in ("E2", "alpha_dot"):
         with pytest.raises(MappingError, match=rf"(E1|theta_dot) is in .* and {name} in 1"):
-            build_dataset(recording(20, signals=signals, units={**units, name: ""}), device="coaxial")
+            build_dataset(
+                recording(20, signals=signals, units={**units, name: ""}), device="coaxial"
+            )
 
 
 def test_the_unit_of_a_speed_is_that_of_its_position() -> None:
@@ -357,7 +386,8 @@ def test_the_unit_of_a_speed_is_that_of_its_position() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rows", "most", "step"), [(100, 100, 1), (100, 99, 2), (100, 50, 2), (100, 49, 3), (100, 1000, 1)]
+    ("rows", "most", "step"),
+    [(100, 100, 1), (100, 99, 2), (100, 50, 2), (100, 49, 3), (100, 1000, 1)],
 )
 def test_thinned_rows_are_at_most_so_many(rows: int, most: int, step: int) -> None:
     found = build_dataset(recording(rows)).thinned(most)
@@ -366,13 +396,18 @@ def test_thinned_rows_are_at_most_so_many(rows: int, most: int, step: int) -> No
     assert found.clock.spans == ()
 
 
-@pytest.mark.parametrize(("second", "rates"), [(1.009e-3, None), (1.011e-3, (1 / 1.011e-3, 1000.0))])
+@pytest.mark.parametrize(
+    ("second", "rates"), [(1.009e-3, None), (1.011e-3, (1 / 1.011e-3, 1000.0))]
+)
 def test_rates_within_a_percent_are_one(second: float, rates: tuple[float, float] | None) -> None:
     data = build_dataset([recording(20, "a"), recording(20, "b")])
     clock = replace(data.clock, spans=(Span(0, 20, 1e-3), Span(20, 40, second)))
     made = replace(data, clock=clock)
     assert made.period == 1e-3  # no period that no log has
-    assert replace(made, clock=replace(clock, spans=(Span(0, 15, 1e-3), Span(15, 40, second)))).period == second
+    assert (
+        replace(made, clock=replace(clock, spans=(Span(0, 15, 1e-3), Span(15, 40, second)))).period
+        == second
+    )
     assert made.rates == pytest.approx(rates or (1 / made.period, 1 / made.period))
 
 
@@ -449,12 +484,19 @@ def test_an_angle_that_starts_again_is_drawn_out(first: float) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_stretches_held_out_are_like_the_log_and_lie_between_rows_that_are_fitted(seed: int) -> None:
+def test_stretches_held_out_are_like_the_log_and_lie_between_rows_that_are_fitted(
+    seed: int,
+) -> None:
     columns = synthetic_log(10.0, seed)
     signals = {
-        name: columns[column][1] for name, column in (("field", "field"), ("slip", "slip"), ("effort", "torque"))
+        name: columns[column][1]
+        for name, column in (("field", "field"), ("slip", "slip"), ("effort", "torque"))
     }
-    data = build_dataset(recording_from_arrays(signals, {"field": "V", "slip": "rad/s", "effort": "N*m"}, rate=1000.0))
+    data = build_dataset(
+        recording_from_arrays(
+            signals, {"field": "V", "slip": "rad/s", "effort": "N*m"}, rate=1000.0
+        )
+    )
     mask = hold_out(data, ("stretches",))
     assert mask.mean() == pytest.approx(0.3, abs=0.01)
     assert not mask[: data.rows // 20].any()

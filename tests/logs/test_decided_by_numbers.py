@@ -23,13 +23,17 @@ def column_of(plan: Plan, signal: str) -> str:
 
 
 def test_a_speed_that_never_changes_is_not_the_slip_beside_one_that_does() -> None:
-    plan = planned({"time": TIME, "angular speed": RATE, "linear speed": 0.0 * RATE, "torque": TORQUE})
+    plan = planned(
+        {"time": TIME, "angular speed": RATE, "linear speed": 0.0 * RATE, "torque": TORQUE}
+    )
     assert not plan.questions
     assert column_of(plan, "slip") == "angular speed"
     assert any("linear speed never changes" in note for note in plan.notes)
 
 
-@pytest.mark.parametrize("names", [("motor optical speed", "motor electrical speed"), ("hall_rpm", "optical_rpm")])
+@pytest.mark.parametrize(
+    "names", [("motor optical speed", "motor electrical speed"), ("hall_rpm", "optical_rpm")]
+)
 def test_two_sensors_of_one_speed_that_agree_are_one_speed(names: tuple[str, str]) -> None:
     first, second = names
     plan = planned({"time": TIME, first: RATE, second: RATE + NOISE, "torque": TORQUE})
@@ -40,12 +44,21 @@ def test_two_sensors_of_one_speed_that_agree_are_one_speed(names: tuple[str, str
 
 
 def test_two_shafts_that_turn_alike_are_asked_about_still() -> None:
-    plan = planned({"time": TIME, "speed front": RATE, "speed rear": RATE + NOISE, "torque": TORQUE})
+    plan = planned(
+        {"time": TIME, "speed front": RATE, "speed rear": RATE + NOISE, "torque": TORQUE}
+    )
     assert "slip may be any of" in str(plan.questions)
 
 
 @pytest.mark.parametrize("name", ["ABS LC1", "LC2", "load_cell_raw"])
 def test_a_load_cell_is_no_field(name: str) -> None:
-    plan = planned({"time": TIME, "velocity": RATE, "measured_torque": TORQUE, name: 50.0 + 3.0 * NOISE.cumsum()})
+    plan = planned(
+        {
+            "time": TIME,
+            "velocity": RATE,
+            "measured_torque": TORQUE,
+            name: 50.0 + 3.0 * NOISE.cumsum(),
+        }
+    )
     assert column_of(plan, "field") == ""
     assert not any(question.signal == "field" for question in plan.questions)

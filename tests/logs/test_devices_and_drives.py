@@ -40,7 +40,9 @@ def taken(plan: Plan) -> dict[str, str]:
 # --- the device and its drive -----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("device", "drive"), [("brake", "motor"), ("Bremse", "Antrieb"), ("damper", "actuator")])
+@pytest.mark.parametrize(
+    ("device", "drive"), [("brake", "motor"), ("Bremse", "Antrieb"), ("damper", "actuator")]
+)
 def test_the_torque_of_the_device_goes_before_that_of_its_drive(device: str, drive: str) -> None:
     torques = {f"{drive} torque (Nm)": 1.1 * DRAG + 0.1 * TURN, f"{device} torque (Nm)": DRAG}
     plan = planned({**torques, "speed (rad/s)": TURN, "current (A)": LEVELS})
@@ -49,12 +51,21 @@ def test_the_torque_of_the_device_goes_before_that_of_its_drive(device: str, dri
 
 
 def test_the_speed_of_the_brake_goes_before_that_of_a_motor_in_front_of_a_gear() -> None:
-    plan = planned({"motor_rpm": 20 * TURN, "brake_rpm": TURN, "torque_Nm": DRAG, "current_A": LEVELS})
+    plan = planned(
+        {"motor_rpm": 20 * TURN, "brake_rpm": TURN, "torque_Nm": DRAG, "current_A": LEVELS}
+    )
     assert taken(plan)["slip"] == "brake_rpm"
 
 
 def test_of_two_torques_without_such_names_the_user_is_asked() -> None:
-    plan = planned({"torque A1 (Nm)": DRAG, "torque B1 (Nm)": 1.1 * DRAG, "speed (rad/s)": TURN, "current (A)": LEVELS})
+    plan = planned(
+        {
+            "torque A1 (Nm)": DRAG,
+            "torque B1 (Nm)": 1.1 * DRAG,
+            "speed (rad/s)": TURN,
+            "current (A)": LEVELS,
+        }
+    )
     assert [question.signal for question in plan.questions] == ["effort"]
 
 
@@ -90,7 +101,9 @@ def test_the_force_of_a_model_gives_way_to_that_of_an_experiment(model: str) -> 
 
 @pytest.mark.parametrize("name", ["force_sim", "force_model", "predicted_force"])
 def test_a_model_alone_is_named_and_not_proposed(name: str) -> None:
-    plan = planned({"displacement (mm)": TURN, "velocity (mm/s)": TURN, name: DRAG, "current (A)": LEVELS})
+    plan = planned(
+        {"displacement (mm)": TURN, "velocity (mm/s)": TURN, name: DRAG, "current (A)": LEVELS}
+    )
     (question,) = plan.questions
     assert name in question.problem.partition(";")[2].partition(";")[0]
     assert "COLUMN" in plan.command()
@@ -110,7 +123,9 @@ def test_a_high_voltage_of_hundreds_of_volts_is_itself() -> None:
 
 @pytest.mark.parametrize("key", ["arm", "lever arm", "Hebelarm"])
 def test_a_force_at_a_stated_arm_is_proposed_as_a_torque(key: str) -> None:
-    plan = planned({"force (N)": 5 * DRAG, "speed (rad/s)": TURN, "current (A)": LEVELS}, **{key: "20 cm"})
+    plan = planned(
+        {"force (N)": 5 * DRAG, "speed (rad/s)": TURN, "current (A)": LEVELS}, **{key: "20 cm"}
+    )
     assert plan.doubts
     assert "effort=0.2 N*m/N" in plan.command()
 
@@ -136,7 +151,12 @@ def test_a_remark_may_end_in_a_quantity() -> None:
     ],
 )
 def test_raw_numbers_are_asked_for_their_scale(name: str, scale: str) -> None:
-    columns = {"angle (deg)": TURN, "torque (Nm)": DRAG, "current (A)": LEVELS, name: np.round(1000 * DRAG)}
+    columns = {
+        "angle (deg)": TURN,
+        "torque (Nm)": DRAG,
+        "current (A)": LEVELS,
+        name: np.round(1000 * DRAG),
+    }
     left_out = "torque (Nm)" if name.startswith("hx") else "angle (deg)"
     del columns[left_out]
     assert scale in planned(columns).command()
@@ -157,14 +177,22 @@ def test_a_scale_that_is_asked_anew_stands_once_in_the_command() -> None:
 def test_a_slip_in_percent_says_that_two_shafts_are_those_of_a_clutch() -> None:
     driving = 80.0 + 0.01 * np.sin(ROWS / 31)
     apart = 20.0 + 5.0 * TURN
-    columns = {"motor_rpm": driving, "output_rpm": driving - apart, "slip_pct": 100 * apart / driving}
+    columns = {
+        "motor_rpm": driving,
+        "output_rpm": driving - apart,
+        "slip_pct": 100 * apart / driving,
+    }
     plan = planned({**columns, "torque_Nm": 1 + LEVELS, "current_A": LEVELS})
     assert taken(plan)["slip"] == "motor_rpm - output_rpm"
 
 
 def test_another_share_beside_two_shafts_leaves_the_question() -> None:
     driving = 80.0 + 0.01 * np.sin(ROWS / 31)
-    columns = {"motor_rpm": driving, "output_rpm": driving - 20.0 - 5.0 * TURN, "slip_pct": 50 + TURN}
+    columns = {
+        "motor_rpm": driving,
+        "output_rpm": driving - 20.0 - 5.0 * TURN,
+        "slip_pct": 50 + TURN,
+    }
     plan = planned({**columns, "torque_Nm": 1 + LEVELS, "current_A": LEVELS})
     assert [question.signal for question in plan.questions] == ["slip"]
 
@@ -178,7 +206,9 @@ def test_what_a_drive_was_told_may_be_called_an_input_speed() -> None:
 @pytest.mark.parametrize("index", ["p", "d", "mr"])
 def test_letters_with_an_index_are_told_by_their_course(index: str) -> None:
     place = np.cumsum(TURN) / 100
-    plan = planned({f"x_{index}": place, f"v_{index}": TURN, f"F_{index}": DRAG, f"i_{index}": LEVELS})
+    plan = planned(
+        {f"x_{index}": place, f"v_{index}": TURN, f"F_{index}": DRAG, f"i_{index}": LEVELS}
+    )
     found = taken(plan)
     assert found["slip"] == f"v_{index}"
     assert found["effort"] == f"F_{index}"
@@ -189,16 +219,22 @@ def test_letters_with_an_index_are_told_by_their_course(index: str) -> None:
     ("name", "numbers"),
     [("direction", (-1.0, 1.0)), ("dir", (0.0, 1.0)), ("Drehrichtung", (2.0, 1.0))],
 )
-def test_a_direction_in_numbers_gives_a_speed_its_sign(name: str, numbers: tuple[float, float]) -> None:
+def test_a_direction_in_numbers_gives_a_speed_its_sign(
+    name: str, numbers: tuple[float, float]
+) -> None:
     senses = np.where(TURN < 0, *numbers)
-    table = with_senses(table_of({"speed_rpm": np.abs(TURN), name: senses, "torque_Nm": DRAG, "current_A": LEVELS}))
+    table = with_senses(
+        table_of({"speed_rpm": np.abs(TURN), name: senses, "torque_Nm": DRAG, "current_A": LEVELS})
+    )
     np.testing.assert_allclose(table.columns["speed_rpm"], TURN)
     assert name not in table.columns
 
 
 def test_a_direction_that_the_torque_does_not_keep_to_is_doubted() -> None:
     senses = np.where(np.sin(ROWS / 31) < 0, -1.0, 1.0)
-    plan = planned({"speed_rpm": np.abs(TURN), "direction": senses, "torque_Nm": DRAG, "current_A": LEVELS})
+    plan = planned(
+        {"speed_rpm": np.abs(TURN), "direction": senses, "torque_Nm": DRAG, "current_A": LEVELS}
+    )
     assert any("direction" in doubt for doubt in plan.doubts)
 
 
@@ -210,7 +246,9 @@ def test_a_speed_without_a_sign_beside_a_torque_with_one_is_doubted(name: str) -
 
 @pytest.mark.parametrize("offset", [0.0, -0.02])
 def test_a_speed_of_one_sense_with_a_torque_of_one_sense_is_not_doubted(offset: float) -> None:
-    plan = planned({"speed_rpm": np.abs(TURN), "torque (Nm)": np.abs(DRAG) + offset, "current (A)": LEVELS})
+    plan = planned(
+        {"speed_rpm": np.abs(TURN), "torque (Nm)": np.abs(DRAG) + offset, "current (A)": LEVELS}
+    )
     assert not plan.doubts
 
 
@@ -225,9 +263,12 @@ def test_of_six_components_that_which_goes_along_with_the_turns_is_proposed() ->
 
 
 @pytest.mark.parametrize(
-    ("told", "measured"), [("励磁电流设定", "励磁电流反馈"), ("電流指令", "電流"), ("목표전류", "측정전류")]
+    ("told", "measured"),
+    [("励磁电流设定", "励磁电流反馈"), ("電流指令", "電流"), ("목표전류", "측정전류")],
 )
-def test_a_current_that_was_told_gives_way_to_that_which_was_measured(told: str, measured: str) -> None:
+def test_a_current_that_was_told_gives_way_to_that_which_was_measured(
+    told: str, measured: str
+) -> None:
     currents = {f"{told} (A)": np.round(LEVELS), f"{measured} (A)": LEVELS}
     plan = planned({**currents, "转速 (rpm)": TURN, "扭矩 (Nm)": DRAG})
     assert taken(plan)["field"] == measured
@@ -235,7 +276,9 @@ def test_a_current_that_was_told_gives_way_to_that_which_was_measured(told: str,
 
 def test_efforts_at_rest_are_asked_for_no_rate() -> None:
     levels = np.linspace(0, 2, 21)
-    plan = plan_of(table_of({"Current (A)": levels, "Holding torque (Nm)": 1 + levels}), ColumnMap())
+    plan = plan_of(
+        table_of({"Current (A)": levels, "Holding torque (Nm)": 1 + levels}), ColumnMap()
+    )
     assert "--rate" not in plan.command()
 
 
@@ -250,7 +293,10 @@ def test_rows_with_decimal_commas_below_rows_with_points_are_read(tmp_path: Path
     lines = text_of(TIME, DRAG, TURN, LEVELS)
     half = [line.replace(".", ",") for line in lines[N // 2 :]]
     path = tmp_path / "a.csv"
-    path.write_text("\n".join(["Zeit [s];M [Nm];n [1/min];I [A]", *lines[: N // 2], *half, ""]), encoding="utf-8")
+    path.write_text(
+        "\n".join(["Zeit [s];M [Nm];n [1/min];I [A]", *lines[: N // 2], *half, ""]),
+        encoding="utf-8",
+    )
     recording = read(path)
     np.testing.assert_allclose(recording.signals["effort"], DRAG, rtol=1e-4)
     assert any("decimal comma" in note for note in recording.notes)
@@ -261,13 +307,18 @@ def test_a_row_with_both_marks_is_refused(tmp_path: Path, row: str) -> None:
     lines = text_of(TIME, DRAG, TURN, LEVELS)
     half = [line.replace(".", ",") for line in lines[N // 2 :]]
     path = tmp_path / "a.csv"
-    path.write_text("\n".join(["Zeit [s];M [Nm];n [1/min];I [A]", *lines[: N // 2], row, *half, ""]), encoding="utf-8")
+    path.write_text(
+        "\n".join(["Zeit [s];M [Nm];n [1/min];I [A]", *lines[: N // 2], row, *half, ""]),
+        encoding="utf-8",
+    )
     with pytest.raises(LogError):
         read(path)
 
 
 @pytest.mark.parametrize("name", ["ms", "Millisecond"])
-def test_milliseconds_beside_a_date_and_whole_seconds_are_one_time(tmp_path: Path, name: str) -> None:
+def test_milliseconds_beside_a_date_and_whole_seconds_are_one_time(
+    tmp_path: Path, name: str
+) -> None:
     lines: list[str] = []
     for time, *others in zip(TIME, DRAG, TURN, LEVELS, strict=True):
         whole = int(time + 1e-9)

@@ -42,19 +42,45 @@ def written(path: Path, head: Sequence[str], columns: Sequence[Array], mark: str
     [
         (["ETASAsciiItemFile\trecord", "time\tn\tM\tI", "f8\tf8\tf8\tf8", "s\trad/s\tNm\tA"], "\t"),
         (["time,w,M,I", "Unit:,rad/s,Nm,A", "Interp:,linear,linear,zoh"], ","),
-        (["time,w,M,I", ",Unit: rad/s,Unit: N*m,Unit: A", ",Interp: linear,Interp: linear,Interp: zoh"], ","),
+        (
+            [
+                "time,w,M,I",
+                ",Unit: rad/s,Unit: N*m,Unit: A",
+                ",Interp: linear,Interp: linear,Interp: zoh",
+            ],
+            ",",
+        ),
         (["time,Model Root/Brake/w [rad/s],Model Root/Brake/M [Nm],Model Root/Coil/I [A]"], ","),
-        (["time,Platform()://Model Root/w [rad/s],Platform()://Model Root/M [Nm],Platform()://Model Root/I [A]"], ","),
+        (
+            [
+                "time,Platform()://Model Root/w [rad/s],Platform()://Model Root/M [Nm],Platform()://Model Root/I [A]"
+            ],
+            ",",
+        ),
         (["Time (s) | Speed (rad/s) | Torque (Nm) | Current (A)", "---|---:|:---:|---"], "|"),
         (["time [s];speed [rad/s];torque [Nm];current [A]", "--------;-------;-----;----"], ";"),
-        (["Kanal\tZeit\tw\tM\tI", "Einheit\ts\trad/s\tNm\tA", "Kommentar\t\tWelle\tMesswelle\tShunt", ""], "\t"),
         (
-            ["Time 1 - default sample rate\tSpeed\tTorque\tCurrent", "[s]\t[rad/s]\t[N m]\t[A]", "---\t---\t---\t---"],
+            [
+                "Kanal\tZeit\tw\tM\tI",
+                "Einheit\ts\trad/s\tNm\tA",
+                "Kommentar\t\tWelle\tMesswelle\tShunt",
+                "",
+            ],
+            "\t",
+        ),
+        (
+            [
+                "Time 1 - default sample rate\tSpeed\tTorque\tCurrent",
+                "[s]\t[rad/s]\t[N m]\t[A]",
+                "---\t---\t---\t---",
+            ],
             "\t",
         ),
     ],
 )
-def test_lines_between_names_and_rows_say_units_and_types(tmp_path: Path, head: list[str], mark: str) -> None:
+def test_lines_between_names_and_rows_say_units_and_types(
+    tmp_path: Path, head: list[str], mark: str
+) -> None:
     recording = read(written(tmp_path / "export.txt", head, [TIME, SPEED, TORQUE, CURRENT], mark))
     assert recording.units == {"field": "A", "slip": "rad/s", "effort": "N*m"}
     assert recording.period == pytest.approx(0.002)
@@ -64,7 +90,15 @@ def test_lines_between_names_and_rows_say_units_and_types(tmp_path: Path, head: 
 @pytest.mark.parametrize(
     ("head", "columns"),
     [
-        (["waveform\t[0]\t[1]\t[2]", "t0\t12:00\t12:00\t12:00", "delta t\t0.002\t0.002\t0.002", ""], 3),
+        (
+            [
+                "waveform\t[0]\t[1]\t[2]",
+                "t0\t12:00\t12:00\t12:00",
+                "delta t\t0.002\t0.002\t0.002",
+                "",
+            ],
+            3,
+        ),
         (
             [
                 "channel names:",
@@ -81,7 +115,9 @@ def test_lines_between_names_and_rows_say_units_and_types(tmp_path: Path, head: 
 )
 def test_waveforms_of_labview_have_one_step(tmp_path: Path, head: list[str], columns: int) -> None:
     names = ["w (rad/s)[0]\tM (Nm)[1]\tI (A)[2]"] if columns else []
-    recording = read(written(tmp_path / "waves.txt", [*head, *names], [SPEED, TORQUE, CURRENT], "\t"))
+    recording = read(
+        written(tmp_path / "waves.txt", [*head, *names], [SPEED, TORQUE, CURRENT], "\t")
+    )
     assert recording.units == {"field": "A", "slip": "rad/s", "effort": "N*m"}
     assert recording.period == pytest.approx(0.002)
 
@@ -133,7 +169,11 @@ def tidy(path: Path, names: str, form: str) -> Path:
     lines = [names]
     for t, w, m, i in zip(TIME, SPEED, TORQUE, CURRENT, strict=True):
         shown, unit = (i * 1e3, "mA") if i < 0.5 else (i, "A")
-        for name, number, own in (("speed", w, "rad/s"), ("torque", m, "N m"), ("current", shown, unit)):
+        for name, number, own in (
+            ("speed", w, "rad/s"),
+            ("torque", m, "N m"),
+            ("current", shown, unit),
+        ):
             lines.append(form.format(t=t, name=name, number=number, unit=own))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
@@ -147,14 +187,18 @@ def tidy(path: Path, names: str, form: str) -> Path:
         ("Kanal;Wert;Einheit;Zeit", "{name};{number:.8g};{unit};{t:.3f}"),
     ],
 )
-def test_a_tidy_signal_in_two_units_is_brought_to_one(tmp_path: Path, names: str, form: str) -> None:
+def test_a_tidy_signal_in_two_units_is_brought_to_one(
+    tmp_path: Path, names: str, form: str
+) -> None:
     recording = read(tidy(tmp_path / "long.csv", names, form))
     assert recording.units["field"] == "A"
     np.testing.assert_allclose(recording.signals["field"], CURRENT)
 
 
 def test_a_tidy_signal_in_units_of_two_quantities_is_no_column(tmp_path: Path) -> None:
-    path = tidy(tmp_path / "long.csv", "time,quantity,unit,value", "{t:.3f},{name},{unit},{number:.8g}")
+    path = tidy(
+        tmp_path / "long.csv", "time,quantity,unit,value", "{t:.3f},{name},{unit},{number:.8g}"
+    )
     path.write_text(path.read_text("utf-8").replace("mA", "V"), encoding="utf-8")
     assert "current" not in read_table(path).columns
 
@@ -186,10 +230,15 @@ def workbook(path: Path, sheets: dict[str, tuple[list[str], list[Array]]]) -> Pa
 
 
 @pytest.mark.parametrize(("unit", "in_unit"), [("s", 1.0), ("ms", 1e3)])
-def test_a_field_in_another_sheet_is_asked_about_and_joined(tmp_path: Path, unit: str, in_unit: float) -> None:
+def test_a_field_in_another_sheet_is_asked_about_and_joined(
+    tmp_path: Path, unit: str, in_unit: float
+) -> None:
     rows = slice(None, None, 5)
     motion = (["Time (s)", "Speed (rad/s)", "Torque (Nm)"], [TIME, SPEED, TORQUE])
-    supply = ([f"Time ({unit})", "Current (A)", "Voltage (V)"], [TIME[rows] * in_unit, CURRENT[rows], CURRENT[rows]])
+    supply = (
+        [f"Time ({unit})", "Current (A)", "Voltage (V)"],
+        [TIME[rows] * in_unit, CURRENT[rows], CURRENT[rows]],
+    )
     path = workbook(tmp_path / "log.xlsx", {"DAQ": motion, "Supply": supply})
     with pytest.raises(LogError, match="DAQ is a log without a field, and Supply may be the field"):
         table_of_log(path, ColumnMap(), None)
@@ -201,7 +250,10 @@ def test_a_field_in_another_sheet_is_asked_about_and_joined(tmp_path: Path, unit
 
 def test_a_field_in_a_sheet_without_a_time_is_told(tmp_path: Path) -> None:
     motion = (["Time (s)", "Speed (rad/s)", "Torque (Nm)"], [TIME, SPEED, TORQUE])
-    path = workbook(tmp_path / "log.xlsx", {"DAQ": motion, "Supply": (["Current (A)", "n"], [CURRENT[:60], TIME[:60]])})
+    path = workbook(
+        tmp_path / "log.xlsx",
+        {"DAQ": motion, "Supply": (["Current (A)", "n"], [CURRENT[:60], TIME[:60]])},
+    )
     with pytest.raises(LogError, match="Supply, which may be it, has no time in common"):
         table_of_log(path, ColumnMap(), None)
 
@@ -218,14 +270,19 @@ def mat(path: Path, variables: dict[str, Any]) -> Table:
     return read_table(path)
 
 
-def test_a_table_of_matlab_that_was_made_a_struct_has_the_units_of_its_properties(tmp_path: Path) -> None:
+def test_a_table_of_matlab_that_was_made_a_struct_has_the_units_of_its_properties(
+    tmp_path: Path,
+) -> None:
     names = ["Time", "Speed", "Torque"]
     properties = {
         "VariableNames": np.array(names, dtype=object),
         "VariableUnits": np.array(["s", "rpm", "mN*m"], dtype=object),
     }
     columns = dict(zip(names, (TIME, SPEED, TORQUE), strict=True))
-    table = mat(tmp_path / "t.mat", {"T": {**{k: v[:, None] for k, v in columns.items()}, "Properties": properties}})
+    table = mat(
+        tmp_path / "t.mat",
+        {"T": {**{k: v[:, None] for k, v in columns.items()}, "Properties": properties}},
+    )
     assert table.units == {"Time": "s", "Speed": "rpm", "Torque": "mN*m"}
 
 
@@ -234,5 +291,8 @@ def test_elements_of_a_data_set_of_simulink_have_their_names(tmp_path: Path) -> 
         (name, {"Time": TIME[:, None], "Data": values[:, None]})
         for name, values in (("omega", SPEED), ("torque", TORQUE), ("current", CURRENT))
     ]
-    table = mat(tmp_path / "d.mat", {"logsout": np.array(elements, dtype=[("Name", object), ("Values", object)])})
+    table = mat(
+        tmp_path / "d.mat",
+        {"logsout": np.array(elements, dtype=[("Name", object), ("Values", object)])},
+    )
     assert [*table.columns][1:] == ["omega", "torque", "current"]

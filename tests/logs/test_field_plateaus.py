@@ -42,9 +42,13 @@ def log_of(field: np.ndarray, gaps: tuple[int, ...] = ()) -> Dataset:
     return Dataset("single", (Element(field, slip),), slip, clock, Units("N", "A", "m/s"))
 
 
-@pytest.mark.parametrize("measured", [np.asarray, noisy, through_coil, lambda field: noisy(through_coil(field))])
+@pytest.mark.parametrize(
+    "measured", [np.asarray, noisy, through_coil, lambda field: noisy(through_coil(field))]
+)
 @pytest.mark.parametrize("field", [UP, STAIRS, UP[::-1] - 3.0], ids=["up", "stairs", "below zero"])
-def test_a_share_of_each_field_is_held_out(field: np.ndarray, measured: Callable[[np.ndarray], np.ndarray]) -> None:
+def test_a_share_of_each_field_is_held_out(
+    field: np.ndarray, measured: Callable[[np.ndarray], np.ndarray]
+) -> None:
     held = hold_out(log_of(measured(field)), 0.3)
     shares = [held[field == level].mean() for level in np.unique(field)]
     np.testing.assert_allclose(shares, 0.3, atol=0.03)
@@ -54,7 +58,8 @@ def test_a_share_of_each_field_is_held_out(field: np.ndarray, measured: Callable
 def test_a_gap_cuts_a_field_too() -> None:
     held = hold_out(log_of(UP, gaps=(500,)), 0.3)
     np.testing.assert_array_equal(
-        np.flatnonzero(held), [*range(175, 325), *range(675, 825), *range(1000, 1300), *range(2000, 2300)]
+        np.flatnonzero(held),
+        [*range(175, 325), *range(675, 825), *range(1000, 1300), *range(2000, 2300)],
     )
 
 

@@ -45,7 +45,9 @@ def folder_of(path: Path, efforts: Mapping[str, float]) -> Path:
         (("Versuch1 Strom 0", "Versuch2 Strom 1", "Versuch3 Strom 2"), "Versuch{n1} Strom {field}"),
     ],
 )
-def test_logs_that_names_alone_tell_apart_are_asked_about(tmp_path: Path, names: tuple[str, ...], pattern: str) -> None:
+def test_logs_that_names_alone_tell_apart_are_asked_about(
+    tmp_path: Path, names: tuple[str, ...], pattern: str
+) -> None:
     folder_of(tmp_path / "logs", dict(zip(names, (0.1, 0.6, 1.1), strict=True)))
     last = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()[-1]
     assert last == f'What settles it: erclutch inspect logs --name-pattern "{pattern}"'
@@ -70,7 +72,9 @@ def test_logs_that_a_test_plan_alone_tells_apart_are_asked_about(tmp_path: Path)
 def test_the_pattern_of_a_folder_tells_the_field(tmp_path: Path) -> None:
     for name, effort in (("I0", 0.1), ("I0.5", 0.6)):
         folder_of(tmp_path / name, {"run1": effort, "run2": 1.02 * effort})
-    assert f"several: {tmp_path / 'I0'} {tmp_path / 'I0.5'}" in refused("inspect", tmp_path, cwd=tmp_path)
+    assert f"several: {tmp_path / 'I0'} {tmp_path / 'I0.5'}" in refused(
+        "inspect", tmp_path, cwd=tmp_path
+    )
     last = good("inspect", "I0", "I0.5", cwd=tmp_path, code=1).splitlines()[-1]
     assert last == 'What settles it: erclutch inspect I0 I0.5 --name-pattern "I{field}/run{n2}"'
     log = read(tmp_path / "I0.5" / "run1.csv", name_pattern="I{field}/run{n2}")
@@ -79,7 +83,9 @@ def test_the_pattern_of_a_folder_tells_the_field(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("efforts", [(0.5, 0.6), (0.5, -0.6)])
 def test_logs_of_like_efforts_have_one_field(tmp_path: Path, efforts: tuple[float, float]) -> None:
-    logs = [read(brake(tmp_path / f"run{place}.csv", effort)) for place, effort in enumerate(efforts)]
+    logs = [
+        read(brake(tmp_path / f"run{place}.csv", effort)) for place, effort in enumerate(efforts)
+    ]
     assert build_dataset(logs).rows == 800
 
 
@@ -88,7 +94,9 @@ def test_noise_is_no_field(tmp_path: Path) -> None:
     noise = np.random.default_rng(1).normal(size=(2, TIME.size))
     for path, own in zip(paths, noise, strict=True):
         header, *rows = path.read_text().splitlines()
-        noisy = [f"{row.rpartition(',')[0]},{effort:g}" for row, effort in zip(rows, own, strict=True)]
+        noisy = [
+            f"{row.rpartition(',')[0]},{effort:g}" for row, effort in zip(rows, own, strict=True)
+        ]
         path.write_text("\n".join([header, *noisy]))
     assert build_dataset(list(map(read, paths))).rows == 800
 
@@ -124,7 +132,10 @@ def test_numbers_of_other_things_are_no_field(names: tuple[str, ...]) -> None:
 
 def test_a_unit_with_a_slash_names_no_folder() -> None:
     assert constants_of("ER_{field:kV/mm}kVmm", "ER_2kVmm.csv") == {"field": (2.0, "kV/mm")}
-    assert constants_of("I{field}/run{n}", "/lab/I0.5/run3.csv") == {"field": (0.5, None), "n": (3.0, None)}
+    assert constants_of("I{field}/run{n}", "/lab/I0.5/run3.csv") == {
+        "field": (0.5, None),
+        "n": (3.0, None),
+    }
 
 
 def test_a_plan_and_a_calibration_are_no_logs(tmp_path: Path) -> None:
@@ -141,28 +152,41 @@ def test_a_plan_and_a_calibration_are_no_logs(tmp_path: Path) -> None:
 def test_a_short_log_is_no_other_table(tmp_path: Path) -> None:
     folder_of(tmp_path, {"1A": 1.1, "2A": 2.1})
     for name, header in (("short", "t [s],w [rad/s],torque [N*m]"), ("nameless", "t [s],b,c")):
-        (tmp_path / f"{name}.csv").write_text(f"{header}\n" + "".join(f"{k / 9},{k},{k * k}\n" for k in range(12)))
+        (tmp_path / f"{name}.csv").write_text(
+            f"{header}\n" + "".join(f"{k / 9},{k},{k * k}\n" for k in range(12))
+        )
     assert tables_beside_logs(sorted(tmp_path.iterdir())) == []
 
 
-def test_a_run_at_rest_beside_logs_with_a_field_in_their_names_has_its_own_field(tmp_path: Path) -> None:
+def test_a_run_at_rest_beside_logs_with_a_field_in_their_names_has_its_own_field(
+    tmp_path: Path,
+) -> None:
     folder_of(tmp_path / "logs", {"brake_1A": 1.1, "brake_2A": 2.1, "rest": 0.1})
     pattern = ("--name-pattern", "brake_{field}A")
     said = good("inspect", "logs", *pattern, cwd=tmp_path, code=1).splitlines()[-1]
     assert "rest.csv: the file's name does not match" in said
     assert 'constants.field = "0.5 A" in a mapping file' in said
     (tmp_path / "logs" / "rest.csv.toml").write_text('constants.field = "0 A"\n')
-    assert good("inspect", "logs", *pattern, cwd=tmp_path).splitlines()[-1].startswith("Understood. Fit them")
+    assert (
+        good("inspect", "logs", *pattern, cwd=tmp_path)
+        .splitlines()[-1]
+        .startswith("Understood. Fit them")
+    )
     paths = sorted((tmp_path / "logs").glob("*.csv"))
     logs = [read(path, name_pattern="brake_{field}A") for path in paths]
     assert [set(log.signals["field"]) for log in logs] == [{1.0}, {2.0}, {0.0}]
 
 
 @pytest.mark.parametrize("order", [(0, 1), (1, 0)])
-def test_a_log_without_a_field_beside_one_with_a_field_is_named(tmp_path: Path, order: tuple[int, int]) -> None:
+def test_a_log_without_a_field_beside_one_with_a_field_is_named(
+    tmp_path: Path, order: tuple[int, int]
+) -> None:
     logs = [read(brake(tmp_path / "brake_1A.csv", 1.1), name_pattern="brake_{field}A")]
     logs.append(read(brake(tmp_path / "rest.csv", 0.1)))
-    with pytest.raises(MappingError, match=r"rest\.csv has no field, and brake_1A\.csv has one in A.*field = \"0 A\""):
+    with pytest.raises(
+        MappingError,
+        match=r"rest\.csv has no field, and brake_1A\.csv has one in A.*field = \"0 A\"",
+    ):
         build_dataset([logs[place] for place in order])
 
 
@@ -174,14 +198,21 @@ def test_hidden_files_and_locks_are_no_logs_and_packed_ones_are(tmp_path: Path) 
         (tmp_path / "logs" / f"._{name}").write_bytes(b"\0\5\x16\7Mac OS X")
     (tmp_path / "logs" / "~$plan.xlsx").write_bytes(b"\5alice")
     said = good("inspect", "logs", "--name-pattern", "{field}A", cwd=tmp_path)
-    assert [line.split()[0] for line in said.splitlines() if line[:3] in (" 1A", " 2A")] == ["1A.csv", "2A.csv"]
+    assert [line.split()[0] for line in said.splitlines() if line[:3] in (" 1A", " 2A")] == [
+        "1A.csv",
+        "2A.csv",
+    ]
 
 
-def test_one_log_without_a_field_beside_others_with_a_column_is_settled_by_one_command(tmp_path: Path) -> None:
+def test_one_log_without_a_field_beside_others_with_a_column_is_settled_by_one_command(
+    tmp_path: Path,
+) -> None:
     folder_of(tmp_path / "logs", {"1A": 1.1, "2A": 2.1})
     header, *rows = (tmp_path / "logs" / "1A.csv").read_text().splitlines()
     with_field = [f"{header},current [A]", *(f"{row},1" for row in rows)]
     (tmp_path / "logs" / "1A.csv").write_text("\n".join(with_field))
     last = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()[-1]
     assert last == 'What settles it: erclutch inspect logs --name-pattern "{field}A"'
-    assert "Understood. Fit them" in good("inspect", "logs", "--name-pattern", "{field}A", cwd=tmp_path)
+    assert "Understood. Fit them" in good(
+        "inspect", "logs", "--name-pattern", "{field}A", cwd=tmp_path
+    )

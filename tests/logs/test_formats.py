@@ -65,14 +65,17 @@ def test_a_log_of_each_format_has_the_numbers_that_were_written(tmp_path: Path, 
         np.testing.assert_array_equal(recording.signals[signal], COLUMNS[signal][1])
     np.testing.assert_allclose(recording.time, COLUMNS["time"][1], rtol=0, atol=1e-15)
     if not name.startswith("bag"):  # messages have no units
-        assert recording.units == {name: unit for name, (unit, _) in COLUMNS.items() if name != "time"}
+        assert recording.units == {
+            name: unit for name, (unit, _) in COLUMNS.items() if name != "time"
+        }
 
 
 def fitted(path: Path) -> list[Any]:
     """Parameters and scores as `erclutch fit` prints them; 0.001 * n and n / 1000 differ, so the band may by a bit."""
     said = good("fit", path, *UNITS, "--models", "bingham", "fnn-2", "--lag", "none", "--json")
     return [
-        (each["name"], each["fit"]["parameters"], each["train"], each["test"]) for each in json.loads(said)["ranking"]
+        (each["name"], each["fit"]["parameters"], each["train"], each["test"])
+        for each in json.loads(said)["ranking"]
     ]
 
 
@@ -90,7 +93,9 @@ def test_fit_gives_the_same_numbers_for_each_format_as_for_csv(tmp_path: Path) -
 
 
 @every
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # asammdf leaves a damaged file open
+@pytest.mark.filterwarnings(
+    "ignore::pytest.PytestUnraisableExceptionWarning"
+)  # asammdf leaves a damaged file open
 def test_a_damaged_file_gives_a_table_or_an_error_of_ours(
     tmp_path: Path, name: str, request: pytest.FixtureRequest
 ) -> None:
@@ -122,7 +127,11 @@ def test_several_groups_need_a_choice(tmp_path: Path, name: str) -> None:
             file.append([Signal(slow, slow, name="heat", unit="K")], comment="slow")
             file.save(path)
         fast, last = "fast", "slow"
-        assert list(read_table(path, variable="fast").columns) == ["time", "effort", "effort (same time)"]
+        assert list(read_table(path, variable="fast").columns) == [
+            "time",
+            "effort",
+            "effort (same time)",
+        ]
     elif name == "tdms":
         from nptdms import ChannelObject, TdmsWriter
 
@@ -135,7 +144,9 @@ def test_several_groups_need_a_choice(tmp_path: Path, name: str) -> None:
 
         with h5py.File(path, "w") as file:
             file["fast/heat"], file["slow/heat"] = slow, slow
-            file["slow/table"] = np.array(list(zip(slow, slow, strict=True)), dtype=[("a", "f8"), ("b", "f8")])
+            file["slow/table"] = np.array(
+                list(zip(slow, slow, strict=True)), dtype=[("a", "f8"), ("b", "f8")]
+            )
             file["out"] = h5py.ExternalLink("secret.h5", "/")
         fast, last = "fast", "slow"
         assert list(read_table(path, variable="slow/table").columns) == ["a", "b"]
@@ -152,7 +163,11 @@ def test_a_unit_whose_attribute_in_an_hdf5_file_lost_its_name_is_told(tmp_path: 
 
     time = np.arange(2000) * 1e-3
     with h5py.File(tmp_path / "log.h5", "w") as file:
-        for name, unit, attribute in (("time", "s", "unit"), ("slip", "rad/s", "unkt"), ("torque", "N*m", "unit")):
+        for name, unit, attribute in (
+            ("time", "s", "unit"),
+            ("slip", "rad/s", "unkt"),
+            ("torque", "N*m", "unit"),
+        ):
             data = file.create_dataset(name, data=time + 1.0, chunks=(500,), fletcher32=True)
             data.attrs[attribute] = unit
             data.attrs["gain"] = "2"
@@ -160,12 +175,16 @@ def test_a_unit_whose_attribute_in_an_hdf5_file_lost_its_name_is_told(tmp_path: 
     table = read_table(tmp_path / "log.h5")
     assert table.units == {"time": "s", "slip": None, "torque": "N*m"}
     told = [note for note in table.notes if "attribute" in note]
-    assert told == ["slip: its attribute 'unkt' holds 'rad/s', and is not called unit: the column has no unit"]
+    assert told == [
+        "slip: its attribute 'unkt' holds 'rad/s', and is not called unit: the column has no unit"
+    ]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("file", "chunks"), [("a.h5", None), ("a.h5", (40,)), ("a.mat", (40,))])
-def test_rows_that_are_not_in_an_hdf5_file_are_no_zeros(tmp_path: Path, file: str, chunks: tuple[int] | None) -> None:
+def test_rows_that_are_not_in_an_hdf5_file_are_no_zeros(
+    tmp_path: Path, file: str, chunks: tuple[int] | None
+) -> None:
     """The library reads the fill value where a chunk was never written, or damage has lost its place."""
     import h5py
 
@@ -194,7 +213,9 @@ def test_zeros_whose_checksum_is_zero_too_are_told(tmp_path: Path) -> None:
     with h5py.File(path, "w") as made:
         made.create_dataset("time", data=1e-3 * np.arange(1, 101), chunks=(50,), fletcher32=True)
         made.create_dataset("F", data=np.linspace(1.0, 2.0, 100), chunks=(50,), fletcher32=True)
-        made.create_dataset("packed", data=np.zeros(100), chunks=(50,), fletcher32=True, compression="gzip")
+        made.create_dataset(
+            "packed", data=np.zeros(100), chunks=(50,), fletcher32=True, compression="gzip"
+        )
         chunks: list[Any] = []
         made["F"].id.chunk_iter(chunks.append)
     assert "zeros alone" not in " ".join(read_table(path).notes)
@@ -203,7 +224,10 @@ def test_zeros_whose_checksum_is_zero_too_are_told(tmp_path: Path) -> None:
         damaged.write(bytes(chunks[1].size))
     table = read_table(path)
     assert not table.columns["F"][50:].any()
-    assert "F: 1 of 2 stored parts are zeros alone: no checksum tells if a damage made them so" in table.notes
+    assert (
+        "F: 1 of 2 stored parts are zeros alone: no checksum tells if a damage made them so"
+        in table.notes
+    )
 
 
 @pytest.mark.slow
@@ -216,9 +240,14 @@ def test_what_tdms_does_not_hold_is_said(tmp_path: Path) -> None:
             start = np.datetime64("2026-01-31T12:00:00") + np.timedelta64(second, "s")
             more = {"wf_increment": 1e-3, "wf_start_time": start}
             file.write_segment([ChannelObject("run", name, np.arange(20.0), more) for name in "ab"])
-    assert any(note.startswith("the acquisition was started anew") for note in read_table(path).notes)
+    assert any(
+        note.startswith("the acquisition was started anew") for note in read_table(path).notes
+    )
     path.write_bytes(path.read_bytes()[:-200])
-    assert any(note.startswith("the last segment was not written completely") for note in read_table(path).notes)
+    assert any(
+        note.startswith("the last segment was not written completely")
+        for note in read_table(path).notes
+    )
 
 
 @pytest.mark.slow
@@ -234,7 +263,11 @@ def test_a_sheet_with_a_title_dates_and_gaps(tmp_path: Path) -> None:
     for column, cell in enumerate(["when", "F [N]", "remark"], start=2):
         sheet.cell(4, column, cell)
     for row in range(20):
-        sheet.cell(5 + row, 2, datetime.datetime(2026, 1, 31, 12) + datetime.timedelta(milliseconds=10 * row))
+        sheet.cell(
+            5 + row,
+            2,
+            datetime.datetime(2026, 1, 31, 12) + datetime.timedelta(milliseconds=10 * row),
+        )
         sheet.cell(5 + row, 3, row / 3 if row != 7 else None)
     path = tmp_path / "a.xlsx"
     book.save(path)
@@ -265,7 +298,9 @@ def test_a_sheet_that_is_not_there_is_told_with_all_that_are(tmp_path: Path) -> 
             sheet.append([row / 100, row / 3])
     path = tmp_path / "a.xlsx"
     book.save(path)
-    with pytest.raises(LogError, match=r"no sheet 'Test C' of numbers \(there are: Test A, Test B\)"):
+    with pytest.raises(
+        LogError, match=r"no sheet 'Test C' of numbers \(there are: Test A, Test B\)"
+    ):
         read_table(path, variable="Test C")
 
 
@@ -273,13 +308,18 @@ def test_a_sheet_that_is_not_there_is_told_with_all_that_are(tmp_path: Path) -> 
 def test_a_bag_is_one_log_in_a_folder_and_its_names_are_no_program(tmp_path: Path) -> None:
     bag = written(tmp_path, "bag sqlite")
     inside = read_table(bag / "bag1.db3")
-    assert inside.labels == read_table(bag).labels == ("header.stamp [s]", "field", "slip", "effort")
+    assert (
+        inside.labels == read_table(bag).labels == ("header.stamp [s]", "field", "slip", "effort")
+    )
     said = good("inspect", bag, *UNITS)
     assert "recording read from topic /rig" in said
     assert "damage to the file is not seen in the numbers" in said
     assert fitted(tmp_path)  # the folder above holds one log: the bag
     with sqlite3.connect(bag / "bag1.db3") as file:
-        file.execute("update topics set type = ?", (f"a/msg/B:\n    open({str(tmp_path / 'made')!r}, 'w')\nclass C",))
+        file.execute(
+            "update topics set type = ?",
+            (f"a/msg/B:\n    open({str(tmp_path / 'made')!r}, 'w')\nclass C",),
+        )
     file.close()
     assert refused(bag / "bag1.db3")
     assert not (tmp_path / "made").exists()
@@ -289,7 +329,10 @@ def test_segments_of_an_lvm_file(tmp_path: Path) -> None:
     rows = "X_Value\tF\tX_Value\tG\tComment\n{0}\t1,5\t{0}\t2\t\n{1}\t2,5\t{1}\t3\t\n"
     segment = "Channels\t2\nSamples\t{n}\t{n}\nY_Unit_Label\tN\tV\n***End_of_Header***\t\n" + rows
     head, path = LVM.format(mark=",", x="Multi"), tmp_path / "a.lvm"
-    path.write_text(head + segment.format("0,0", "0,1", n=2) + segment.format("0,2", "0,3", n=3), encoding="utf-8")
+    path.write_text(
+        head + segment.format("0,0", "0,1", n=2) + segment.format("0,2", "0,3", n=3),
+        encoding="utf-8",
+    )
     table = read_table(path)
     assert table.labels == ("time [s]", "F [N]", "G [V]")
     np.testing.assert_array_equal(table.columns["time"], [0.0, 0.1, 0.2, 0.3])
@@ -306,8 +349,13 @@ def test_an_lvm_file_without_times(tmp_path: Path) -> None:
     body = "X0\t1.0E+0\nDelta_X\t0.5\n***End_of_Header***\nX_Value\tF [N]\tComment\n\t1\t\n\t2\t\n\t3\t\n"
     path.write_text(LVM.format(mark=".", x="No") + "Channels\t1\n" + body, encoding="utf-8")
     np.testing.assert_array_equal(read_table(path).columns["time"], [1.0, 1.5, 2.0])
-    for whole, damaged, named in (("X0\t1.0E+0", "X0", "X0 is ''"), ("Delta_X\t0.5", "Delta_X\t?", "Delta_X is '?'")):
-        text = LVM.format(mark=".", x="No") + "Channels\t1\nSamples\n" + body.replace(whole, damaged)
+    for whole, damaged, named in (
+        ("X0\t1.0E+0", "X0", "X0 is ''"),
+        ("Delta_X\t0.5", "Delta_X\t?", "Delta_X is '?'"),
+    ):
+        text = (
+            LVM.format(mark=".", x="No") + "Channels\t1\nSamples\n" + body.replace(whole, damaged)
+        )
         path.write_text(text, encoding="utf-8")
         assert named in refused(path)
 
@@ -318,7 +366,9 @@ def test_a_row_of_json_without_a_name_is_said(tmp_path: Path) -> None:
     assert "2 of 2 rows lack a name, such as row 1: read as missing" in read_table(path).notes
 
 
-@pytest.mark.parametrize("line", ["{", "[1]", '{"F": "x"}', '{"F": true}', '{"F": 1' + "0" * 400 + "}", "{" * 10**5])
+@pytest.mark.parametrize(
+    "line", ["{", "[1]", '{"F": "x"}', '{"F": true}', '{"F": 1' + "0" * 400 + "}", "{" * 10**5]
+)
 def test_a_wrong_line_of_json_is_named(tmp_path: Path, line: str) -> None:
     path = tmp_path / "a.jsonl"
     path.write_text('{"F": 1}\n' + line, encoding="utf-8")
@@ -344,7 +394,9 @@ ROWS_OF_JSON = [ROW | {"t [s]": k / 100} for k in range(20)]
     ],
 )
 @pytest.mark.parametrize("indent", [None, 1])
-def test_json_is_rows_or_lists_nested_or_not(tmp_path: Path, content: Any, indent: int | None) -> None:
+def test_json_is_rows_or_lists_nested_or_not(
+    tmp_path: Path, content: Any, indent: int | None
+) -> None:
     path = tmp_path / "a.json"
     path.write_text(json.dumps(content, indent=indent), encoding="utf-8")
     table = read_table(path)
@@ -365,7 +417,10 @@ def test_several_lists_of_json_are_several_recordings(tmp_path: Path) -> None:
 def test_a_list_of_settings_beside_lists_of_rows_blocks_none_of_them(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     settings = [{"k": k, "gap": 1.0} for k in range(20)]
-    path.write_text(json.dumps({"setup": settings, "run1": ROWS_OF_JSON, "run2": ROWS_OF_JSON}), encoding="utf-8")
+    path.write_text(
+        json.dumps({"setup": settings, "run1": ROWS_OF_JSON, "run2": ROWS_OF_JSON}),
+        encoding="utf-8",
+    )
     logs = read_all(path, ColumnMap.from_labels({"field": "on"}))
     assert [log.name for log in logs] == ["a.json: run1", "a.json: run2"]
     assert "setup left out: no columns of a motion and an effort in there" in logs[0].notes
@@ -376,7 +431,9 @@ def test_a_list_of_settings_beside_lists_of_rows_blocks_none_of_them(tmp_path: P
 
 def test_dates_of_json_are_a_clock_and_equal_ends_keep_their_whole_names(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
-    rows = [{"at": f"2026-03-01T10:00:{k:02d}.5Z", "a": {"w": k}, "b": {"w": None}} for k in range(20)]
+    rows = [
+        {"at": f"2026-03-01T10:00:{k:02d}.5Z", "a": {"w": k}, "b": {"w": None}} for k in range(20)
+    ]
     path.write_text(json.dumps(rows), encoding="utf-8")
     table = read_table(path)
     assert list(table.columns) == ["a.w", "b.w"]
@@ -388,14 +445,26 @@ def test_dates_of_json_are_a_clock_and_equal_ends_keep_their_whole_names(tmp_pat
 @pytest.mark.parametrize(
     ("data", "said"),
     [
-        (b"TDSh\0\0", "the index of a TDMS log (.tdms_index), not text. Give the .tdms file beside it."),
-        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1\0", "an old Office file without a table that can be read"),
+        (
+            b"TDSh\0\0",
+            "the index of a TDMS log (.tdms_index), not text. Give the .tdms file beside it.",
+        ),
+        (
+            b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1\0",
+            "an old Office file without a table that can be read",
+        ),
         (b"SQLite format 3\0", "a SQLite database"),
         (b"PK\x03\x04" + bytes(26) + b"a.csv\0", "a zip archive, not text. Unpack it"),
         (b"\x80\x04\x95\0\0", "a Python pickle, which may run programs and is never opened"),
         (b"ORC\0\1\2", "Apache ORC"),
-        (b'<?xml version="1.0"?>\n<usi:tdm version="1.0">', "the header of a DIAdem log (.tdm), not a table"),
-        (b"date Sat Jan 31\nbase hex timestamps absolute\n 0.1 1 123 Rx d 1 00\n", "a Vector bus log (.asc)"),
+        (
+            b'<?xml version="1.0"?>\n<usi:tdm version="1.0">',
+            "the header of a DIAdem log (.tdm), not a table",
+        ),
+        (
+            b"date Sat Jan 31\nbase hex timestamps absolute\n 0.1 1 123 Rx d 1 00\n",
+            "a Vector bus log (.asc)",
+        ),
         (b"\0\1\2\3", "binary data, not text. Export it as CSV"),
     ],
 )
@@ -405,7 +474,9 @@ def test_the_first_bytes_name_a_format(tmp_path: Path, data: bytes, said: str) -
     assert said in refused(path)
 
 
-def test_a_missing_library_is_named_with_its_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_missing_library_is_named_with_its_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     nothing: Callable[[str], None] = lambda name: None  # noqa: E731
     monkeypatch.setattr(reader_in_child, "find_spec", nothing)
     (tmp_path / "a.tdms").write_bytes(b"TDSm" + bytes(100))
@@ -418,7 +489,10 @@ def test_each_reader_says_whether_it_tells_damage(tmp_path: Path) -> None:
     own = [reader for plugin, reader in log_reader._readers([]) if plugin.own]
     assert len(own) >= 11
     assert all(reader.tells_damage.startswith(("seen", "not seen")) for reader in own)
-    assert read_table(written(tmp_path, "jsonl")).damage == "not seen: text has no checksums; as .gz it has"
+    assert (
+        read_table(written(tmp_path, "jsonl")).damage
+        == "not seen: text has no checksums; as .gz it has"
+    )
 
 
 @pytest.mark.usefixtures("read_here")
@@ -442,5 +516,7 @@ def test_a_topic_of_long_lists_beside_one_of_numbers_is_left_out(tmp_path: Path,
     table = read_table(tmp_path / "bag")
     assert table.columns["torque"].tolist() == [2.0 * k for k in range(20)]
     assert f"topic /{kind}: the field numbers has 2,000 numbers, above 500: left out" in table.notes
-    with pytest.raises(LogError, match=f"topic /{kind}: the field numbers has 2,000 numbers, above 500"):
+    with pytest.raises(
+        LogError, match=f"topic /{kind}: the field numbers has 2,000 numbers, above 500"
+    ):
         read_table(tmp_path / "bag", variable=f"/{kind}")

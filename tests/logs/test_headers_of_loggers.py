@@ -29,14 +29,22 @@ def table_of(tmp_path: Path, lines: Sequence[str], name: str = "log.csv") -> Tab
         ["Serial,4711,4712", "Gain,1,10"],
     ],
 )
-def test_settings_of_each_channel_above_the_names_are_no_rows(tmp_path: Path, settings: list[str]) -> None:
+def test_settings_of_each_channel_above_the_names_are_no_rows(
+    tmp_path: Path, settings: list[str]
+) -> None:
     table = table_of(tmp_path, [*settings, "Time,CH1,CH2", *_ROWS])
-    assert [name.split()[0] for name in table.columns] == ["Time", "CH1", "CH2"]  # a label may stand behind
+    assert [name.split()[0] for name in table.columns] == [
+        "Time",
+        "CH1",
+        "CH2",
+    ]  # a label may stand behind
     assert table.rows == len(_ROWS)
 
 
 @pytest.mark.parametrize("word", ["Unit", "単位", "Einheit", "Units"])
-def test_a_line_that_is_called_unit_gives_the_units_of_the_names_below(tmp_path: Path, word: str) -> None:
+def test_a_line_that_is_called_unit_gives_the_units_of_the_names_below(
+    tmp_path: Path, word: str
+) -> None:
     table = table_of(tmp_path, ["Offset,0,0", f"{word},N,mm", "Time(sec),Force,Stroke", *_ROWS])
     assert table.units == {"Time": "sec", "Force": "N", "Stroke": "mm"}
 
@@ -89,7 +97,9 @@ def log_of(time: str, times: Sequence[str]) -> list[str]:
         ("time [ms]", [f"{5 * row}" for row in range(60)]),
     ],
 )
-def test_a_log_whose_newest_row_stands_first_is_turned_round(tmp_path: Path, time: str, times: list[str]) -> None:
+def test_a_log_whose_newest_row_stands_first_is_turned_round(
+    tmp_path: Path, time: str, times: list[str]
+) -> None:
     head, *rows = log_of(time, times)
     forward = table_of(tmp_path, [head, *rows], "forward.csv")
     backward = table_of(tmp_path, [head, *rows[::-1]], "backward.csv")
@@ -103,7 +113,9 @@ def test_a_log_whose_newest_row_stands_first_is_turned_round(tmp_path: Path, tim
 
 
 @pytest.mark.parametrize("other", ["T_on [s]", "delay [s]"])
-def test_dates_to_the_second_give_way_to_the_same_time_in_finer_steps(tmp_path: Path, other: str) -> None:
+def test_dates_to_the_second_give_way_to_the_same_time_in_finer_steps(
+    tmp_path: Path, other: str
+) -> None:
     seconds = [498.8 + 0.01 * row for row in range(300)]
     rows = [
         f"2024-05-06 10:00:{int(at - 490.0):02d},{at:.2f},{row % 2},{np.sin(row):.5f},{row % 3}"
@@ -116,7 +128,9 @@ def test_dates_to_the_second_give_way_to_the_same_time_in_finer_steps(tmp_path: 
 
 
 @pytest.mark.parametrize("mark", [",", "\t", ";", " "])
-def test_names_and_units_in_comments_above_numbers_between_blanks(tmp_path: Path, mark: str) -> None:
+def test_names_and_units_in_comments_above_numbers_between_blanks(
+    tmp_path: Path, mark: str
+) -> None:
     above = ["# bench 3", f"# time{mark}force{mark}stroke", f"# s{mark}N{mark}mm"]
     table = table_of(tmp_path, [*above, *(row.replace(",", " ") for row in _ROWS)], "log.txt")
     assert table.units == {"time": "s", "force": "N", "stroke": "mm"}
@@ -165,23 +179,36 @@ def test_a_header_below_which_the_time_begins_anew_parts_a_log(tmp_path: Path) -
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1250", "iso8859_2"])
-def test_a_testing_machine_in_polish_is_understood_with_its_own_letters(tmp_path: Path, encoding: str) -> None:
+def test_a_testing_machine_in_polish_is_understood_with_its_own_letters(
+    tmp_path: Path, encoding: str
+) -> None:
     head = "Godzina;Przemieszczenie;Obciążenie;Odkształcenie 1\n(s);(mm);(N);(mm/mm)"
-    rows = [f'"{k / 10:.2f}";"{k * k / 900:.4f}";"{3 * k + k % 7:.3f}";"{k / 9000:.6f}"' for k in range(90)]
+    rows = [
+        f'"{k / 10:.2f}";"{k * k / 900:.4f}";"{3 * k + k % 7:.3f}";"{k / 9000:.6f}"'
+        for k in range(90)
+    ]
     text = "\n".join([head, *(row.replace(".", ",") for row in rows)])
     (tmp_path / "log.csv").write_bytes(text.encode(encoding))
     plan = plan_of(read_table(tmp_path / "log.csv"), ColumnMap())
     chosen = {signal: choice.column for signal, choice in plan.choices.items()}
     assert (plan.questions, plan.doubts) == ((), ())
-    assert (chosen["time"], chosen["position"], chosen["effort"]) == ("Godzina", "Przemieszczenie", "Obciążenie")
+    assert (chosen["time"], chosen["position"], chosen["effort"]) == (
+        "Godzina",
+        "Przemieszczenie",
+        "Obciążenie",
+    )
 
 
 @pytest.mark.parametrize("name", ["45°N m²s", "Kraft¹Sensor", "Größe±Fehler", "N·m"])
 def test_signs_inside_of_latin_words_stay_signs(tmp_path: Path, name: str) -> None:
     text = "\n".join([f"Zeit;{name};Kraft", *(row.replace(",", ";") for row in _ROWS)])
     (tmp_path / "log.csv").write_bytes(text.encode("latin-1"))
-    assert any(name.split("°")[0][:3] in column for column in read_table(tmp_path / "log.csv").columns)
-    assert not any(letter in "ąćęłńśźż" for letter in "".join(read_table(tmp_path / "log.csv").columns))
+    assert any(
+        name.split("°")[0][:3] in column for column in read_table(tmp_path / "log.csv").columns
+    )
+    assert not any(
+        letter in "ąćęłńśźż" for letter in "".join(read_table(tmp_path / "log.csv").columns)
+    )
 
 
 @pytest.mark.parametrize(("head", "mark"), [("w,T", ","), ("w\tT", "\t"), ("w T", " "), ("", ";")])
@@ -196,7 +223,10 @@ def test_stamps_of_a_serial_monitor_are_the_time(tmp_path: Path, head: str, mark
 
 _LANGUAGES = {
     "Russian": ("Время, с;Ток, А;Скорость, об/мин;Момент, Н·м", "cp1251"),
-    "Russian in brackets": ("Время [с];Ток [А];Скорость вращения [рад/с];Крутящий момент [Нм]", "utf-8"),
+    "Russian in brackets": (
+        "Время [с];Ток [А];Скорость вращения [рад/с];Крутящий момент [Нм]",
+        "utf-8",
+    ),
     "Korean": ("시간(s);전류(A);속도(rpm);토크(Nm)", "cp949"),
     "Korean in UTF-8": ("시간(s);모터 전류(A);회전 속도(rpm);토크(Nm)", "utf-8"),
     "Polish": ("Czas [s];Prąd [A];Prędkość obrotowa [obr/min];Moment [Nm]", "utf-8"),
@@ -214,7 +244,9 @@ _LANGUAGES = {
 @pytest.mark.parametrize("language", _LANGUAGES)
 def test_headers_of_further_languages_are_understood(tmp_path: Path, language: str) -> None:
     head, encoding = _LANGUAGES[language]
-    rows = [f"{0.01 * row:.2f};{row // 30}.5;{row % 7 - 3}.25;{row % 5 - 2}.75" for row in range(120)]
+    rows = [
+        f"{0.01 * row:.2f};{row // 30}.5;{row % 7 - 3}.25;{row % 5 - 2}.75" for row in range(120)
+    ]
     (tmp_path / "log.csv").write_bytes("\n".join([head, *rows]).encode(encoding))
     table = read_table(tmp_path / "log.csv")
     plan = plan_of(table, ColumnMap())
@@ -227,16 +259,25 @@ def test_headers_of_further_languages_are_understood(tmp_path: Path, language: s
     assert si == {"field": "A", "slip": "rad/s", "effort": "N*m"}
 
 
-@pytest.mark.parametrize("text", ["Zeit;Größe [°C];Kraft [N]", "temps;déplacé à é;force", "tempo;ação [µm];força"])
+@pytest.mark.parametrize(
+    "text", ["Zeit;Größe [°C];Kraft [N]", "temps;déplacé à é;force", "tempo;ação [µm];força"]
+)
 def test_accents_of_latin_words_are_not_cyrillic(tmp_path: Path, text: str) -> None:
-    (tmp_path / "log.csv").write_bytes("\n".join([text, *(row.replace(",", ";") for row in _ROWS)]).encode("latin-1"))
+    (tmp_path / "log.csv").write_bytes(
+        "\n".join([text, *(row.replace(",", ";") for row in _ROWS)]).encode("latin-1")
+    )
     assert "".join(read_table(tmp_path / "log.csv").columns).isascii() is False
     assert all(letter < "\u0400" for letter in "".join(read_table(tmp_path / "log.csv").columns))
 
 
 @pytest.mark.parametrize(
     "comment",
-    ["# t [s], x [mm], F [N]", "# Columns: t [s]; x [mm]; F [N]", "% t (s)  x (mm)  F (N)", "// T [s]\tX [mm]\tF [N]"],
+    [
+        "# t [s], x [mm], F [N]",
+        "# Columns: t [s]; x [mm]; F [N]",
+        "% t (s)  x (mm)  F (N)",
+        "// T [s]\tX [mm]\tF [N]",
+    ],
 )
 def test_a_comment_states_the_units_of_bare_names(tmp_path: Path, comment: str) -> None:
     rows = "".join(f"{k / 100}\t{k % 7}\t{k % 5}\n" for k in range(60))
@@ -245,7 +286,9 @@ def test_a_comment_states_the_units_of_bare_names(tmp_path: Path, comment: str) 
     assert dict(read_table(path).units) == {"t": "s", "x": "mm", "F": "N"}
 
 
-@pytest.mark.parametrize("comment", ["# t [s], x [mm], G [N]", "# x [mm], F [N]", "# t [s], x [mm], F [N], v [m/s]"])
+@pytest.mark.parametrize(
+    "comment", ["# t [s], x [mm], G [N]", "# x [mm], F [N]", "# t [s], x [mm], F [N], v [m/s]"]
+)
 def test_a_comment_on_other_columns_states_no_units(tmp_path: Path, comment: str) -> None:
     rows = "".join(f"{k / 100}\t{k % 7}\t{k % 5}\n" for k in range(60))
     path = tmp_path / "log.txt"

@@ -33,8 +33,13 @@ def stepped(gaps: bool) -> Dataset:
         field[row] = state
     effort = field**1.5 * np.tanh(slip / 0.3) + 0.012 * slip + 0.01 * rng.standard_normal(rows)
     borders = range(0, rows, EACH) if gaps else [0]
-    spans = tuple(Span(start, stop, 1 / RATE) for start, stop in zip(borders, [*borders[1:], rows], strict=True))
-    return Dataset("single", (Element(command, slip),), effort, Clock(time, spans), Units("N*m", "A", "rad/s"))
+    spans = tuple(
+        Span(start, stop, 1 / RATE)
+        for start, stop in zip(borders, [*borders[1:], rows], strict=True)
+    )
+    return Dataset(
+        "single", (Element(command, slip),), effort, Clock(time, spans), Units("N*m", "A", "rad/s")
+    )
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3, 0.6])
@@ -43,8 +48,12 @@ def test_steps_up_and_down_are_fitted_and_judged(share: float) -> None:
     assert steps_without_a_gap(data, 0, data.rows)
     test = hold_out(data, share)
     steps = np.cumsum([EACH] * (len(LEVELS) - 1))
-    fitted = [LEVELS[k] for k, step in enumerate(steps, start=1) if not test[step - 5 : step + 5].any()]
-    judged = [LEVELS[k] for k, step in enumerate(steps, start=1) if test[step] and not test[step - 1]]
+    fitted = [
+        LEVELS[k] for k, step in enumerate(steps, start=1) if not test[step - 5 : step + 5].any()
+    ]
+    judged = [
+        LEVELS[k] for k, step in enumerate(steps, start=1) if test[step] and not test[step - 1]
+    ]
     assert fitted == [0.2, 0.4, 0.2]
     assert judged == [0.4, 0.6, 0.6]
     for level in {*LEVELS}:  # each field is held out as often as it was logged
@@ -80,4 +89,6 @@ def test_steps_that_lie_in_rows_held_out_are_told_with_the_remedy() -> None:
 
 
 def _remedy(comparison: Comparison) -> str:
-    return " ".join(finding.remedy for finding in comparison.findings if finding.subject == "dynamics")
+    return " ".join(
+        finding.remedy for finding in comparison.findings if finding.subject == "dynamics"
+    )

@@ -26,7 +26,8 @@ HOSTILE = {
     "keys": "Kanal;a;b\n" + "Einheit;A;V\n" * (SIZE // 12),
     "digits of another script": "\u0661\u066b" * (SIZE // 2),
     "units that nobody knows": "time,x\n" + "".join(f"{k},5 zz{k}\n" for k in range(SIZE // 10)),
-    "units of many cells": "time,x\n" + "".join(f"{k},{k} {'mA' if k % 2 else 'A'}\n" for k in range(SIZE // 10)),
+    "units of many cells": "time,x\n"
+    + "".join(f"{k},{k} {'mA' if k % 2 else 'A'}\n" for k in range(SIZE // 10)),
 }
 CHANGES = (
     with_keyed_heads,
@@ -39,7 +40,9 @@ CHANGES = (
 
 @pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.__name__)
 @pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE.keys())
-def test_a_hostile_table_takes_the_time_of_its_length(change: Callable[[str], tuple[str, str]], text: str) -> None:
+def test_a_hostile_table_takes_the_time_of_its_length(
+    change: Callable[[str], tuple[str, str]], text: str
+) -> None:
     begun = process_time()
     change(text)
     assert process_time() - begun < MOST_SECONDS

@@ -20,8 +20,13 @@ WARM = 20 + SLOW
 
 
 def groups() -> dict[str, Found]:
-    fast = Found({"t": FAST, "speed": SPEED, "torque": SPEED**3}, {"t": "s", "speed": "rad/s", "torque": "N*m"})
-    slow = Found({"time": SLOW, "current": LEVELS, "oil": WARM, "speed": SLOW}, {"time": "s", "current": "A"})
+    fast = Found(
+        {"t": FAST, "speed": SPEED, "torque": SPEED**3},
+        {"t": "s", "speed": "rad/s", "torque": "N*m"},
+    )
+    slow = Found(
+        {"time": SLOW, "current": LEVELS, "oil": WARM, "speed": SLOW}, {"time": "s", "current": "A"}
+    )
     return {"fast": fast, "slow": slow}
 
 
@@ -68,7 +73,9 @@ def test_a_file_of_two_rates_is_one_log(tmp_path: Path) -> None:
     with h5py.File(path, "w") as file:
         for name, group in groups().items():
             for label, values in group.columns.items():
-                file.create_dataset(f"{name}/{label}", data=values).attrs["unit"] = group.units.get(label) or ""
+                file.create_dataset(f"{name}/{label}", data=values).attrs["unit"] = (
+                    group.units.get(label) or ""
+                )
     with pytest.raises(LogError, match="join them by time"):
         read_table(path)
     log = read(path, {"slip": "speed"}, variable="fast + slow")
@@ -78,7 +85,9 @@ def test_a_file_of_two_rates_is_one_log(tmp_path: Path) -> None:
 
 def a_group_for_each_signal(path: Path, **attributes: float) -> Path:
     with h5py.File(path, "w") as file:
-        for place, (name, unit) in enumerate({"current": "mA", "speed": "rpm", "torque": "N*m"}.items()):
+        for place, (name, unit) in enumerate(
+            {"current": "mA", "speed": "rpm", "torque": "N*m"}.items()
+        ):
             data = file.create_dataset(f"measurement/{name}/data", data=np.arange(50.0) + place)
             data.attrs["units"] = unit
             data.attrs["dt"] = 0.02
@@ -89,7 +98,11 @@ def a_group_for_each_signal(path: Path, **attributes: float) -> Path:
 
 def test_groups_of_an_hdf5_file_that_hold_one_signal_each_are_one_recording(tmp_path: Path) -> None:
     table = hdf5.find(str(a_group_for_each_signal(tmp_path / "log.h5")), None)
-    assert {name: table.units[name] for name in table.columns} == {"current": "mA", "speed": "rpm", "torque": "N*m"}
+    assert {name: table.units[name] for name in table.columns} == {
+        "current": "mA",
+        "speed": "rpm",
+        "torque": "N*m",
+    }
     assert table.sample_period == pytest.approx(0.02)
     assert table.columns["torque"][0] == 2.0
 
@@ -104,7 +117,9 @@ def test_signals_that_begin_at_other_times_stay_apart(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("with_time", [False, True])
 @pytest.mark.parametrize("form", ["text beside", "attribute of the group", "bytes beside"])
-def test_a_group_that_holds_a_signal_and_its_unit_gives_the_unit(tmp_path: Path, form: str, with_time: bool) -> None:
+def test_a_group_that_holds_a_signal_and_its_unit_gives_the_unit(
+    tmp_path: Path, form: str, with_time: bool
+) -> None:
     signals = {"speed": (SPEED, "rpm"), "torque": (SPEED**3, "mN*m")}
     if not with_time:
         signals["time"] = (FAST * 1e3, "ms")
@@ -121,5 +136,7 @@ def test_a_group_that_holds_a_signal_and_its_unit_gives_the_unit(tmp_path: Path,
             else:
                 group.attrs["Unit"] = unit
     table = read_table(tmp_path / "a.h5")
-    assert {name: table.units[name] for name in signals} == {name: unit for name, (_, unit) in signals.items()}
+    assert {name: table.units[name] for name in signals} == {
+        name: unit for name, (_, unit) in signals.items()
+    }
     np.testing.assert_array_equal(table.columns["torque"], SPEED**3)

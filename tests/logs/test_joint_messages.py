@@ -92,7 +92,9 @@ def bag(messages: list[bytes], *, aligned: bool = True) -> bytes:
     writer = Writer(out)
     writer.start()
     text = ROS_2 if aligned else ROS_1
-    schema = writer.register_schema("sensor_msgs/JointState", "ros2msg" if aligned else "ros1msg", text.encode())
+    schema = writer.register_schema(
+        "sensor_msgs/JointState", "ros2msg" if aligned else "ros1msg", text.encode()
+    )
     channel = writer.register_channel("/joint_states", "cdr" if aligned else "ros1", schema)
     for row, data in enumerate(messages):
         stamp = 10**18 + round(TIME[row] * 1e9) + 1000 * (row % 3)
@@ -108,7 +110,9 @@ def table_of(data: bytes) -> Any:
 @pytest.mark.parametrize("aligned", [True, False])
 def test_the_state_of_a_joint_is_read_at_once_on_its_stamps(tmp_path: Path, aligned: bool) -> None:
     path = tmp_path / "run.mcap"
-    path.write_bytes(bag([state(row, ["elbow"], aligned=aligned) for row in range(ROWS)], aligned=aligned))
+    path.write_bytes(
+        bag([state(row, ["elbow"], aligned=aligned) for row in range(ROWS)], aligned=aligned)
+    )
     recording = read(path)
     assert recording.period == pytest.approx(5e-3)
     assert np.array_equal(recording.signals["slip"], RATE)
@@ -136,7 +140,9 @@ def test_joints_that_come_in_another_order_keep_their_columns() -> None:
 
 
 def test_a_joint_that_some_messages_lack_is_missing_there() -> None:
-    table = table_of(bag([state(row, ["hip", "knee"] if row % 2 else ["hip"]) for row in range(ROWS)]))
+    table = table_of(
+        bag([state(row, ["hip", "knee"] if row % 2 else ["hip"]) for row in range(ROWS)])
+    )
     assert np.array_equal(np.isnan(table.columns["knee.effort"]), np.arange(ROWS) % 2 == 0)
     assert np.array_equal(table.columns["hip.effort"], EFFORT)
 
@@ -146,7 +152,11 @@ def test_a_joint_that_some_messages_lack_is_missing_there() -> None:
     [
         ("float64[] x", struct.pack("<I", 900) + bytes(7200), "900 items, above 500"),
         ("float64[] x", struct.pack("<I", 3) + bytes(8), "not as long"),
-        ("float64 x\nstring s", bytes(8) + struct.pack("<I", 99) + b"a", "a text in its messages is longer"),
+        (
+            "float64 x\nstring s",
+            bytes(8) + struct.pack("<I", 99) + b"a",
+            "a text in its messages is longer",
+        ),
         ("geometry/Pose pose", bytes(8), "which nothing describes"),
         ("float64[] x", struct.pack("<I", 1) + bytes(40), "not as long"),
         ("float64 x, y", bytes(8), "is none that a message has"),
@@ -165,8 +175,15 @@ def test_messages_inside_of_messages_that_call_themselves_end() -> None:
 
 
 def test_messages_of_fixed_lists_and_of_lists_of_messages() -> None:
-    definition = "float32[2] q\nm/Motor[] motors\nbool on" + BREAK + "MSG: m/Motor\nint16 mode\nfloat64 tau"
-    body = struct.pack("<ffI", 0.5, 1.5, 2) + struct.pack("<hd", 3, 0.25) + struct.pack("<hd", 4, 0.75) + b"\1"
+    definition = (
+        "float32[2] q\nm/Motor[] motors\nbool on" + BREAK + "MSG: m/Motor\nint16 mode\nfloat64 tau"
+    )
+    body = (
+        struct.pack("<ffI", 0.5, 1.5, 2)
+        + struct.pack("<hd", 3, 0.25)
+        + struct.pack("<hd", 4, 0.75)
+        + b"\1"
+    )
     columns = columns_of(definition, [np.frombuffer(body, np.uint8).reshape(1, -1)], aligned=False)
     assert {name: float(values[0]) for name, values in columns.items()} == {
         "q[0]": 0.5,
@@ -180,13 +197,22 @@ def test_messages_of_fixed_lists_and_of_lists_of_messages() -> None:
 
 
 @settings(max_examples=examples(60), deadline=None)
-@given(st.lists(st.tuples(st.integers(0, 150), st.integers(0, 255)), min_size=1, max_size=6), st.booleans())
-def test_any_bytes_of_a_message_give_columns_or_an_error_of_ours(changes: list[tuple[int, int]], aligned: bool) -> None:
+@given(
+    st.lists(st.tuples(st.integers(0, 150), st.integers(0, 255)), min_size=1, max_size=6),
+    st.booleans(),
+)
+def test_any_bytes_of_a_message_give_columns_or_an_error_of_ours(
+    changes: list[tuple[int, int]], aligned: bool
+) -> None:
     message = bytearray(state(3, ["hip", "knee"], aligned=aligned))
     for place, value in changes:
         message[place % len(message)] = value
     with suppress(DamageError):
-        columns_of(ROS_2 if aligned else ROS_1, [np.frombuffer(message, np.uint8).reshape(1, -1)], aligned=aligned)
+        columns_of(
+            ROS_2 if aligned else ROS_1,
+            [np.frombuffer(message, np.uint8).reshape(1, -1)],
+            aligned=aligned,
+        )
 
 
 @settings(max_examples=examples(40), deadline=None)
@@ -204,14 +230,26 @@ def lerobot(joints: int, kind: Any) -> Any:
         "observation.effort": EFFORT,
     }
     columns: dict[str, Any] = {
-        name: pa.array([list(values * share) for values in course], kind) for name, course in lists.items()
+        name: pa.array([list(values * share) for values in course], kind)
+        for name, course in lists.items()
     }
-    return pa.table({**columns, "timestamp": TIME, "frame_index": np.arange(ROWS), "episode_index": np.zeros(ROWS)})
+    return pa.table(
+        {
+            **columns,
+            "timestamp": TIME,
+            "frame_index": np.arange(ROWS),
+            "episode_index": np.zeros(ROWS),
+        }
+    )
 
 
 @pytest.mark.usefixtures("read_here")
-@pytest.mark.parametrize("kind", [pa.list_(pa.float64()), pa.list_(pa.float64(), 3), pa.large_list(pa.float64())])
-def test_lists_of_joints_in_parquet_are_columns_and_the_first_joint_is_proposed(tmp_path: Path, kind: Any) -> None:
+@pytest.mark.parametrize(
+    "kind", [pa.list_(pa.float64()), pa.list_(pa.float64(), 3), pa.large_list(pa.float64())]
+)
+def test_lists_of_joints_in_parquet_are_columns_and_the_first_joint_is_proposed(
+    tmp_path: Path, kind: Any
+) -> None:
     path = tmp_path / "episode_000000.parquet"
     pq.write_table(lerobot(3, kind), path, row_group_size=100)
     table = read_table(path)
@@ -256,7 +294,9 @@ def test_feather_is_read_as_parquet_is(tmp_path: Path, compression: str) -> None
 @pytest.mark.usefixtures("read_here")
 def test_damaged_feather_is_named(tmp_path: Path) -> None:
     path = tmp_path / "log.feather"
-    feather.write_feather(pa.table({"t": TIME, "tau": EFFORT}), str(path), compression="uncompressed")
+    feather.write_feather(
+        pa.table({"t": TIME, "tau": EFFORT}), str(path), compression="uncompressed"
+    )
     path.write_bytes(path.read_bytes()[:-40])
     with pytest.raises(LogError, match="the Feather data is damaged"):
         read_table(path)
@@ -267,7 +307,11 @@ def test_damaged_feather_is_named(tmp_path: Path) -> None:
 def test_times_in_ns_need_no_word(tmp_path: Path, name: str) -> None:
     path = tmp_path / "log.npz"
     stamps = 1_710_000_000_000_000_000 + np.arange(ROWS) * 5_000_000
-    np.savez(path, allow_pickle=False, **{name: stamps, "position": ANGLE, "velocity": RATE, "effort": EFFORT})
+    np.savez(
+        path,
+        allow_pickle=False,
+        **{name: stamps, "position": ANGLE, "velocity": RATE, "effort": EFFORT},
+    )
     recording = read(path)
     assert recording.period == pytest.approx(5e-3, rel=1e-3)
     assert np.array_equal(recording.signals["slip"], RATE)

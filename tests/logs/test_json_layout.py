@@ -27,10 +27,21 @@ FORMS: dict[str, Any] = {
         "data": {"time": TIME, "speed": SPEED, "torque": TORQUE},
     },
     "rows at depth": {
-        "a": {"b": {"rows": [dict(zip(("time", "speed", "torque"), row, strict=True)) for row in TABLE]}}
+        "a": {
+            "b": {
+                "rows": [dict(zip(("time", "speed", "torque"), row, strict=True)) for row in TABLE]
+            }
+        }
     },
-    "columns and data": {"columns": ["time", "speed", "torque"], "index": list(range(50)), "data": TABLE},
-    "columns and data at depth": {"x": {"columns": ["time", "speed", "torque"], "rows": TABLE}, "note": "n"},
+    "columns and data": {
+        "columns": ["time", "speed", "torque"],
+        "index": list(range(50)),
+        "data": TABLE,
+    },
+    "columns and data at depth": {
+        "x": {"columns": ["time", "speed", "torque"], "rows": TABLE},
+        "note": "n",
+    },
     "columns with units": {
         "Results": [
             {
@@ -81,7 +92,10 @@ def test_a_document_is_read(tmp_path: Path, form: str) -> None:
 
 
 def test_runs_are_recordings_under_their_names(tmp_path: Path) -> None:
-    runs = [{"name": "one", "time": TIME, "F": SPEED}, {"name": "two", "time": TIME[:30], "F": TORQUE[:30]}]
+    runs = [
+        {"name": "one", "time": TIME, "F": SPEED},
+        {"name": "two", "time": TIME[:30], "F": TORQUE[:30]},
+    ]
     path = written(tmp_path, {"runs": runs})
     assert recordings_in(path) == ["runs.one", "runs.two"]
     assert read_table(path, variable="runs.two").columns["F"].tolist() == TORQUE[:30]
@@ -89,7 +103,9 @@ def test_runs_are_recordings_under_their_names(tmp_path: Path) -> None:
 
 def test_objects_of_two_rates_are_joined_where_that_is_asked_for(tmp_path: Path) -> None:
     slow = {"time": TIME[::5], "current": [0.0] * 5 + [1.0] * 5}
-    path = written(tmp_path, {"fast": {"time": TIME, "speed": SPEED, "torque": TORQUE}, "slow": slow})
+    path = written(
+        tmp_path, {"fast": {"time": TIME, "speed": SPEED, "torque": TORQUE}, "slow": slow}
+    )
     with pytest.raises(LogError, match=r"join them by time: --variable 'fast \+ slow'"):
         read_table(path)
     table = read_table(path, variable="fast + slow")
@@ -98,7 +114,9 @@ def test_objects_of_two_rates_are_joined_where_that_is_asked_for(tmp_path: Path)
 
 
 def test_a_signal_that_is_a_row_short_is_no_missing_field(tmp_path: Path) -> None:
-    path = written(tmp_path, {"time": TIME, "speed": SPEED, "torque": TORQUE, "current": [0.5] * 49})
+    path = written(
+        tmp_path, {"time": TIME, "speed": SPEED, "torque": TORQUE, "current": [0.5] * 49}
+    )
     with pytest.raises(ErclutchError, match="list current has 49 values, not 50"):
         read(path)
 
@@ -107,7 +125,10 @@ def test_a_signal_that_is_a_row_short_is_no_missing_field(tmp_path: Path) -> Non
     ("document", "names"),
     [
         (TABLE, ("c_1", "c_2", "c_3")),
-        ({"data": [[0.1, 3, 4], [0.2, 4, 5], [0.3, 5, 6]], "dt": 0.1}, ("data_1", "data_2", "data_3")),
+        (
+            {"data": [[0.1, 3, 4], [0.2, 4, 5], [0.3, 5, 6]], "dt": 0.1},
+            ("data_1", "data_2", "data_3"),
+        ),
         ({"run": {"rows": [[0.1, 0.2, 0.3], [3, 4, 5]]}}, ("rows_1", "rows_2")),  # on its side
     ],
 )
@@ -118,7 +139,9 @@ def test_a_matrix_without_names_has_columns_by_their_place(
     assert tuple(table.columns) == names
 
 
-@pytest.mark.parametrize("document", [{"data": [[1, 2], [3]]}, {"data": [[[1, 2]], [[3, 4]]]}, [[1], [2]]])
+@pytest.mark.parametrize(
+    "document", [{"data": [[1, 2], [3]]}, {"data": [[[1, 2]], [[3, 4]]]}, [[1], [2]]]
+)
 def test_lists_of_lists_that_are_no_matrix_are_refused(tmp_path: Path, document: object) -> None:
     with pytest.raises(LogError):
         read_table(written(tmp_path, document))
@@ -128,7 +151,11 @@ _VALUES = st.recursive(
     st.none() | st.booleans() | st.integers(-3, 3) | st.sampled_from(["time", "s", "x"]),
     lambda inner: (
         st.lists(inner, max_size=4)
-        | st.dictionaries(st.sampled_from(["time", "columns", "data", "unit", "units", "name", "a"]), inner, max_size=4)
+        | st.dictionaries(
+            st.sampled_from(["time", "columns", "data", "unit", "units", "name", "a"]),
+            inner,
+            max_size=4,
+        )
     ),
     max_leaves=25,
 )
@@ -137,7 +164,9 @@ _VALUES = st.recursive(
 @pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(_VALUES)
-def test_any_document_is_read_or_refused(tmp_path_factory: pytest.TempPathFactory, document: Any) -> None:
+def test_any_document_is_read_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, document: Any
+) -> None:
     path = written(tmp_path_factory.getbasetemp(), document)
     try:
         table = read_table(path)
@@ -147,7 +176,11 @@ def test_any_document_is_read_or_refused(tmp_path_factory: pytest.TempPathFactor
 
 
 @settings(max_examples=examples(150), deadline=None)
-@given(form=st.sampled_from(list(FORMS)), place=st.integers(0, 3000), damage=st.sampled_from('0-,.]["{}:x'))
+@given(
+    form=st.sampled_from(list(FORMS)),
+    place=st.integers(0, 3000),
+    damage=st.sampled_from('0-,.]["{}:x'),
+)
 def test_a_changed_byte_never_makes_more_than_the_value_it_stands_in(
     tmp_path_factory: pytest.TempPathFactory, form: str, place: int, damage: str
 ) -> None:
@@ -168,7 +201,10 @@ def test_a_changed_byte_never_makes_more_than_the_value_it_stands_in(
 
 
 def test_a_step_of_a_rheometer_holds_its_columns_with_units(tmp_path: Path) -> None:
-    columns = [{"Name": "Shear rate", "Unit": "1/s", "Values": TIME}, {"Name": "Stress", "Unit": "Pa", "Values": SPEED}]
+    columns = [
+        {"Name": "Shear rate", "Unit": "1/s", "Values": TIME},
+        {"Name": "Stress", "Unit": "Pa", "Values": SPEED},
+    ]
     steps = [{"StepName": name, "Columns": columns} for name in ("Flow sweep", "Peak hold")]
     path = tmp_path / "log.json"
     path.write_text(json.dumps({"Properties": {"Sample": "gel"}, "Results": steps}))
@@ -183,7 +219,9 @@ def test_a_sampling_interval_of_all_signals_is_that_of_the_log(
     tmp_path: Path, intervals: tuple[float, float], period: float | None
 ) -> None:
     signals: list[dict[str, Any]] = []
-    for interval, (name, values) in zip(intervals, {"speed": SPEED, "torque": TORQUE}.items(), strict=True):
+    for interval, (name, values) in zip(
+        intervals, {"speed": SPEED, "torque": TORQUE}.items(), strict=True
+    ):
         signals.append({"name": name, "unit": "-", "sampleInterval": interval, "values": values})
     path = tmp_path / "log.json"
     path.write_text(json.dumps({"channels": signals}))

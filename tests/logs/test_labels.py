@@ -74,7 +74,12 @@ def test_ends_of_names(label: str, name: str, unit: str | None) -> None:
 @pytest.mark.parametrize(
     ("name", "unit", "si", "own"),
     [
-        ("n", "1/min", ("rad/s",), "turn/min"),  # its symbol in ISO 80000-3: no machine turns radians a minute
+        (
+            "n",
+            "1/min",
+            ("rad/s",),
+            "turn/min",
+        ),  # its symbol in ISO 80000-3: no machine turns radians a minute
         ("n_mot", "min^-1", ("rad/s",), "turn/min"),
         ("motor speed", "1/min", ("rad/s",), "turn/min"),
         ("shear rate", "1/min", ("1/s",), "1/min"),
@@ -87,7 +92,9 @@ def test_ends_of_names(label: str, name: str, unit: str | None) -> None:
         ("x", None, ("N",), None),
     ],
 )
-def test_the_unit_of_a_column(name: str, unit: str | None, si: tuple[str, ...], own: str | None) -> None:
+def test_the_unit_of_a_column(
+    name: str, unit: str | None, si: tuple[str, ...], own: str | None
+) -> None:
     assert own_unit(name, unit, si) == own
 
 
@@ -111,7 +118,10 @@ def test_names_differ_and_say_so() -> None:
         ("t_s x_mm i_A", {"t_s": "s", "x_mm": "mm", "i_A": "A"}),
         ("t M_Nm n_rpm", {"M_Nm": "N*m", "n_rpm": "rpm"}),
         ("t F_N v", {}),  # a single one may have an index
-        ("t_s x_mm F_N F_R", {"t_s": "s", "x_mm": "mm"}),  # a force that presses beside a force that rubs
+        (
+            "t_s x_mm F_N F_R",
+            {"t_s": "s", "x_mm": "mm"},
+        ),  # a force that presses beside a force that rubs
         ("t_s x_mm F_N mu", {"t_s": "s", "x_mm": "mm"}),
         ("u_d i_d u_q i_q", {}),
         ("t/s x/mm F/N", {"t/s": "s", "x/mm": "mm", "F/N": "N"}),
@@ -122,14 +132,19 @@ def test_names_differ_and_say_so() -> None:
         ("t/s x_mm/s", {"t/s": "s", "x_mm/s": "mm/s"}),
         ("t/s M_A/Nm n_A/rpm", {"t/s": "s", "M_A/Nm": "Nm", "n_A/rpm": "rpm"}),  # the A is an index
         ("t/s F_N/kN", {"t/s": "s", "F_N/kN": "kN"}),
-        ("t_s M_Nm T_C", {"t_s": "s", "M_Nm": "N*m"}),  # a T in degrees is no torque; it ended in an error
+        (
+            "t_s M_Nm T_C",
+            {"t_s": "s", "M_Nm": "N*m"},
+        ),  # a T in degrees is no torque; it ended in an error
         ("Force/N n", {}),
         ("motor/A motor/B", {}),
         ("time rad/s N/m", {}),
         ("arm/position arm/velocity", {}),
     ],
 )
-def test_units_behind_names_are_read_where_a_file_has_several(labels: str, behind: dict[str, str]) -> None:
+def test_units_behind_names_are_read_where_a_file_has_several(
+    labels: str, behind: dict[str, str]
+) -> None:
     assert units_behind_names(labels.split()) == behind
 
 
@@ -211,7 +226,9 @@ def test_a_long_line_of_a_header_takes_no_long_time(sign: str) -> None:
         (["t/s", "E/(kV/mm)", "F/N"], ["s", "kV/mm", "N"]),
     ],
 )
-def test_a_letter_is_a_unit_where_all_names_end_in_units(labels: list[str], expected: list[str | None]) -> None:
+def test_a_letter_is_a_unit_where_all_names_end_in_units(
+    labels: list[str], expected: list[str | None]
+) -> None:
     _, units, _ = name_columns(labels)
     assert units == expected
 

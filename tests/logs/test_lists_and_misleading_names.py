@@ -26,12 +26,18 @@ def _asked(plan: Plan) -> list[str]:
     return [question.short for question in plan.questions] + list(plan.doubts)
 
 
-@pytest.mark.parametrize("words", [("positions", "velocities", "torques"), ("joint_pos", "joint_speeds", "efforts")])
+@pytest.mark.parametrize(
+    "words", [("positions", "velocities", "torques"), ("joint_pos", "joint_speeds", "efforts")]
+)
 def test_lists_of_joints_are_called_in_the_plural(words: tuple[str, str, str]) -> None:
     position, speed, effort = words
     log: dict[str, Any] = {"time": SECONDS}
     for joint in (1, 2, 3):
-        log |= {f"{position}_{joint}": joint * MOVED, f"{speed}_{joint}": joint * SPEED, f"{effort}_{joint}": RUBS}
+        log |= {
+            f"{position}_{joint}": joint * MOVED,
+            f"{speed}_{joint}": joint * SPEED,
+            f"{effort}_{joint}": RUBS,
+        }
     asked = _asked(_plan(log))
     assert f"slip is column {speed}_1 of one of 3 joints" in asked[0]
     assert asked[1] == f"effort is column {effort}_1 of the same joint"
@@ -63,7 +69,11 @@ def test_metres_beside_millimetres_tell_no_unit_of_the_stamps(step: float, times
     # Stamps in ms or us, mm beside m/s or m beside mm/s: a thousand times apart, they look like another unit.
     log = {"timestamp": step * ROWS, "position": MOVED, "velocity": times * SPEED, "force": RUBS}
     assert any("timestamp in s, though" in doubt for doubt in _plan(log).doubts)
-    units = {"position": "mm", "velocity": "m/s"} if times < 1.0 else {"position": "m", "velocity": "mm/s"}
+    units = (
+        {"position": "mm", "velocity": "m/s"}
+        if times < 1.0
+        else {"position": "m", "velocity": "mm/s"}
+    )
     clock = _plan(log, units).clock
     assert clock is not None
     assert clock.unit == ("ms" if step == 20.0 else "us")
@@ -71,20 +81,31 @@ def test_metres_beside_millimetres_tell_no_unit_of_the_stamps(step: float, times
 
 def test_two_speeds_that_tell_two_units_of_the_stamps_tell_none() -> None:
     log = {"timestamp": 20.0 * ROWS, "torque": RUBS}
-    log |= {"position_1": MOVED, "velocity_1": SPEED, "position_2": MOVED, "velocity_2": 1e3 * SPEED}
+    log |= {
+        "position_1": MOVED,
+        "velocity_1": SPEED,
+        "position_2": MOVED,
+        "velocity_2": 1e3 * SPEED,
+    }
     assert any("timestamp in s, though" in doubt for doubt in _plan(log).doubts)
 
 
 @pytest.mark.parametrize("rate", [50.0, 250.0, 1000.0])
 def test_the_rate_of_rows_without_stamps_is_told_by_a_speed_and_its_position(rate: float) -> None:
     at = ROWS / rate
-    log = {"position": np.sin(0.1 * rate * at), "velocity": 0.1 * rate * np.cos(0.1 * rate * at), "torque": RUBS}
+    log = {
+        "position": np.sin(0.1 * rate * at),
+        "velocity": 0.1 * rate * np.cos(0.1 * rate * at),
+        "torque": RUBS,
+    }
     plan = _plan(log)
     assert f'--rate "{rate:g} Hz"' in plan.command()
     assert _asked(_plan(log, rate=f"{rate:g} Hz")) == []
     # In degrees beside radians a second, the units tell it; without units no rate that a logger is set to comes out.
     mixed = {**log, "position": np.degrees(log["position"])}
-    assert f'--rate "{rate:g} Hz"' in _plan(mixed, {"position": "deg", "velocity": "rad/s"}).command()
+    assert (
+        f'--rate "{rate:g} Hz"' in _plan(mixed, {"position": "deg", "velocity": "rad/s"}).command()
+    )
     assert "--rate" not in _plan(mixed).command()
 
 
@@ -93,7 +114,10 @@ def test_seconds_since_1970_under_the_name_of_a_smaller_unit_are_doubted() -> No
     assert [doubt.partition(",")[0] for doubt in _plan(log, {"timestamp": "ms"}).doubts] == [
         "time is column timestamp in ms"
     ]
-    uptime = {**log, "timestamp": 1_767_109_211.0 + 20.0 * ROWS}  # ms of a controller that ran for 20 days
+    uptime = {
+        **log,
+        "timestamp": 1_767_109_211.0 + 20.0 * ROWS,
+    }  # ms of a controller that ran for 20 days
     assert _plan(uptime, {"timestamp": "ms"}).doubts == ()
     assert _plan(log, {"timestamp": "s"}).doubts == ()
 
@@ -117,7 +141,9 @@ def test_the_number_of_a_motor_is_no_current(name: str) -> None:
     assert field is None or field.column != name
     assert any("taken for the number of a motor" in note for note in plan.notes)
     # A magnet's current that is held is the field of the log.
-    held = _plan({"time": SECONDS, "current": np.full(400, 2.0), "rpm": 90.0 * SPEED, "torque": RUBS}).signal("field")
+    held = _plan(
+        {"time": SECONDS, "current": np.full(400, 2.0), "rpm": 90.0 * SPEED, "torque": RUBS}
+    ).signal("field")
     assert held is not None
     assert held.column == "current"
 
@@ -128,17 +154,32 @@ def test_an_area_is_no_position(name: str) -> None:
     assert _plan(log).signal("position") is None
 
 
-@pytest.mark.parametrize(("strain", "stress"), [("Dehnung 1", "Zugspannung"), ("Deformacion", "Contrainte")])
+@pytest.mark.parametrize(
+    ("strain", "stress"), [("Dehnung 1", "Zugspannung"), ("Deformacion", "Contrainte")]
+)
 def test_strain_and_stress_beside_a_force_are_no_field(strain: str, stress: str) -> None:
     ramp = 0.01 * ROWS
-    columns = {"Zeit": SECONDS, "Traversenweg": ramp, "Last": np.tanh(ramp), strain: 0.02 * ramp, stress: np.tanh(ramp)}
+    columns = {
+        "Zeit": SECONDS,
+        "Traversenweg": ramp,
+        "Last": np.tanh(ramp),
+        strain: 0.02 * ramp,
+        stress: np.tanh(ramp),
+    }
     units = {"Zeit": "s", "Traversenweg": "mm", "Last": "kN", strain: "%", stress: "MPa"}
     assert _asked(_plan(columns, units)) == []
 
 
 @pytest.mark.parametrize(
     ("name", "unit"),
-    [("Angle_Degrees", "deg"), ("ANGLE_RADIANS", "rad"), ("Travel_Millimeters", "mm"), ("Wheel_Rad", None)],
+    [
+        ("Angle_Degrees", "deg"),
+        ("ANGLE_RADIANS", "rad"),
+        ("Travel_Millimeters", "mm"),
+        ("Wheel_Rad", None),
+    ],
 )
-def test_a_unit_that_is_written_out_is_read_in_letters_of_any_size(name: str, unit: str | None) -> None:
+def test_a_unit_that_is_written_out_is_read_in_letters_of_any_size(
+    name: str, unit: str | None
+) -> None:
     assert split_end(name)[1] == unit

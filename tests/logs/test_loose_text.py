@@ -13,15 +13,21 @@ from erclutch.errors import ErclutchError
 from erclutch.logs import read_table
 from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets, without_matrix
 
-ROWS = np.column_stack([np.arange(40) / 100, np.sin(np.arange(40) / 5), np.cos(np.arange(40) / 5) ** 3])
+ROWS = np.column_stack(
+    [np.arange(40) / 100, np.sin(np.arange(40) / 5), np.cos(np.arange(40) / 5) ** 3]
+)
 
 
 def lines(delimiter: str = ",", decimal: str = ".") -> list[str]:
     return [delimiter.join(f"{cell:.6f}".replace(".", decimal) for cell in row) for row in ROWS]
 
 
-@pytest.mark.parametrize(("delimiter", "decimal"), [(",", "."), (";", "."), (";", ","), ("\t", ".")])
-def test_a_first_row_behind_the_names_in_their_line_is_a_row(tmp_path: Path, delimiter: str, decimal: str) -> None:
+@pytest.mark.parametrize(
+    ("delimiter", "decimal"), [(",", "."), (";", "."), (";", ","), ("\t", ".")]
+)
+def test_a_first_row_behind_the_names_in_their_line_is_a_row(
+    tmp_path: Path, delimiter: str, decimal: str
+) -> None:
     names = delimiter.join(("time", "velocity", "torque"))
     path = tmp_path / "run.csv"
     path.write_text(names + delimiter + "\n".join(lines(delimiter, decimal)) + "\n")
@@ -59,7 +65,13 @@ def test_numbers_in_brackets_are_numbers(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["time [s],speed [rad/s],mu [1]\n0,1,2\n", "time,mu\n[s],[1]\n0,1\n", "a,b\n[1.0 2.0],3\n", "[1.5.2],3\n"]
+    "text",
+    [
+        "time [s],speed [rad/s],mu [1]\n0,1,2\n",
+        "time,mu\n[s],[1]\n0,1\n",
+        "a,b\n[1.0 2.0],3\n",
+        "[1.5.2],3\n",
+    ],
 )
 def test_units_and_longer_lists_keep_their_brackets(text: str) -> None:
     assert without_brackets(text) == (text, "")
@@ -68,9 +80,9 @@ def test_units_and_longer_lists_keep_their_brackets(text: str) -> None:
 @given(st.text(alphabet="[]0123456789.,;eE+- \n\ttau", max_size=200))
 def test_whatever_the_text_no_number_is_made_up(text: str) -> None:
     plain, _ = without_brackets(text)
-    assert plain.replace("[", "").replace("]", "").replace(" ", "") == text.replace("[", "").replace("]", "").replace(
-        " ", ""
-    )
+    assert plain.replace("[", "").replace("]", "").replace(" ", "") == text.replace(
+        "[", ""
+    ).replace("]", "").replace(" ", "")
     apart, note = with_a_line_of_names(text)
     assert len(apart) == len(text)
     assert (apart != text) == bool(note)
@@ -85,12 +97,16 @@ def test_a_long_line_of_brackets_takes_time_of_its_length(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("delimiter", [",", ";"])
 @pytest.mark.parametrize("end", ["", "delimiter"])
-def test_columns_that_one_row_fills_stand_behind_short_rows(tmp_path: Path, delimiter: str, end: str) -> None:
+def test_columns_that_one_row_fills_stand_behind_short_rows(
+    tmp_path: Path, delimiter: str, end: str
+) -> None:
     """A thrust stand writes the time in which its motor settled into one row, and no cells for it into the others."""
     close = delimiter if end else ""
     rows = lines(delimiter)
     rows[25] += delimiter.join(("", "", "0.0682", "9046"))
-    names = delimiter.join(("time", "speed", "torque", "App message", "90% settling time", "Max acceleration"))
+    names = delimiter.join(
+        ("time", "speed", "torque", "App message", "90% settling time", "Max acceleration")
+    )
     path = tmp_path / "stand.csv"
     path.write_text("\n".join([names + close, *(row + close for row in rows)]))
     table = read_table(path)
@@ -113,7 +129,9 @@ def test_a_row_that_lacks_a_number_of_the_others_is_still_refused(tmp_path: Path
     rows[10] = "0.10,0.5"
     rows[25] += ",,0.0682,9046"
     path = tmp_path / "stand.csv"
-    path.write_text("\n".join(["time,speed,torque,App message,90% settling time,Max acceleration", *rows]))
+    path.write_text(
+        "\n".join(["time,speed,torque,App message,90% settling time,Max acceleration", *rows])
+    )
     with pytest.raises(ErclutchError, match="line 12"):
         read_table(path)
 
@@ -124,8 +142,13 @@ def test_a_table_that_labview_wrote_without_headers_is_a_table(tmp_path: Path) -
     assert np.allclose(np.column_stack([*read_table(path).columns.values()]), ROWS, atol=1e-6)
 
 
-@given(st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 3), min_size=2, max_size=8), st.sampled_from([" ", ", ", "\t"]))
-def test_the_rows_of_a_matrix_keep_their_numbers(rows: list[tuple[float, ...]], between: str) -> None:
+@given(
+    st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 3), min_size=2, max_size=8),
+    st.sampled_from([" ", ", ", "\t"]),
+)
+def test_the_rows_of_a_matrix_keep_their_numbers(
+    rows: list[tuple[float, ...]], between: str
+) -> None:
     text = "x = [" + "; ".join(between.join(map(repr, row)) for row in rows) + "];\n"
     bare, note = without_matrix(text)
     assert note

@@ -32,9 +32,18 @@ def upright_text(beside: dict[int, str] | None = None) -> str:
 
 @pytest.mark.parametrize("with_unit_cells", [False, True])
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
-def test_a_table_with_a_signal_a_row_is_set_upright(tmp_path: Path, delimiter: str, with_unit_cells: bool) -> None:
-    heads = [["t", "s"], ["speed", "rad/s"], ["torque", "Nm"]] if with_unit_cells else [[name] for name in NAMES]
-    lines = [delimiter.join([*head, *map(str, row)]) for head, row in zip(heads, zip(*ROWS, strict=True), strict=True)]
+def test_a_table_with_a_signal_a_row_is_set_upright(
+    tmp_path: Path, delimiter: str, with_unit_cells: bool
+) -> None:
+    heads = (
+        [["t", "s"], ["speed", "rad/s"], ["torque", "Nm"]]
+        if with_unit_cells
+        else [[name] for name in NAMES]
+    )
+    lines = [
+        delimiter.join([*head, *map(str, row)])
+        for head, row in zip(heads, zip(*ROWS, strict=True), strict=True)
+    ]
     table = read_table(written(tmp_path, "\n".join(lines) + "\n"))
     assert list(table.columns) == ["t", "speed", "torque"]
     assert table.columns["speed"].tolist() == [w for _, w, _ in ROWS]
@@ -43,7 +52,9 @@ def test_a_table_with_a_signal_a_row_is_set_upright(tmp_path: Path, delimiter: s
 
 
 def test_rows_with_a_name_that_are_no_signals_stay_rows(tmp_path: Path) -> None:
-    text = "material,D [1/s],tau [Pa]\n" + "".join(f"sample {k},{k + 1},{2 * k + 3}\n" for k in range(12))
+    text = "material,D [1/s],tau [Pa]\n" + "".join(
+        f"sample {k},{k + 1},{2 * k + 3}\n" for k in range(12)
+    )
     assert read_table(written(tmp_path, text)).rows == 12
 
 
@@ -58,7 +69,9 @@ def test_a_tidy_table_has_a_column_for_each_signal(tmp_path: Path, unit_column: 
     text = "time,signal,value" + (",unit" if unit_column else "") + "\n"
     for t, w, torque in ROWS:
         for name, unit, value in (("speed", "rad/s", w), ("torque", "Nm", torque)):
-            text += f"{t},{name},{value},{unit}\n" if unit_column else f"{t},{name} [{unit}],{value}\n"
+            text += (
+                f"{t},{name},{value},{unit}\n" if unit_column else f"{t},{name} [{unit}],{value}\n"
+            )
     table = read_table(written(tmp_path, text))
     assert table.rows == 60
     assert table.columns["torque"].tolist() == [torque for _, _, torque in ROWS]
@@ -66,8 +79,12 @@ def test_a_tidy_table_has_a_column_for_each_signal(tmp_path: Path, unit_column: 
     assert not plan_of(table, ColumnMap()).questions
 
 
-def test_the_signals_of_a_tidy_table_with_times_of_their_own_are_joined_at_those_of_the_effort(tmp_path: Path) -> None:
-    rows = "".join(f"{t},speed [rad/s],{100 * t}\n{t + 0.004},torque [Nm],{torque}\n" for t, _, torque in ROWS)
+def test_the_signals_of_a_tidy_table_with_times_of_their_own_are_joined_at_those_of_the_effort(
+    tmp_path: Path,
+) -> None:
+    rows = "".join(
+        f"{t},speed [rad/s],{100 * t}\n{t + 0.004},torque [Nm],{torque}\n" for t, _, torque in ROWS
+    )
     table = read_table(written(tmp_path, f"time,signal,value\n{rows}"))
     assert table.columns["time"].tolist() == [t + 0.004 for t, _, _ in ROWS[:-1]]
     assert np.allclose(table.columns["speed"], 100 * table.columns["time"])
@@ -77,9 +94,13 @@ def test_the_signals_of_a_tidy_table_with_times_of_their_own_are_joined_at_those
 
 
 @pytest.mark.parametrize(
-    "names", [("speed", "angle"), ("torque A", "torque B"), ("speed", "torque")], ids=["no effort", "two", "falls back"]
+    "names",
+    [("speed", "angle"), ("torque A", "torque B"), ("speed", "torque")],
+    ids=["no effort", "two", "falls back"],
 )
-def test_a_tidy_table_that_cannot_be_joined_is_left_as_it_is(tmp_path: Path, names: tuple[str, str]) -> None:
+def test_a_tidy_table_that_cannot_be_joined_is_left_as_it_is(
+    tmp_path: Path, names: tuple[str, str]
+) -> None:
     first, second = names
     rows = "".join(f"{t},{first},{w}\n{t + 0.004},{second},{torque}\n" for t, w, torque in ROWS)
     rows += "0.0,speed,1\n" if second == "torque" else ""
@@ -90,7 +111,10 @@ def test_a_tidy_table_that_cannot_be_joined_is_left_as_it_is(tmp_path: Path, nam
 @pytest.mark.parametrize("delimiter", [" ", "\t", ","])
 def test_rows_of_numbers_wider_than_any_log_are_columns(tmp_path: Path, delimiter: str) -> None:
     long = np.arange(1500) / 100
-    lines = [delimiter.join(f"{value:.6e}" for value in row) for row in (long, np.sin(long), np.cos(long))]
+    lines = [
+        delimiter.join(f"{value:.6e}" for value in row)
+        for row in (long, np.sin(long), np.cos(long))
+    ]
     table = read_table(written(tmp_path, "\n".join(lines) + "\n", "log.txt"))
     assert table.rows == 1500
     assert np.allclose(table.columns["c2"], np.sin(long), atol=1e-6)
@@ -103,11 +127,16 @@ def test_rows_of_numbers_no_wider_than_a_log_stay_rows(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("word", ["OL", "-OL", "OVLD", "ovld", "OVRNG"])
-def test_a_reading_beyond_the_range_of_its_meter_is_missing_and_told(tmp_path: Path, word: str) -> None:
+def test_a_reading_beyond_the_range_of_its_meter_is_missing_and_told(
+    tmp_path: Path, word: str
+) -> None:
     path = written(tmp_path, upright_text({5: word, 6: word}))
     table = read_table(path)
     assert np.flatnonzero(np.isnan(table.columns["torque"])).tolist() == [5, 6]
-    assert f"column torque holds {word!r} in 2 rows, a reading beyond the range of its meter: no number" in table.notes
+    assert (
+        f"column torque holds {word!r} in 2 rows, a reading beyond the range of its meter: no number"
+        in table.notes
+    )
     said = good("inspect", "log.csv", cwd=tmp_path)
     assert "2 rows dropped, the log cut there" in " ".join(said.split())
 
@@ -138,34 +167,49 @@ def test_hexadecimal_numbers_that_may_be_negative_are_not_read(tmp_path: Path) -
 
 @pytest.mark.parametrize("words", [("CW", "CCW"), ("forward", "reverse"), ("up", "down")])
 @pytest.mark.parametrize("against", [1, -1])
-def test_a_speed_takes_its_sign_from_words_of_the_sense(tmp_path: Path, words: tuple[str, str], against: int) -> None:
+def test_a_speed_takes_its_sign_from_words_of_the_sense(
+    tmp_path: Path, words: tuple[str, str], against: int
+) -> None:
     text = "t [s],direction,speed [rad/s],torque [N*m]\n"
     for k in range(80):
         sense = 1 if k % 20 < 10 else -1
         text += f"{k / 100},{words[sense < 0]},{1 + k % 3},{against * sense * (2 + k % 4)}\n"
     table = read_table(written(tmp_path, text))
-    assert table.columns["speed"].tolist() == [(1 if k % 20 < 10 else -1) * (1 + k % 3) for k in range(80)]
-    assert f"column speed has no sign and torque has: it is turned where direction is {words[1]}" in table.notes
+    assert table.columns["speed"].tolist() == [
+        (1 if k % 20 < 10 else -1) * (1 + k % 3) for k in range(80)
+    ]
+    assert (
+        f"column speed has no sign and torque has: it is turned where direction is {words[1]}"
+        in table.notes
+    )
     assert not plan_of(table, ColumnMap()).doubts
 
 
 def test_a_torque_that_keeps_to_no_sense_leaves_the_speed_in_doubt(tmp_path: Path) -> None:
-    rows = "".join(f"{k / 100},{'CW' if k % 20 < 10 else 'CCW'},{1 + k % 3},{k % 5 - 2}\n" for k in range(80))
+    rows = "".join(
+        f"{k / 100},{'CW' if k % 20 < 10 else 'CCW'},{1 + k % 3},{k % 5 - 2}\n" for k in range(80)
+    )
     table = read_table(written(tmp_path, f"t [s],direction,speed [rad/s],torque [N*m]\n{rows}"))
     assert table.columns["speed"].min() > 0
     assert plan_of(table, ColumnMap()).doubts
 
 
 @pytest.mark.parametrize(("count", "unit"), [(300, "ms"), (60, "s")])
-def test_many_whole_stamps_without_a_unit_are_proposed_as_milliseconds(tmp_path: Path, count: int, unit: str) -> None:
+def test_many_whole_stamps_without_a_unit_are_proposed_as_milliseconds(
+    tmp_path: Path, count: int, unit: str
+) -> None:
     rows = "".join(f"{61015 + 10 * k},{k % 7 - 3},{k % 5 - 2}\n" for k in range(count))
     written(tmp_path, f"t,rpm,torque\n{rows}")
-    assert f'--time "t [{unit}]"' in good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert (
+        f'--time "t [{unit}]"' in good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    )
 
 
 def test_names_above_an_empty_comment_are_names(tmp_path: Path) -> None:
     rows = "".join(f"{t}\t{w}\t{torque}\n" for t, w, torque in ROWS)
-    table = read_table(written(tmp_path, f"#t (s)\tspeed (rad/s)\ttorque (N*m)\n#\n{rows}", "log.dat"))
+    table = read_table(
+        written(tmp_path, f"#t (s)\tspeed (rad/s)\ttorque (N*m)\n#\n{rows}", "log.dat")
+    )
     assert list(table.columns) == ["t", "speed", "torque"]
 
 

@@ -21,7 +21,10 @@ LABELS = {"field": "Y [V]", "slip": "V [cm/s]", "effort": "F [N]"}
 @pytest.fixture
 def log(tmp_path: Path) -> Callable[..., Path]:
     def write(columns: Rows, header: str | None = None, name: str = "log.csv") -> Path:
-        lines = [",".join(repr(float(cell)) for cell in row) for row in zip(*columns.values(), strict=True)]
+        lines = [
+            ",".join(repr(float(cell)) for cell in row)
+            for row in zip(*columns.values(), strict=True)
+        ]
         path = tmp_path / name
         path.write_text("\n".join([header or ",".join(columns), *lines, ""]), encoding="utf-8")
         return path
@@ -52,7 +55,10 @@ def test_units_and_names_are_guessed_where_they_allow(log: Callable[..., Path], 
     assert "slip <- column V [cm/s], converted to m/s (guessed from its name)" in recording.notes
     recording = read(log(rows, "t,current,speed,force"))
     assert recording.units == {"field": "?", "slip": "?", "effort": "?"}
-    assert "effort <- column force, no unit: taken as logged (guessed from its name)" in recording.notes
+    assert (
+        "effort <- column force, no unit: taken as logged (guessed from its name)"
+        in recording.notes
+    )
 
 
 def test_v_alone_is_not_guessed(log: Callable[..., Path], rows: Rows) -> None:
@@ -64,7 +70,9 @@ def test_v_alone_is_not_guessed(log: Callable[..., Path], rows: Rows) -> None:
     )
 
 
-@pytest.mark.parametrize("header", ["t,V [cm/s],F [N]", "t,slip,force", "time [s],speed [rad/s],torque [N*m]"])
+@pytest.mark.parametrize(
+    "header", ["t,V [cm/s],F [N]", "t,slip,force", "time [s],speed [rad/s],torque [N*m]"]
+)
 def test_no_field_is_logged(log: Callable[..., Path], rows: Rows, header: str) -> None:
     del rows["Y"]
     recording = read(log(rows, header))
@@ -73,7 +81,9 @@ def test_no_field_is_logged(log: Callable[..., Path], rows: Rows, header: str) -
     assert f"{NO_FIELD}: taken as one constant field, written as 0" in recording.notes
 
 
-def test_a_further_column_that_may_be_the_field_is_asked_about(log: Callable[..., Path], rows: Rows) -> None:
+def test_a_further_column_that_may_be_the_field_is_asked_about(
+    log: Callable[..., Path], rows: Rows
+) -> None:
     for header in ("t,Q,V [cm/s],F [N]", "t,Q [V],V [cm/s],F [N]"):
         path = log(rows, header)
         if "[V]" not in header:
@@ -97,15 +107,22 @@ def test_two_candidates_are_not_guessed(log: Callable[..., Path], rows: Rows) ->
     with pytest.raises(MappingError) as caught:
         read(log(rows, "t,voltage,current,F [N]"), {"slip": "t"})
     message = str(caught.value)
-    assert "field may be any of the columns voltage, current; the file has: t, voltage, current, F [N]" in message
+    assert (
+        "field may be any of the columns voltage, current; the file has: t, voltage, current, F [N]"
+        in message
+    )
     assert '--field "voltage"' in message
 
 
-def test_columns_of_a_coaxial_pair_point_to_its_device(log: Callable[..., Path], rows: Rows) -> None:
+def test_columns_of_a_coaxial_pair_point_to_its_device(
+    log: Callable[..., Path], rows: Rows
+) -> None:
     with pytest.raises(MappingError) as caught:
         read(log(rows, "t,E1,E2,force [N]"))
     assert "no column for field" in str(caught.value)
-    assert str(caught.value).endswith("; if E1 and E2 are the fields of a coaxial pair, --device coaxial.")
+    assert str(caught.value).endswith(
+        "; if E1 and E2 are the fields of a coaxial pair, --device coaxial."
+    )
     with pytest.raises(MappingError) as caught:
         read(log(rows, "t,E1,speed,force [N]"))
     assert "coaxial" not in str(caught.value)
@@ -141,10 +158,14 @@ def test_numbers_signs_and_scales(log: Callable[..., Path], rows: Rows) -> None:
     recording = read(log(rows), {"columns": columns})
     assert np.array_equal(recording.signals["effort"], -2 * rows["F"])
     assert "effort <- column F [N], sign turned (given)" in recording.notes
-    assert np.array_equal(read(log(rows), {**LABELS, "effort": "-F [N]"}).signals["effort"], -rows["F"])
+    assert np.array_equal(
+        read(log(rows), {**LABELS, "effort": "-F [N]"}).signals["effort"], -rows["F"]
+    )
 
 
-def test_the_command_line_beats_the_file_and_the_file_beats_guesses(log: Callable[..., Path], rows: Rows) -> None:
+def test_the_command_line_beats_the_file_and_the_file_beats_guesses(
+    log: Callable[..., Path], rows: Rows
+) -> None:
     path = log(rows, "t,current,speed,force")
     path.with_suffix(".toml").write_text(
         'rate = 500\n[columns]\nslip = "speed [mm/s]"\neffort = {column = "force", unit = "kN", scale = -1}\n'
@@ -168,7 +189,10 @@ def test_the_command_line_beats_the_file_and_the_file_beats_guesses(log: Callabl
             "there is no key 'slop' (allowed: time, rate, lead, name_pattern, variable, invalid, decimal, values, ",
         ),
         ("[columns]\nspeed = 'V'", "there is no signal 'speed' (allowed: field, slip"),
-        ("[columns]\nslip = {col = 'V'}", "there is no key of slip 'col' (allowed: column, unit, scale)"),
+        (
+            "[columns]\nslip = {col = 'V'}",
+            "there is no key of slip 'col' (allowed: column, unit, scale)",
+        ),
         ("[columns]\nslip = 1.5", "the column for slip is 1.5"),
         ("rate = -1", "rate is -1"),
         ("lead = '10 kg'", "lead is '10 kg'"),
@@ -176,12 +200,17 @@ def test_the_command_line_beats_the_file_and_the_file_beats_guesses(log: Callabl
         ("columns = 3", "columns is 3"),
         ("= nonsense", "the mapping file cannot be read"),
         (f"rate = {'1' * 5000}", "a whole number in it has too many digits"),
-        (f'[columns]\nfield = {{column = "Y", scale = 1{"0" * 400}}}', "a whole number in it has more than 64 bits"),
+        (
+            f'[columns]\nfield = {{column = "Y", scale = 1{"0" * 400}}}',
+            "a whole number in it has more than 64 bits",
+        ),
         (f"inputs = 0x{'f' * 4000}", "a whole number in it has more than 64 bits"),
         ("[constants]\nfield = 'half'", "the constant field is 'half'"),
     ],
 )
-def test_a_mapping_file_that_says_nonsense(log: Callable[..., Path], rows: Rows, text: str, problem: str) -> None:
+def test_a_mapping_file_that_says_nonsense(
+    log: Callable[..., Path], rows: Rows, text: str, problem: str
+) -> None:
     path = log(rows)
     path.with_name("erclutch.toml").write_text(text, encoding="utf-8")
     with pytest.raises(MappingError) as caught:
@@ -200,7 +229,9 @@ def test_a_file_name_gives_constants(log: Callable[..., Path], rows: Rows) -> No
         read(path, {"name_pattern": "{field}A"})
 
 
-def test_what_is_given_wins_over_a_name_that_does_not_match(log: Callable[..., Path], rows: Rows) -> None:
+def test_what_is_given_wins_over_a_name_that_does_not_match(
+    log: Callable[..., Path], rows: Rows
+) -> None:
     path = log(rows, "t,c,speed [m/s],force [N]", "renamed.csv")
     path.with_name("erclutch.toml").write_text('name_pattern = "{field}A"\n', encoding="utf-8")
     assert read(path, {"constants": {"field": "0.75 A"}}).constants["field"] == 0.75
@@ -208,8 +239,12 @@ def test_what_is_given_wins_over_a_name_that_does_not_match(log: Callable[..., P
         read(path)
 
 
-def test_a_variable_of_a_log_that_is_one_recording_is_refused(log: Callable[..., Path], rows: Rows) -> None:
-    with pytest.raises(LogError, match="the text is one recording, so it has no 'x' for --variable"):
+def test_a_variable_of_a_log_that_is_one_recording_is_refused(
+    log: Callable[..., Path], rows: Rows
+) -> None:
+    with pytest.raises(
+        LogError, match="the text is one recording, so it has no 'x' for --variable"
+    ):
         read(log(rows), LABELS, variable="x")
     assert read(log(rows), LABELS, variable="").rows == 200
 
@@ -222,11 +257,19 @@ def test_name_patterns() -> None:
             constants_of(pattern, "1.csv")
 
 
-COAXIAL = {"E1": [0.0, 0.5], "E2": [0.5, 0.0], "theta": [0.0, 1.0], "alpha_raw": [0.0, 0.01], "T": [0.1, 0.2]}
+COAXIAL = {
+    "E1": [0.0, 0.5],
+    "E2": [0.5, 0.0],
+    "theta": [0.0, 1.0],
+    "alpha_raw": [0.0, 0.01],
+    "T": [0.1, 0.2],
+}
 
 
 def coaxial(**changes: list[float] | None) -> dict[str, Any]:
-    signals = {name: values for name, values in {**COAXIAL, **changes}.items() if values is not None}
+    signals = {
+        name: values for name, values in {**COAXIAL, **changes}.items() if values is not None
+    }
     return {name: np.resize(values, 20) for name, values in signals.items()}
 
 
@@ -260,7 +303,9 @@ def test_speed_and_position_are_both_delivered() -> None:
 
 def test_a_coaxial_file_is_guessed_by_its_names(log: Callable[..., Path]) -> None:
     columns = {"t": np.arange(20) / 100, **coaxial(alpha_raw=None, alpha_dot=[1.0, 2.0])}
-    recording = read(log(columns, "Time,E1,E2,theta [deg],T [mNm],alpha_dot [rpm]"), device="coaxial")
+    recording = read(
+        log(columns, "Time,E1,E2,theta [deg],T [mNm],alpha_dot [rpm]"), device="coaxial"
+    )
     assert set(recording.signals) == {"E1", "E2", "theta", "T", "alpha_dot"}
     np.testing.assert_allclose(recording.signals["alpha_dot"][1], 4 * pi / 60)
 
@@ -314,7 +359,8 @@ def test_a_stamp_that_is_missing() -> None:
 
 def test_merging_mappings() -> None:
     base = ColumnMap.from_dict(
-        {"time": "t", "columns": {"slip": "a", "effort": "b"}, "constants": {"field": "1 A"}}, "x.toml"
+        {"time": "t", "columns": {"slip": "a", "effort": "b"}, "constants": {"field": "1 A"}},
+        "x.toml",
     )
     over = ColumnMap.from_labels({"slip": "c", "field": "d"}, rate=10).over(base)
     assert over.columns["slip"].column == "c"
@@ -323,7 +369,9 @@ def test_merging_mappings() -> None:
     assert over.time is None
 
 
-def test_a_given_column_stays_where_another_would_be_guessed(log: Callable[..., Path], rows: Rows) -> None:
+def test_a_given_column_stays_where_another_would_be_guessed(
+    log: Callable[..., Path], rows: Rows
+) -> None:
     path = log({**rows, "G": -rows["Y"]}, "t,Y,speed [m/s],force [N],field")
     recording = read(path, {"field": "Y"})
     assert np.array_equal(recording.signals["field"], rows["Y"])
@@ -341,7 +389,10 @@ def test_a_signed_field_that_is_given_stands_for_both_fields(log: Callable[..., 
 def test_a_constant_field_of_a_pair_is_a_plain_number_or_unknown(
     log: Callable[..., Path], number: str, unit: str
 ) -> None:
-    columns = {"t": np.arange(20) / 100, **coaxial(alpha_raw=None, alpha=[0.0, 0.1], E1=None, E2=None)}
+    columns = {
+        "t": np.arange(20) / 100,
+        **coaxial(alpha_raw=None, alpha=[0.0, 0.1], E1=None, E2=None),
+    }
     recording = read(log(columns), {"constants": {"E1": number, "E2": "0"}}, device="coaxial")
     assert recording.units["E1"] == unit
     assert np.array_equal(recording.signals["E1"], np.full(20, float(number)))
@@ -363,7 +414,9 @@ def test_the_time_may_be_an_input_too(log: Callable[..., Path], rows: Rows) -> N
     np.testing.assert_allclose(recording.extras["t"], recording.time)
 
 
-@pytest.mark.parametrize(("text", "rate"), [("500", 500.0), ("1kHz", 1000.0), ("2.5 kHz", 2500.0), ("100 Hz", 100.0)])
+@pytest.mark.parametrize(
+    ("text", "rate"), [("500", 500.0), ("1kHz", 1000.0), ("2.5 kHz", 2500.0), ("100 Hz", 100.0)]
+)
 def test_a_rate_has_a_unit(text: str, rate: float) -> None:
     assert ColumnMap.from_dict({"rate": text}).rate == pytest.approx(rate)
     with pytest.raises(MappingError, match="positive number in Hz"):
@@ -390,7 +443,12 @@ def with_holes(where: np.ndarray, rows: int = 200) -> dict[str, np.ndarray]:
     k = np.arange(rows, dtype=np.float64)
     torque = np.sin(k / 9.0)
     torque[where] = np.nan
-    return {"t [s]": k * 0.01, "field [A]": k % 7, "slip [rad/s]": np.cos(k / 9.0), "torque [N*m]": torque}
+    return {
+        "t [s]": k * 0.01,
+        "field [A]": k % 7,
+        "slip [rad/s]": np.cos(k / 9.0),
+        "torque [N*m]": torque,
+    }
 
 
 @pytest.mark.parametrize("where", [[20], [0, 1], [199], [20, 21, 90], [*range(10, 200, 20)]])

@@ -39,8 +39,18 @@ def structs(items: list[dict[str, Any]]) -> np.ndarray:
 def dspace(time: bool = True) -> dict[str, Any]:
     """A ControlDesk recording as public scripts describe it."""
     signals = [
-        {"Name": '"Model Root"/"Field"/"Out1"', "Unit": "V", "Data": np.full(COUNT, 2.0), "XIndex": 1},
-        {"Name": '"Model Root"/"Slip speed"/"In1"', "Unit": "rad/s", "Data": SLIP.astype(np.float32), "XIndex": 1},
+        {
+            "Name": '"Model Root"/"Field"/"Out1"',
+            "Unit": "V",
+            "Data": np.full(COUNT, 2.0),
+            "XIndex": 1,
+        },
+        {
+            "Name": '"Model Root"/"Slip speed"/"In1"',
+            "Unit": "rad/s",
+            "Data": SLIP.astype(np.float32),
+            "XIndex": 1,
+        },
         {"Name": '"Model Root"/"Force"/"In1"', "Unit": "N", "Data": FORCE, "XIndex": 1},
         {"Name": '"Model Root"/"Slow"/"In1"', "Unit": "", "Data": FORCE[:10], "XIndex": 2},
     ]
@@ -81,7 +91,9 @@ class V73:
             child_group.attrs["MATLAB_class"] = np.bytes_("struct")
             for key in value.dtype.names:
                 references = [[self.refer(one[key])] for one in value.ravel()]
-                child_group.create_dataset(key, data=np.array(references, dtype=object), dtype=h5py.ref_dtype)
+                child_group.create_dataset(
+                    key, data=np.array(references, dtype=object), dtype=h5py.ref_dtype
+                )
         else:
             array = np.asarray(value)
             if array.size == 0:
@@ -89,7 +101,9 @@ class V73:
                 item.attrs["MATLAB_empty"] = np.uint8(1)
             else:
                 item = group.create_dataset(name, data=np.atleast_2d(array).T)
-            item.attrs["MATLAB_class"] = np.bytes_({"f": "double", "i": "int64"}.get(array.dtype.kind, "double"))
+            item.attrs["MATLAB_class"] = np.bytes_(
+                {"f": "double", "i": "int64"}.get(array.dtype.kind, "double")
+            )
 
     def refer(self, value: Any) -> Any:
         refs = self.file.require_group("#refs#")
@@ -126,7 +140,14 @@ Save = Callable[[Path, dict[str, Any]], Path]
 def test_vectors_of_the_workspace(tmp_path: Path, save: Save) -> None:
     path = save(
         tmp_path / "a.mat",
-        {"t": TIME, "V": SLIP, "M": np.c_[SLIP, FORCE], "fs": 1000.0, "who": "Meier", "odd": TIME[:7]},
+        {
+            "t": TIME,
+            "V": SLIP,
+            "M": np.c_[SLIP, FORCE],
+            "fs": 1000.0,
+            "who": "Meier",
+            "odd": TIME[:7],
+        },
     )
     table = read_table(path)
     assert set(table.columns) == {"t", "V", "M_1", "M_2"}  # HDF5 sorts its members
@@ -138,7 +159,9 @@ def test_vectors_of_the_workspace(tmp_path: Path, save: Save) -> None:
 @both
 @pytest.mark.usefixtures("read_here")
 def test_a_struct_of_vectors(tmp_path: Path, save: Save) -> None:
-    path = save(tmp_path / "a.mat", {"run": {"time": TIME, "speed": SLIP, "force": FORCE, "rate": 1000.0}})
+    path = save(
+        tmp_path / "a.mat", {"run": {"time": TIME, "speed": SLIP, "force": FORCE, "rate": 1000.0}}
+    )
     table = read_table(path)
     assert set(table.columns) == {"time", "speed", "force"}
     assert np.array_equal(table.columns["speed"], SLIP)
@@ -191,7 +214,9 @@ def test_a_controldesk_recording_without_time_uses_its_period(tmp_path: Path, sa
 def test_several_recordings_need_a_choice(tmp_path: Path, save: Save) -> None:
     run = {"time": TIME, "speed": SLIP}
     path = save(tmp_path / "a.mat", {"run1": run, "run2": {**run, "speed": FORCE}})
-    with pytest.raises(LogError, match=r"several recordings: run1, run2. Choose one, such as --variable run1"):
+    with pytest.raises(
+        LogError, match=r"several recordings: run1, run2. Choose one, such as --variable run1"
+    ):
         read_table(path)
     assert np.array_equal(read_table(path, variable="run2").columns["speed"], FORCE)
     with pytest.raises(LogError, match=r"no variable 'run3' \(there are: run1, run2\)"):
@@ -247,7 +272,9 @@ def test_a_cell_of_vectors_is_columns(tmp_path: Path) -> None:
     path = tmp_path / "a.mat"
     scipy.io.savemat(path, {"t": TIME, "sig": cell([SLIP, FORCE])})
     assert list(read_table(path).columns) == ["t", "sig_1", "sig_2"]
-    scipy.io.savemat(path, {"run": {"t": TIME, "sig": cell([SLIP.reshape(-1, 1), FORCE.reshape(-1, 1)])}})
+    scipy.io.savemat(
+        path, {"run": {"t": TIME, "sig": cell([SLIP.reshape(-1, 1), FORCE.reshape(-1, 1)])}}
+    )
     table = read_table(path)
     assert list(table.columns) == ["t", "sig_1", "sig_2"]
     np.testing.assert_array_equal(table.columns["sig_2"], FORCE)
@@ -257,7 +284,10 @@ def test_a_cell_of_vectors_is_columns(tmp_path: Path) -> None:
 @pytest.mark.parametrize("inside", [False, True])
 def test_a_cell_of_names_names_the_columns_of_a_matrix(tmp_path: Path, inside: bool) -> None:
     path = tmp_path / "a.mat"
-    nodes = {"names": cell(["t [s]", "slip [rad/s]", "F [N]"]), "data": np.column_stack([TIME, SLIP, FORCE])}
+    nodes = {
+        "names": cell(["t [s]", "slip [rad/s]", "F [N]"]),
+        "data": np.column_stack([TIME, SLIP, FORCE]),
+    }
     scipy.io.savemat(path, {"run": nodes} if inside else nodes)
     table = read_table(path)
     assert table.labels == ("t [s]", "slip [rad/s]", "F [N]")
@@ -273,7 +303,9 @@ def test_an_array_of_structs_that_are_signals_is_one_log(tmp_path: Path, named: 
     for stored in (structs(signals), cell(signals)):
         scipy.io.savemat(path, {"sig": stored})
         table = read_table(path)
-        labels = ("t [s]", "slip [rad/s]", "F") if named else ("sig_1 [s]", "sig_2 [rad/s]", "sig_3")
+        labels = (
+            ("t [s]", "slip [rad/s]", "F") if named else ("sig_1 [s]", "sig_2 [rad/s]", "sig_3")
+        )
         assert table.labels == labels
         np.testing.assert_array_equal(table.columns[table.numbered(2) or ""], SLIP)
 
@@ -290,7 +322,9 @@ def test_an_array_or_a_cell_of_structs_is_recordings(tmp_path: Path, count: int)
             assert read_table(path).rows == COUNT
             continue
         assert recordings_in(path) == ["runs(1)", "runs(2)", "runs(3)"]
-        np.testing.assert_array_equal(read_table(path, variable="runs(2)").columns["slip"], 2 * SLIP)
+        np.testing.assert_array_equal(
+            read_table(path, variable="runs(2)").columns["slip"], 2 * SLIP
+        )
         with pytest.raises(LogError, match=r"several recordings: runs\(1\), runs\(2\), runs\(3\)"):
             read_table(path)
 
@@ -365,7 +399,13 @@ def test_a_child_that_fails_is_an_error(
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     with pytest.raises(LogError, match=problem):
-        child_process.run("bad_reader", tmp_path / "x.mat", how, memory=2 << 30, seconds=0.1 if how == "hang" else 20)
+        child_process.run(
+            "bad_reader",
+            tmp_path / "x.mat",
+            how,
+            memory=2 << 30,
+            seconds=0.1 if how == "hang" else 20,
+        )
     assert not list(tmp_path.glob("erclutch-*"))  # the temporary folder is gone
 
 
@@ -380,14 +420,20 @@ def whole5(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 
 FIELDS = ["X", "Y", "Name", "Data", "time", "signals", "XIndex", "Capture"]
-LEAVES = st.none() | st.text(max_size=3) | st.sampled_from([np.arange(5.0), np.zeros((2, 3, 4)), np.zeros((3, 5))])
+LEAVES = (
+    st.none()
+    | st.text(max_size=3)
+    | st.sampled_from([np.arange(5.0), np.zeros((2, 3, 4)), np.zeros((3, 5))])
+)
 
 
 @settings(max_examples=examples(60), deadline=None)
 @given(
     st.recursive(
         LEAVES,
-        lambda node: st.lists(node, max_size=3) | st.dictionaries(st.sampled_from(FIELDS), node, max_size=4),
+        lambda node: (
+            st.lists(node, max_size=3) | st.dictionaries(st.sampled_from(FIELDS), node, max_size=4)
+        ),
         max_leaves=12,
     )
 )
@@ -398,7 +444,9 @@ def test_any_tree_is_a_recording_or_an_error_of_ours(node: Any) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", slow_but(range(1), range(6)))
-def test_a_mutated_file_gives_a_table_or_an_error_of_ours(tmp_path: Path, whole5: bytes, seed: int) -> None:
+def test_a_mutated_file_gives_a_table_or_an_error_of_ours(
+    tmp_path: Path, whole5: bytes, seed: int
+) -> None:
     random = np.random.default_rng(seed)
     data = bytearray(whole5)
     for place in random.integers(128, len(data), 20):
@@ -420,9 +468,13 @@ def test_the_tree_of_a_file(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_module_beside_the_log_is_not_imported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_module_beside_the_log_is_not_imported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "numpy.py").write_text("raise SystemExit('this ran')")
-    scipy.io.savemat(tmp_path / "log.mat", {"time": TIME, "field": FORCE, "slip": SLIP, "force": FORCE})
+    scipy.io.savemat(
+        tmp_path / "log.mat", {"time": TIME, "field": FORCE, "slip": SLIP, "force": FORCE}
+    )
     monkeypatch.chdir(tmp_path)
     assert read_table("log.mat").rows == COUNT
 
@@ -437,7 +489,12 @@ def _object() -> bytes:
     head = _element(6, struct.pack("<II", 17, 0))
     names = b"".join(_element(1, text) for text in (b"when", b"MCOS", b"datetime"))
     shape = _element(5, struct.pack("<ii", 1, 1))
-    number = _element(6, struct.pack("<II", 13, 0)) + shape + _element(1, b"") + _element(6, struct.pack("<I", 7))
+    number = (
+        _element(6, struct.pack("<II", 13, 0))
+        + shape
+        + _element(1, b"")
+        + _element(6, struct.pack("<I", 7))
+    )
     return _element(14, head + names + _element(14, number))
 
 
@@ -457,7 +514,9 @@ def test_a_datetime_among_the_variables_hides_none_of_them(tmp_path: Path, first
 @pytest.mark.parametrize("name", ["data", "f", "measured_signals_of_the_rig"])
 @pytest.mark.parametrize("values", [np.float64, np.float32, np.int16])
 def test_a_matrix_of_v4_is_read_as_one_of_v5(tmp_path: Path, name: str, values: type) -> None:
-    rows = np.round(np.stack([TIME, SLIP, FORCE]) * 1000).astype(values)  # a row a signal, as Simulink writes them
+    rows = np.round(np.stack([TIME, SLIP, FORCE]) * 1000).astype(
+        values
+    )  # a row a signal, as Simulink writes them
     for version in ("4", "5"):
         scipy.io.savemat(tmp_path / f"v{version}.mat", {name: rows}, format=version)
     old, new = (read_table(tmp_path / f"v{version}.mat") for version in "45")
@@ -466,7 +525,9 @@ def test_a_matrix_of_v4_is_read_as_one_of_v5(tmp_path: Path, name: str, values: 
         np.testing.assert_array_equal(old.columns[label], column)
 
 
-@pytest.mark.parametrize("head", [bytes(20) + b"data\0", struct.pack("<5i", 60, 2, 2, 0, 2) + b"a\0"])
+@pytest.mark.parametrize(
+    "head", [bytes(20) + b"data\0", struct.pack("<5i", 60, 2, 2, 0, 2) + b"a\0"]
+)
 def test_bytes_that_begin_like_no_matrix_are_no_v4(tmp_path: Path, head: bytes) -> None:
     (tmp_path / "a.mat").write_bytes(head + bytes(600))
     with pytest.raises(LogError, match="neither a MATLAB v4 or v5 nor"):

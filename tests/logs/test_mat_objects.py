@@ -64,7 +64,11 @@ def timeseries(
 ) -> MatObject:
     info: dict[str, Any] = {"Units": time_unit, "Length": np.array([float(values.size)])}
     if time is None:
-        info |= {"Time_": np.zeros((0, 0)), "Increment_": np.array([0.01]), "Start_": np.array([0.0])}
+        info |= {
+            "Time_": np.zeros((0, 0)),
+            "Increment_": np.array([0.01]),
+            "Start_": np.array([0.0]),
+        }
     else:
         info |= {"Time_": time, "Increment_": np.zeros((0, 0)), "Start_": np.zeros((0, 0))}
     properties = {
@@ -82,10 +86,19 @@ def dataset(*signals: tuple[str, MatObject]) -> MatObject:
     for name, values in signals:
         path = MatObject("Simulink.SimulationData.BlockPath", {"path": [f"bench/{name or 'Out'}"]})
         elements.append(
-            MatObject("Simulink.SimulationData.Signal", {"Name": name, "BlockPath": path, "Values": values})
+            MatObject(
+                "Simulink.SimulationData.Signal",
+                {"Name": name, "BlockPath": path, "Values": values},
+            )
         )
-    storage = MatObject("Simulink.SimulationData.Storage.RamDatasetStorage", {"any": {"Elements": elements}}, made=True)
-    return MatObject("Simulink.SimulationData.Dataset", {"any": {"Name": "log", "Storage": storage}}, made=True)
+    storage = MatObject(
+        "Simulink.SimulationData.Storage.RamDatasetStorage",
+        {"any": {"Elements": elements}},
+        made=True,
+    )
+    return MatObject(
+        "Simulink.SimulationData.Dataset", {"any": {"Name": "log", "Storage": storage}}, made=True
+    )
 
 
 def log_in(path: Path, variable: str | None = None) -> Table:
@@ -125,7 +138,13 @@ def test_durations_in_a_table_are_seconds(tmp_path: Path, save: Save) -> None:
 
 @versions
 def test_a_column_of_texts_in_a_table_is_left_out_with_a_word(tmp_path: Path, save: Save) -> None:
-    columns = {"Time": TIME, "Current": CURRENT, "Speed": SPEED, "Torque": TORQUE, "Remark": ["ok"] * COUNT}
+    columns = {
+        "Time": TIME,
+        "Current": CURRENT,
+        "Speed": SPEED,
+        "Torque": TORQUE,
+        "Remark": ["ok"] * COUNT,
+    }
     path = save(tmp_path / "a.mat", {"log": table(columns, ["s", "A", "rad/s", "N*m", ""])})
     check(path)
     assert any("Remark holds no vector of numbers: left out" in note for note in log_in(path).notes)
@@ -142,16 +161,28 @@ def test_a_timetable_with_a_rate_or_a_step_has_even_times(tmp_path: Path, save: 
     columns = {"Current": CURRENT, "Speed": SPEED, "Torque": TORQUE}
     none = np.zeros((0, 0))
     start = duration(np.zeros(1))
-    by_rate = {"origin": start, "specifiedAsRate": np.ones(1), "stepSize": none, "sampleRate": np.array([100.0])}
+    by_rate = {
+        "origin": start,
+        "specifiedAsRate": np.ones(1),
+        "stepSize": none,
+        "sampleRate": np.array([100.0]),
+    }
     check(save(tmp_path / "a.mat", {"log": timetable(columns, by_rate)}))
     step = duration(np.array([0.01]))
-    by_step = {"origin": start, "specifiedAsRate": np.zeros(1), "stepSize": step, "sampleRate": none}
+    by_step = {
+        "origin": start,
+        "specifiedAsRate": np.zeros(1),
+        "stepSize": step,
+        "sampleRate": none,
+    }
     check(save(tmp_path / "b.mat", {"log": timetable(columns, by_step)}))
 
 
 @versions
 @pytest.mark.parametrize("stored", [True, False])
-def test_timeseries_beside_each_other_are_one_recording(tmp_path: Path, save: Save, stored: bool) -> None:
+def test_timeseries_beside_each_other_are_one_recording(
+    tmp_path: Path, save: Save, stored: bool
+) -> None:
     time = TIME if stored else None
     signals = {
         "i": timeseries("Current", CURRENT, "A", time),
@@ -173,7 +204,9 @@ def test_times_in_another_unit_are_turned_into_seconds(tmp_path: Path, save: Sav
 
 
 @versions
-def test_logged_signals_of_simulink_are_called_as_the_user_called_them(tmp_path: Path, save: Save) -> None:
+def test_logged_signals_of_simulink_are_called_as_the_user_called_them(
+    tmp_path: Path, save: Save
+) -> None:
     along_the_last_side = TORQUE.reshape(1, 1, COUNT)
     logsout = dataset(
         ("Current", timeseries("", CURRENT, "A", None)),
@@ -201,22 +234,41 @@ def test_signals_of_two_rates_are_recordings_that_can_be_joined(tmp_path: Path, 
 
 
 @versions
-def test_objects_of_other_classes_are_named_where_nothing_else_is_there(tmp_path: Path, save: Save) -> None:
-    path = save(tmp_path / "a.mat", {"foot": MatObject("polyshape", {"Vertices": np.zeros((4, 2))})})
-    with pytest.raises(LogError, match=r"foot \(a polyshape\).*objects of these classes cannot be read"):
+def test_objects_of_other_classes_are_named_where_nothing_else_is_there(
+    tmp_path: Path, save: Save
+) -> None:
+    path = save(
+        tmp_path / "a.mat", {"foot": MatObject("polyshape", {"Vertices": np.zeros((4, 2))})}
+    )
+    with pytest.raises(
+        LogError, match=r"foot \(a polyshape\).*objects of these classes cannot be read"
+    ):
         log_in(path)
 
 
 @versions
-def test_an_object_beside_vectors_does_not_keep_them_from_being_read(tmp_path: Path, save: Save) -> None:
+def test_an_object_beside_vectors_does_not_keep_them_from_being_read(
+    tmp_path: Path, save: Save
+) -> None:
     vectors = {"time": TIME, "current_A": CURRENT, "speed_rad_s": SPEED, "torque_Nm": TORQUE}
-    check(save(tmp_path / "a.mat", {"foot": MatObject("polyshape", {"Vertices": np.zeros((4, 2))}), **vectors}))
+    check(
+        save(
+            tmp_path / "a.mat",
+            {"foot": MatObject("polyshape", {"Vertices": np.zeros((4, 2))}), **vectors},
+        )
+    )
 
 
 @pytest.mark.usefixtures("read_here")
 def test_two_objects_of_v5_have_names_of_their_own(tmp_path: Path) -> None:
-    one = table({"Time": TIME, "Current": CURRENT, "Speed": SPEED, "Torque": TORQUE}, ["s", "A", "rad/s", "N*m"])
-    two = table({"Time": TIME, "Current": CURRENT, "Speed": -SPEED, "Torque": -TORQUE}, ["s", "A", "rad/s", "N*m"])
+    one = table(
+        {"Time": TIME, "Current": CURRENT, "Speed": SPEED, "Torque": TORQUE},
+        ["s", "A", "rad/s", "N*m"],
+    )
+    two = table(
+        {"Time": TIME, "Current": CURRENT, "Speed": -SPEED, "Torque": -TORQUE},
+        ["s", "A", "rad/s", "N*m"],
+    )
     path = save_v5(tmp_path / "a.mat", {"up": one, "down": two}, packed=False)
     assert recordings_in(path) == ["up", "down"]
     check(path, variable="up")

@@ -38,7 +38,9 @@ def ros2(i: int) -> bytes:
 
 
 def as_json(i: int) -> bytes:
-    return json.dumps({"field": 1.0, "motion": {"slip": 0.5 * i}, "count": i, "effort": 2.0 * i, "note": "x"}).encode()
+    return json.dumps(
+        {"field": 1.0, "motion": {"slip": 0.5 * i}, "count": i, "effort": 2.0 * i, "note": "x"}
+    ).encode()
 
 
 def written(
@@ -54,14 +56,21 @@ def written(
 ) -> bytes:
     out = io.BytesIO()
     writer = Writer(
-        out, chunk_size=chunk_size, compression=compression, use_chunking=chunked, enable_crcs=crc, enable_data_crcs=crc
+        out,
+        chunk_size=chunk_size,
+        compression=compression,
+        use_chunking=chunked,
+        enable_crcs=crc,
+        enable_data_crcs=crc,
     )
     writer.start()
     kind = writer.register_schema("rig/State", encoding[1], schema) if encoding[1] else 0
     channels = [writer.register_channel(topic, encoding[0], kind, UNITS) for topic in topics]
     for i in range(ROWS):
         for channel in channels:
-            writer.add_message(channel, 10**18 + i * 2_000_000, messages(i), 10**18 + i * 2_000_000 + 7, i)
+            writer.add_message(
+                channel, 10**18 + i * 2_000_000, messages(i), 10**18 + i * 2_000_000 + 7, i
+            )
     writer.finish()
     return out.getvalue()
 
@@ -72,7 +81,9 @@ def table_of(data: bytes, variable: str | None = None) -> Any:
 
 @pytest.mark.parametrize("compression", list(CompressionType))
 @pytest.mark.parametrize("chunked", [True, False])
-def test_messages_of_ros_1_become_a_recording(tmp_path: Path, compression: CompressionType, chunked: bool) -> None:
+def test_messages_of_ros_1_become_a_recording(
+    tmp_path: Path, compression: CompressionType, chunked: bool
+) -> None:
     path = tmp_path / "run.mcap"
     path.write_bytes(written(compression=compression, chunked=chunked))
     recording = read(path)
@@ -87,7 +98,9 @@ def test_messages_of_ros_1_become_a_recording(tmp_path: Path, compression: Compr
     ("messages", "encoding", "slip"),
     [(ros2, ("cdr", "ros2msg"), "slip"), (as_json, ("json", ""), "motion.slip")],
 )
-def test_messages_of_ros_2_and_json(messages: Callable[[int], bytes], encoding: tuple[str, str], slip: str) -> None:
+def test_messages_of_ros_2_and_json(
+    messages: Callable[[int], bytes], encoding: tuple[str, str], slip: str
+) -> None:
     table = table_of(written(messages, encoding))
     assert list(table.columns) == ["field", slip, "count", "effort"]
     assert np.array_equal(table.columns[slip], 0.5 * np.arange(ROWS))
@@ -99,7 +112,12 @@ def test_messages_of_ros_2_and_json(messages: Callable[[int], bytes], encoding: 
     [
         ("uint8 a\nfloat64 b\nint16 c", False, [0, 1, 9], 11),
         ("uint8 a\nfloat64 b\nint16 c", True, [4, 12, 20], 22),
-        ("# a comment\nuint8 LIMIT = 3\ntime t\nfloat32 x # [m]\n====\nMSG: other", False, [0, 4, 8], 12),
+        (
+            "# a comment\nuint8 LIMIT = 3\ntime t\nfloat32 x # [m]\n====\nMSG: other",
+            False,
+            [0, 4, 8],
+            12,
+        ),
     ],
 )
 def test_layout_of_a_message(text: str, aligned: bool, offsets: list[int], size: int) -> None:
@@ -118,7 +136,9 @@ def test_fields_that_are_no_plain_numbers(text: str) -> None:
 
 def test_several_topics_need_a_choice(tmp_path: Path) -> None:
     data = written(topics=("/rig", "/other"))
-    with pytest.raises(LogError, match=r"several recordings: /rig, /other. Choose one, such as --variable /rig"):
+    with pytest.raises(
+        LogError, match=r"several recordings: /rig, /other. Choose one, such as --variable /rig"
+    ):
         table_of(data)
     assert table_of(data, "/other").rows == ROWS
     with pytest.raises(LogError, match="no topic '/third' of numbers"):
@@ -148,7 +168,9 @@ def test_a_torn_file_is_read_as_far_as_it_is_whole(
     table = read_table(path)
     assert 5 < table.rows < ROWS if lost is None else table.rows == ROWS - lost
     assert np.array_equal(table.columns["effort"], 2.0 * np.arange(table.rows))
-    assert any("the recording was not closed: read as far as it is whole" in note for note in table.notes)
+    assert any(
+        "the recording was not closed: read as far as it is whole" in note for note in table.notes
+    )
     assert any("no checksum" in note for note in table.notes) is not chunked
 
 
@@ -157,12 +179,23 @@ def test_a_torn_file_is_read_as_far_as_it_is_whole(
     [
         (lambda d: d + b"more", "the MCAP file is damaged: bytes follow its end"),
         (lambda d: d[:8], "the MCAP file was not closed, and no message in it is whole"),
-        (lambda d: d[:8] + bytes(100), "the MCAP file was not closed, and no message in it is whole"),
-        (lambda d: d[:8] + bytes(100) + b"x", "the MCAP file is damaged: at byte 8 a record has no kind"),
-        (lambda d: d[:8] + b"\x01" + b"\xff" * 8, "the MCAP file was not closed, and no message in it is whole"),
+        (
+            lambda d: d[:8] + bytes(100),
+            "the MCAP file was not closed, and no message in it is whole",
+        ),
+        (
+            lambda d: d[:8] + bytes(100) + b"x",
+            "the MCAP file is damaged: at byte 8 a record has no kind",
+        ),
+        (
+            lambda d: d[:8] + b"\x01" + b"\xff" * 8,
+            "the MCAP file was not closed, and no message in it is whole",
+        ),
     ],
 )
-def test_a_file_that_is_not_whole(tmp_path: Path, change: Callable[[bytes], bytes], message: str) -> None:
+def test_a_file_that_is_not_whole(
+    tmp_path: Path, change: Callable[[bytes], bytes], message: str
+) -> None:
     path = tmp_path / "a.mcap"
     path.write_bytes(change(written()))
     with pytest.raises(LogError) as caught:
@@ -205,12 +238,16 @@ def require_a_part_or_all(table: Any) -> None:
     assert all(np.array_equal(table.columns[name], COLUMNS[name][read]) for name in COLUMNS)
     assert table.rows == ROWS or any("not closed" in note for note in table.notes)
     missing = int(np.flatnonzero(read).max()) + 1 - table.rows
-    assert not missing or any(note.startswith(f"{missing} messages are missing") for note in table.notes)
+    assert not missing or any(
+        note.startswith(f"{missing} messages are missing") for note in table.notes
+    )
 
 
 @pytest.mark.slow
 @settings(max_examples=examples(300), deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(st.lists(st.tuples(st.integers(0, len(WHOLE) - 1), st.integers(1, 255)), min_size=1, max_size=4))
+@given(
+    st.lists(st.tuples(st.integers(0, len(WHOLE) - 1), st.integers(1, 255)), min_size=1, max_size=4)
+)
 @example([(WHOLE.rindex(b"float64 field") + 8, 1)])  # the schema as the summary repeats it
 def test_no_damage_gets_through(changes: list[tuple[int, int]]) -> None:
     """Every byte is under a checksum: a changed file is refused, or reads as it was, or says that it is torn."""
@@ -224,7 +261,9 @@ def test_no_damage_gets_through(changes: list[tuple[int, int]]) -> None:
 @settings(max_examples=examples(150), deadline=None)
 @given(
     st.binary(max_size=300).map(lambda tail: b"\x89MCAP0\r\n" + tail)
-    | st.tuples(st.integers(0, len(WHOLE)), st.integers(0, len(WHOLE))).map(lambda ab: WHOLE[: ab[0]] + WHOLE[ab[1] :])
+    | st.tuples(st.integers(0, len(WHOLE)), st.integers(0, len(WHOLE))).map(
+        lambda ab: WHOLE[: ab[0]] + WHOLE[ab[1] :]
+    )
 )
 def test_any_bytes_give_an_error_of_ours(data: bytes) -> None:
     with suppress(ErclutchError):
@@ -252,8 +291,14 @@ UNGUARDED = written(crc=False, compression=CompressionType.NONE)
 
 
 @settings(max_examples=examples(200), deadline=None)
-@given(st.lists(st.tuples(st.integers(8, len(UNGUARDED) - 1), st.integers(0, 255)), min_size=1, max_size=6))
-def test_a_mutated_file_without_checksums_gives_a_table_or_an_error_of_ours(changes: list[tuple[int, int]]) -> None:
+@given(
+    st.lists(
+        st.tuples(st.integers(8, len(UNGUARDED) - 1), st.integers(0, 255)), min_size=1, max_size=6
+    )
+)
+def test_a_mutated_file_without_checksums_gives_a_table_or_an_error_of_ours(
+    changes: list[tuple[int, int]],
+) -> None:
     data = bytearray(UNGUARDED)
     for place, byte in changes:
         data[place] = byte
@@ -266,7 +311,9 @@ def test_a_mutated_file_without_checksums_gives_a_table_or_an_error_of_ours(chan
     st.lists(st.tuples(*[st.floats(allow_nan=False, width=32)] * 3), min_size=1, max_size=40),
     st.integers(60, 4000),
 )
-def test_numbers_come_back_as_they_were(rows: list[tuple[float, float, float]], chunk_size: int) -> None:
+def test_numbers_come_back_as_they_were(
+    rows: list[tuple[float, float, float]], chunk_size: int
+) -> None:
     out = io.BytesIO()
     writer = Writer(out, chunk_size=chunk_size)
     writer.start()

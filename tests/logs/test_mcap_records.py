@@ -29,10 +29,14 @@ def text(words: str) -> bytes:
 
 
 def message(number: int, data: bytes, channel: int = 1) -> bytes:
-    return record(Opcode.MESSAGE, struct.pack("<HIQQ", channel, number, 10 * number, 10 * number) + data)
+    return record(
+        Opcode.MESSAGE, struct.pack("<HIQQ", channel, number, 10 * number, 10 * number) + data
+    )
 
 
-def chunk(packed: bytes, plain: bytes, name: str = "", crc: int | None = None, size: int | None = None) -> kinds.Chunk:
+def chunk(
+    packed: bytes, plain: bytes, name: str = "", crc: int | None = None, size: int | None = None
+) -> kinds.Chunk:
     crc = zlib.crc32(plain) if crc is None else crc
     return kinds.Chunk(name, packed, 0, 0, crc, len(plain) if size is None else size)
 
@@ -51,8 +55,14 @@ def test_a_chunk_comes_out_as_it_went_in(name: str) -> None:
     assert records.unpack_chunk(chunk(pack(plain), plain, name, crc=0)) == plain
     for wrong, said in (
         (chunk(pack(plain), plain, name, crc=1), "the checksum of a chunk does not match"),
-        (chunk(pack(plain), plain, name, crc=0, size=767), "the checksum of a chunk does not match"),
-        (chunk(pack(plain), plain, name, crc=0, size=769), "the checksum of a chunk does not match"),
+        (
+            chunk(pack(plain), plain, name, crc=0, size=767),
+            "the checksum of a chunk does not match",
+        ),
+        (
+            chunk(pack(plain), plain, name, crc=0, size=769),
+            "the checksum of a chunk does not match",
+        ),
     ):
         with pytest.raises(DamageError, match=said):
             records.unpack_chunk(wrong)
@@ -119,7 +129,9 @@ class Given(Plugin):
 
 def of_another(read: Any) -> Plugin:
     plugin = Given("erclutch.readers", "odd", "odd:READER", "erclutch-odd", "1.2")
-    object.__setattr__(plugin, "value", LogReader((".odd",), lambda head: False, read, tells_damage="never"))
+    object.__setattr__(
+        plugin, "value", LogReader((".odd",), lambda head: False, read, tells_damage="never")
+    )
     return plugin
 
 

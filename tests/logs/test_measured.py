@@ -44,8 +44,18 @@ def test_daq_exports_with_pauses(shared: Path) -> None:
     folder = shared / "mr_damper_utfsm" / "raw"
     columns = {"position": "CHANNEL0 [cm]", "effort": "CHANNEL1 [980.665 N]"}
     recording = read(folder / "ME5mm3Hz.txt", {"columns": columns, "constants": {"field": "0.5 A"}})
-    assert recording.segments == ((0, 9300), (9300, 17600), (17600, 25200), (25200, 32400), (32400, 39800))
+    assert recording.segments == (
+        (0, 9300),
+        (9300, 17600),
+        (17600, 25200),
+        (25200, 32400),
+        (32400, 39800),
+    )
     assert recording.period == 1e-3
-    assert "4 gaps in Date/Time (longest 17.5 s after 9.299 s): cut into 5 segments" in recording.notes
-    recording = read(folder / "15Hz0x5A.txt", {"columns": columns, "name_pattern": "{frequency}Hz{field}A"})
+    assert (
+        "4 gaps in Date/Time (longest 17.5 s after 9.299 s): cut into 5 segments" in recording.notes
+    )
+    recording = read(
+        folder / "15Hz0x5A.txt", {"columns": columns, "name_pattern": "{frequency}Hz{field}A"}
+    )
     assert recording.segments == ((0, 48_000),)

@@ -72,7 +72,9 @@ WITH_UNITS: dict[str, Any] = {
 }
 
 
-@pytest.mark.parametrize("variables", [{"Dyno": WITH_UNITS}, WITH_UNITS, {"a": {"run": WITH_UNITS, "by": "us"}}])
+@pytest.mark.parametrize(
+    "variables", [{"Dyno": WITH_UNITS}, WITH_UNITS, {"a": {"run": WITH_UNITS, "by": "us"}}]
+)
 def test_structs_of_a_signal_and_its_unit_are_the_columns_of_one_recording(
     tmp_path: Path, variables: dict[str, Any]
 ) -> None:
@@ -84,10 +86,13 @@ def test_structs_of_a_signal_and_its_unit_are_the_columns_of_one_recording(
 
 
 @pytest.mark.parametrize("numbers", ["data", "values"])
-def test_structs_of_a_time_a_signal_and_its_unit_keep_the_unit(tmp_path: Path, numbers: str) -> None:
+def test_structs_of_a_time_a_signal_and_its_unit_keep_the_unit(
+    tmp_path: Path, numbers: str
+) -> None:
     signals = {"speed": (SPEED, "rpm"), "torque": (TORQUE, "mN*m")}
     savemat(
-        tmp_path / "a.mat", {"m": {name: {"time": TIME, numbers: v, "units": u} for name, (v, u) in signals.items()}}
+        tmp_path / "a.mat",
+        {"m": {name: {"time": TIME, numbers: v, "units": u} for name, (v, u) in signals.items()}},
     )
     table = found_in(tmp_path / "a.mat")
     assert {name: table.units[name] for name in signals} == {"speed": "rpm", "torque": "mN*m"}
@@ -147,19 +152,30 @@ def group_of(file: Any, name: str, time: np.ndarray, **columns: tuple[np.ndarray
 
 
 @pytest.mark.slow
-def test_groups_of_hdf5_that_are_a_log_together_are_asked_about_with_the_answer(tmp_path: Path) -> None:
+def test_groups_of_hdf5_that_are_a_log_together_are_asked_about_with_the_answer(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "a.h5"
     with h5py.File(path, "w") as file:
         group_of(file, "drive", SLOW, value=(CURRENT, "A"))
         group_of(file, "sensors", TIME, speed=(SPEED, "rad/s"), torque=(TORQUE, "N*m"))
         group_of(file, "bath", SLOW, temperature=(20 + SLOW, "°C"))
-    assert {*read_table(path, variable="sensors + drive").columns} == {"time", "speed", "torque", "drive"}
+    assert {*read_table(path, variable="sensors + drive").columns} == {
+        "time",
+        "speed",
+        "torque",
+        "drive",
+    }
     with h5py.File(path, "w") as file:
         group_of(file, "encoder", TIME, data=(SPEED, "rad/s"))
         group_of(file, "cell", TIME + 1e-4, data=(TORQUE, "N*m"))
     with pytest.raises(ErclutchError, match=r"oin them by time: --variable 'cell \+ encoder'"):
         table_of_log(path, ColumnMap(), None)
-    assert {*table_of_log(path, ColumnMap(), None, "cell + encoder").columns} == {"time", "cell", "encoder"}
+    assert {*table_of_log(path, ColumnMap(), None, "cell + encoder").columns} == {
+        "time",
+        "cell",
+        "encoder",
+    }
 
     with h5py.File(path, "w") as file:  # at the same times nothing has to be asked
         group_of(file, "encoder", TIME, data=(SPEED, "rad/s"))
@@ -177,7 +193,10 @@ def test_groups_of_mdf_of_two_rates_are_joined(tmp_path: Path) -> None:
     path = tmp_path / "a.mf4"
     with asammdf.MDF() as mdf:
         signal = asammdf.Signal
-        fast = [signal(SPEED, TIME, name="speed", unit="rad/s"), signal(TORQUE, TIME, name="torque", unit="Nm")]
+        fast = [
+            signal(SPEED, TIME, name="speed", unit="rad/s"),
+            signal(TORQUE, TIME, name="torque", unit="Nm"),
+        ]
         mdf.append(fast, comment="fast")
         mdf.append([signal(CURRENT, SLOW, name="current", unit="A")], comment="slow")
         mdf.save(path)
@@ -202,9 +221,14 @@ def test_struct_arrays_inside_of_structs_are_recordings_of_their_own(tmp_path: P
     np.testing.assert_array_equal(found_in(path, "EXO.right(2)").columns["force"], 2 * SPEED)
 
 
-def test_vectors_of_the_workspace_go_before_a_struct_of_one_signal_and_can_be_named(tmp_path: Path) -> None:
+def test_vectors_of_the_workspace_go_before_a_struct_of_one_signal_and_can_be_named(
+    tmp_path: Path,
+) -> None:
     path = tmp_path / "leg.mat"
-    of_a_block = {"time": TIME, "signals": {"values": SPEED[:, None], "dimensions": 1.0, "label": "counter"}}
+    of_a_block = {
+        "time": TIME,
+        "signals": {"values": SPEED[:, None], "dimensions": 1.0, "label": "counter"},
+    }
     others = {"table": np.arange(7.0), "mass": 60.0, "R": np.eye(2)}
     savemat(path, {"time": TIME, "speed": SPEED, "torque": TORQUE, "ret": of_a_block, **others})
     table = found_in(path)
@@ -221,7 +245,9 @@ def test_vectors_of_the_workspace_go_before_a_struct_of_one_signal_and_can_be_na
 
 
 @pytest.mark.parametrize("beside", [{"log": MEASURED}, dict(MEASURED)])
-@pytest.mark.parametrize("last", [np.column_stack([TIME, SPEED]), SPEED, {"time": TIME, "speed": SPEED}])
+@pytest.mark.parametrize(
+    "last", [np.column_stack([TIME, SPEED]), SPEED, {"time": TIME, "speed": SPEED}]
+)
 def test_the_last_result_of_matlab_is_left_out_beside_a_recording(
     tmp_path: Path, beside: dict[str, Any], last: Any
 ) -> None:

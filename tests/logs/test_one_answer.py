@@ -21,7 +21,9 @@ LEVELS = 0.5 * (ROWS // 20 % 3)
 
 
 def planned(columns: dict[str, Array]) -> Plan:
-    return plan_of(Table("a.csv", columns, dict.fromkeys(columns), "0" * 64, path="a.csv"), ColumnMap())
+    return plan_of(
+        Table("a.csv", columns, dict.fromkeys(columns), "0" * 64, path="a.csv"), ColumnMap()
+    )
 
 
 def chosen(plan: Plan) -> dict[str, str]:
@@ -41,13 +43,17 @@ def test_a_span_is_no_time(name: str) -> None:
 
 
 def test_a_time_by_its_end_that_falls_is_none() -> None:
-    assert "time" not in chosen(planned({"Machine_Time": TIME[::-1], "velocity": SPEED, "force": SPEED**3}))
+    assert "time" not in chosen(
+        planned({"Machine_Time": TIME[::-1], "velocity": SPEED, "force": SPEED**3})
+    )
 
 
 def test_numbered_joints_are_told_by_their_rate() -> None:
     plan = planned({"time": TIME, "q3": ANGLE, "dq3": SPEED, "tau_J": SPEED**3})
     assert (chosen(plan)["slip"], chosen(plan)["effort"]) == ("dq3", "tau_J")
-    assert "slip" not in chosen(planned({"time": TIME, "q3": ANGLE, "dq3": ANGLE**2, "torque": SPEED**3}))
+    assert "slip" not in chosen(
+        planned({"time": TIME, "q3": ANGLE, "dq3": ANGLE**2, "torque": SPEED**3})
+    )
 
 
 def test_of_several_joints_one_is_proposed_with_its_own_effort() -> None:
@@ -56,37 +62,60 @@ def test_of_several_joints_one_is_proposed_with_its_own_effort() -> None:
         columns |= {f"{joint}/velocity": SPEED, f"{joint}/effort": SPEED**3}
     del columns["pitch/effort"]
     columns["pitch/effort"] = SPEED**3  # comes last
-    assert planned(columns).command() == 'erclutch inspect a.csv --slip "pitch/velocity" --effort "pitch/effort"'
+    assert (
+        planned(columns).command()
+        == 'erclutch inspect a.csv --slip "pitch/velocity" --effort "pitch/effort"'
+    )
 
 
 def test_a_proposed_command_invents_no_unit() -> None:
-    command = planned({"time": TIME, "inner_speed": SPEED, "outer_speed": SPEED / 2, "torque": SPEED**3}).command()
+    command = planned(
+        {"time": TIME, "inner_speed": SPEED, "outer_speed": SPEED / 2, "torque": SPEED**3}
+    ).command()
     assert command == 'erclutch inspect a.csv --slip "inner_speed"'
 
 
 def test_a_proposed_command_drops_what_is_missing() -> None:
     torque = np.where(ROWS % 7 == 0, np.nan, SPEED**3)
-    command = planned({"time": TIME, "inner_speed": SPEED, "outer_speed": SPEED / 2, "torque": torque}).command()
+    command = planned(
+        {"time": TIME, "inner_speed": SPEED, "outer_speed": SPEED / 2, "torque": torque}
+    ).command()
     assert command.endswith('--slip "inner_speed" --invalid drop')
 
 
 def test_a_proposed_command_says_nothing_of_a_few_missing_values() -> None:
     torque = np.where(ROWS == 7, np.nan, SPEED**3)
-    command = planned({"time": TIME, "inner_speed": SPEED, "outer_speed": SPEED / 2, "torque": torque}).command()
+    command = planned(
+        {"time": TIME, "inner_speed": SPEED, "outer_speed": SPEED / 2, "torque": torque}
+    ).command()
     assert command.endswith('--slip "inner_speed"')
 
 
 def test_one_motion_from_two_zeros_is_one_position() -> None:
     travel = 0.01 * ANGLE
-    plan = planned({"time": TIME, "Standard travel": travel, "Crosshead travel": travel - 0.755, "force": SPEED**3})
+    plan = planned(
+        {
+            "time": TIME,
+            "Standard travel": travel,
+            "Crosshead travel": travel - 0.755,
+            "force": SPEED**3,
+        }
+    )
     assert chosen(plan)["position"] == "Standard travel"
-    other = planned({"time": TIME, "Standard travel": travel, "Crosshead travel": 2 * travel, "force": SPEED**3})
+    other = planned(
+        {"time": TIME, "Standard travel": travel, "Crosshead travel": 2 * travel, "force": SPEED**3}
+    )
     assert [question.signal for question in other.questions] == ["slip"]
 
 
 @pytest.mark.parametrize(
     ("label", "name", "unit"),
-    [("轉速rpm", "轉速", "rpm"), ("電壓V", "電壓", "V"), ("位移mm", "位移", "mm"), ("轉矩n-m", "轉矩", "n-m")],
+    [
+        ("轉速rpm", "轉速", "rpm"),
+        ("電壓V", "電壓", "V"),
+        ("位移mm", "位移", "mm"),
+        ("轉矩n-m", "轉矩", "n-m"),
+    ],
 )
 def test_a_unit_stands_right_behind_a_chinese_name(label: str, name: str, unit: str) -> None:
     assert split_label(label) == (name, unit)
@@ -105,8 +134,14 @@ def test_a_difference_is_no_tenth(text: str) -> None:
 
 def test_newton_metres_are_written_with_small_letters_and_points() -> None:
     assert units.parse("n-m").factor == units.parse("N*m").factor
-    assert units.parse("N・m").factor == units.parse("N･m").factor == units.parse("N*m").factor  # Japanese points
-    assert units.parse("N?m").factor == units.parse("mN\ufffdm").factor * 1e3 == units.parse("N*m").factor
+    assert (
+        units.parse("N・m").factor == units.parse("N･m").factor == units.parse("N*m").factor
+    )  # Japanese points
+    assert (
+        units.parse("N?m").factor
+        == units.parse("mN\ufffdm").factor * 1e3
+        == units.parse("N*m").factor
+    )
     assert units.parse("kgf.m").factor == pytest.approx(9.80665 * units.parse("N*m").factor)
 
 
@@ -115,14 +150,20 @@ def test_names_are_said_again_in_chinese_with_units(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text(f"time,speed,torque\n时间s,轉速rpm,轉矩kgf.m\n{rows}\n", encoding="utf-8")
     table = read_table(path)
-    assert (list(table.columns), list(table.units.values())) == (["time", "speed", "torque"], ["s", "rpm", "kgf.m"])
+    assert (list(table.columns), list(table.units.values())) == (
+        ["time", "speed", "torque"],
+        ["s", "rpm", "kgf.m"],
+    )
     assert apply(plan_of(table, ColumnMap()), table).rows == 200
 
 
 def test_numbers_are_quoted_with_their_line_end(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text(
-        "t,I,w,M\n" + "".join(f'{t:.2f},"{v:.3E}\n",{v:.3f},{v**3:.3f}\n' for t, v in zip(TIME, SPEED, strict=True))
+        "t,I,w,M\n"
+        + "".join(
+            f'{t:.2f},"{v:.3E}\n",{v:.3f},{v**3:.3f}\n' for t, v in zip(TIME, SPEED, strict=True)
+        )
     )
     table = read_table(path)
     assert table.rows == 200
@@ -133,7 +174,9 @@ def test_numbers_are_quoted_with_their_line_end(tmp_path: Path) -> None:
 def test_a_quote_in_the_header_joins_no_rows(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     path.write_text(
-        'disk 3.5" wide\n' + "t,w,M\n" + "".join(f'"{t:.2f}","{v:.3f}",1\n' for t, v in zip(TIME, SPEED, strict=True))
+        'disk 3.5" wide\n'
+        + "t,w,M\n"
+        + "".join(f'"{t:.2f}","{v:.3f}",1\n' for t, v in zip(TIME, SPEED, strict=True))
     )
     assert read_table(path).rows == 200
 
@@ -143,7 +186,8 @@ def test_what_windows_writes_for_no_number_is_missing(tmp_path: Path) -> None:
     path.write_text(
         "t,w,M\n"
         + "".join(
-            f"{t:.2f},{v:.3f},{'-1.#IO' if t == 0.07 else f'{v:.2f}'}\n" for t, v in zip(TIME, SPEED, strict=True)
+            f"{t:.2f},{v:.3f},{'-1.#IO' if t == 0.07 else f'{v:.2f}'}\n"
+            for t, v in zip(TIME, SPEED, strict=True)
         )
     )
     assert np.flatnonzero(np.isnan(read_table(path).columns["M"])).tolist() == [7]
@@ -151,7 +195,9 @@ def test_what_windows_writes_for_no_number_is_missing(tmp_path: Path) -> None:
 
 def test_a_bare_slip_beside_a_speed_with_a_unit_is_asked_about() -> None:
     values = {"time": TIME, "speed": SPEED, "slip": ANGLE, "torque": SPEED**3}
-    table = Table("a.csv", values, {"time": "s", "speed": "rpm", "slip": None, "torque": "N*m"}, "0" * 64)
+    table = Table(
+        "a.csv", values, {"time": "s", "speed": "rpm", "slip": None, "torque": "N*m"}, "0" * 64
+    )
     (question,) = plan_of(table, ColumnMap()).questions
     assert "slip may be any of the columns slip, speed" in question.problem
 
@@ -160,7 +206,13 @@ def test_the_rate_is_asked_for_where_no_column_can_be_the_time() -> None:
     plan = planned({"Index": ROWS, "displacement": ANGLE, "force": SPEED})
     assert plan.command() == 'erclutch inspect a.csv --rate "RATE Hz"'
     # Two that may be the position, and two efforts: none of them rises, so none of them is the time.
-    several = {"Index": ROWS, "displacement_1": ANGLE, "displacement_2": 2.0 * ANGLE + SPEED, "Fx": SPEED, "Fy": -ANGLE}
+    several = {
+        "Index": ROWS,
+        "displacement_1": ANGLE,
+        "displacement_2": 2.0 * ANGLE + SPEED,
+        "Fx": SPEED,
+        "Fy": -ANGLE,
+    }
     command = planned(several).command()
     assert '--rate "RATE Hz" ' in command
     assert "--position" in command
@@ -175,7 +227,9 @@ def test_the_rate_is_asked_for_where_no_column_can_be_the_time() -> None:
         ("counted", None, '--time "COLUMN [s]"'),  # it may be the time
     ],
 )
-def test_a_rising_column_of_another_quantity_is_no_time(name: str, unit: str | None, option: str) -> None:
+def test_a_rising_column_of_another_quantity_is_no_time(
+    name: str, unit: str | None, option: str
+) -> None:
     columns = {name: np.floor(ROWS / 7), "displacement": ANGLE, "force": SPEED}
     plan = plan_of(Table("a.csv", columns, {name: unit}, "0" * 64, path="a.csv"), ColumnMap())
     assert option in plan.command()

@@ -18,7 +18,9 @@ def planned(columns: dict[str, np.ndarray], name: str = "arm.csv") -> Plan:
     return plan_of(Table(name, columns, dict.fromkeys(columns), "x", path=name), ColumnMap())
 
 
-def robot(speeds: list[str], efforts: list[str], sizes: tuple[float, ...] = SIZES) -> dict[str, np.ndarray]:
+def robot(
+    speeds: list[str], efforts: list[str], sizes: tuple[float, ...] = SIZES
+) -> dict[str, np.ndarray]:
     """A robot whose joints move at the same time, each by its own size and with its own friction."""
     columns = {"time": TIME}
     for place, (speed, effort) in enumerate(zip(speeds, efforts, strict=True)):
@@ -52,8 +54,12 @@ def assert_one_command_settles(plan: Plan, columns: dict[str, np.ndarray]) -> No
         ("q{}_dot", "tau{}", ["1", "2", "3"]),
     ],
 )
-def test_the_first_joint_is_proposed_with_its_own_effort(speed: str, effort: str, joints: list[str]) -> None:
-    columns = robot([speed.format(each) for each in joints], [effort.format(each) for each in joints])
+def test_the_first_joint_is_proposed_with_its_own_effort(
+    speed: str, effort: str, joints: list[str]
+) -> None:
+    columns = robot(
+        [speed.format(each) for each in joints], [effort.format(each) for each in joints]
+    )
     plan = planned(columns)
     assert {question.signal for question in plan.questions} <= {"field"}
     assert taken(plan) == {"slip": speed.format(joints[0]), "effort": effort.format(joints[0])}
@@ -71,11 +77,15 @@ def test_the_joint_that_the_file_is_called_after_is_proposed() -> None:
 
 def test_logs_of_one_robot_give_the_same_joint_whichever_moves_most() -> None:
     names = [f"vel{k}" for k in (1, 2, 3)], [f"torque{k}" for k in (1, 2, 3)]
-    assert taken(planned(robot(*names, (0.5, 1.0, 0.4)))) == taken(planned(robot(*names, (0.5, 0.3, 2.0))))
+    assert taken(planned(robot(*names, (0.5, 1.0, 0.4)))) == taken(
+        planned(robot(*names, (0.5, 0.3, 2.0)))
+    )
 
 
 def test_a_first_joint_at_rest_is_asked_about_with_the_liveliest_proposed() -> None:
-    columns = robot([f"vel{k}" for k in (1, 2, 3)], [f"torque{k}" for k in (1, 2, 3)], (0.001, 1.0, 0.4))
+    columns = robot(
+        [f"vel{k}" for k in (1, 2, 3)], [f"torque{k}" for k in (1, 2, 3)], (0.001, 1.0, 0.4)
+    )
     plan = planned(columns)
     assert {question.signal for question in plan.questions} == {"slip", "effort"}
     assert '--slip "vel2" --effort "torque2"' in plan.command()

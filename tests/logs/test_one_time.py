@@ -41,11 +41,15 @@ def woven(late: float = 0.002, every: int = 4) -> Table:
 def test_channels_in_rows_of_their_own_are_joined_at_the_times_of_the_effort() -> None:
     joined = unwoven(woven())
     time = joined.columns["time"]
-    np.testing.assert_array_equal(joined.columns["torque"], EFFORT[1:597])  # as far as all channels go
+    np.testing.assert_array_equal(
+        joined.columns["torque"], EFFORT[1:597]
+    )  # as far as all channels go
     np.testing.assert_array_equal(joined.columns["velocity"], SPEED[1:597])
     held = CURRENT[::4][np.searchsorted(TIME[::4] + 0.002, time, side="right") - 1]
     np.testing.assert_array_equal(joined.columns["current"], held)
-    assert any("2 channels that were sampled at times of their own" in note for note in joined.notes)
+    assert any(
+        "2 channels that were sampled at times of their own" in note for note in joined.notes
+    )
     assert any("each value held until the next" in note for note in joined.notes)
 
 
@@ -56,7 +60,9 @@ def test_a_slow_channel_beside_whole_columns_is_joined_too(every: int) -> None:
     joined = unwoven(table({"time": TIME, "torque": EFFORT, "angle": angle, "current": CURRENT}))
     assert np.isfinite(joined.columns["angle"]).all()
     last = joined.columns["time"]
-    assert np.abs(joined.columns["angle"] - last**2).max() <= (0.01 * every) ** 2  # straight lines between samples
+    assert (
+        np.abs(joined.columns["angle"] - last**2).max() <= (0.01 * every) ** 2
+    )  # straight lines between samples
 
 
 def test_a_slow_effort_is_never_made_up_between_its_samples() -> None:
@@ -83,9 +89,15 @@ def test_without_a_time_nothing_is_joined() -> None:
 
 def test_a_woven_file_is_understood_at_once(tmp_path: Path) -> None:
     columns = woven().columns
-    cells = ["" if np.isnan(value) else f"{value:.6g}" for row in zip(*columns.values(), strict=True) for value in row]
+    cells = [
+        "" if np.isnan(value) else f"{value:.6g}"
+        for row in zip(*columns.values(), strict=True)
+        for value in row
+    ]
     rows = [",".join(cells[at : at + 4]) for at in range(0, len(cells), 4)]
-    (tmp_path / "log.csv").write_text("\n".join(["__time,/joint/torque,/joint/velocity,/brake/current", *rows, ""]))
+    (tmp_path / "log.csv").write_text(
+        "\n".join(["__time,/joint/torque,/joint/velocity,/brake/current", *rows, ""])
+    )
     assert (
         good("inspect", "log.csv", cwd=tmp_path).splitlines()[-1]
         == "Understood. Fit it: erclutch fit log.csv --out RUN"
@@ -110,7 +122,9 @@ def test_a_file_with_a_value_missing_is_not_woven(tmp_path: Path) -> None:
         ("time.sec", "time.usec", 1e6),
     ],
 )
-def test_seconds_and_what_is_beyond_them_are_one_time(seconds: str, beyond: str, factor: float) -> None:
+def test_seconds_and_what_is_beyond_them_are_one_time(
+    seconds: str, beyond: str, factor: float
+) -> None:
     stamps = 1.7e9 + TIME * 1.7
     whole = np.floor(stamps)
     columns = {seconds: whole, beyond: np.round((stamps - whole) * factor), "torque": EFFORT}
@@ -149,7 +163,9 @@ def test_hours_minutes_and_seconds_are_one_time(begin: float, names: str) -> Non
 
 
 def test_milliseconds_beside_whole_seconds_belong_to_the_time() -> None:
-    whole = with_whole_stamps(parts_of_a_day(NOON + 0.125 * np.arange(600.0), "hour min sec ms", finer=True))
+    whole = with_whole_stamps(
+        parts_of_a_day(NOON + 0.125 * np.arange(600.0), "hour min sec ms", finer=True)
+    )
     assert list(whole.columns) == ["time", "speed", "torque"]
     np.testing.assert_allclose(np.diff(whole.columns["time"]), 0.125)
 
@@ -189,7 +205,9 @@ def two_rates(path: Path, head: str, ends: tuple[int, int] = (600, 150)) -> Path
         "t_fast,velocity_m_s,force_N,t_slow,current_A",
     ],
 )
-def test_channels_of_two_rates_behind_times_of_any_name_are_joined_by_time(tmp_path: Path, head: str) -> None:
+def test_channels_of_two_rates_behind_times_of_any_name_are_joined_by_time(
+    tmp_path: Path, head: str
+) -> None:
     recording = read(two_rates(tmp_path / "log.csv", head))
     inside = TIME <= 0.04 * 149
     np.testing.assert_allclose(recording.signals["effort"], np.round(EFFORT[inside], 5))
@@ -200,7 +218,9 @@ def test_channels_of_two_rates_behind_times_of_any_name_are_joined_by_time(tmp_p
 def test_a_second_stamp_of_the_same_rows_stays_beside_the_first(tmp_path: Path) -> None:
     head = "Time [s],Velocity [m/s],Force [N],Video Time [s],Current [A]"
     path = two_rates(tmp_path / "log.csv", head, (600, 600))
-    np.testing.assert_allclose(read(path, field="Current [A]").signals["field"], 0.5 * (np.arange(600) // 50))
+    np.testing.assert_allclose(
+        read(path, field="Current [A]").signals["field"], 0.5 * (np.arange(600) // 50)
+    )
 
 
 def test_a_temperature_that_ends_early_is_no_time(tmp_path: Path) -> None:

@@ -73,9 +73,14 @@ def test_a_file_that_ends_the_process_ends_a_child_alone(tmp_path: Path) -> None
     )
     paths = os.pathsep.join([str(tmp_path), *sys.path])
     done = subprocess.run(
-        [sys.executable, "-c", code, str(path)], env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True
+        [sys.executable, "-c", code, str(path)],
+        env={**os.environ, "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
     )
-    assert done.stdout.count("log.parquet: the reader broke on this file (signal 6)") == 3, done.stderr
+    assert done.stdout.count("log.parquet: the reader broke on this file (signal 6)") == 3, (
+        done.stderr
+    )
 
 
 @pytest.mark.slow
@@ -86,10 +91,20 @@ def test_windows_of_a_child_are_those_of_the_process(tmp_path: Path) -> None:
     source = LogSource(path, b"", "")
     assert READER.windows is not None
     assert READER.extent is not None
-    there, here = (list(windows(source, 200, 10, 100, 800)) for windows in (READER.windows, parquet_windows))
-    assert [each[:2] for each in there] == [each[:2] for each in here] == [(100, 300), (300, 500), (500, 800)]
+    there, here = (
+        list(windows(source, 200, 10, 100, 800)) for windows in (READER.windows, parquet_windows)
+    )
+    assert (
+        [each[:2] for each in there]
+        == [each[:2] for each in here]
+        == [(100, 300), (300, 500), (500, 800)]
+    )
     for (_, _, one), (_, _, other) in zip(there, here, strict=True):
-        assert (one.first_row, one.clock_name, one.notes) == (other.first_row, other.clock_name, other.notes)
+        assert (one.first_row, one.clock_name, one.notes) == (
+            other.first_row,
+            other.clock_name,
+            other.notes,
+        )
         np.testing.assert_array_equal(one.columns["F"], other.columns["F"])
         np.testing.assert_array_equal(one.clock, other.clock)
     assert READER.extent(path) == (900, 2)
@@ -97,7 +112,10 @@ def test_windows_of_a_child_are_those_of_the_process(tmp_path: Path) -> None:
 
 def test_a_missing_number_of_a_slice_is_nan() -> None:
     sink = io.BytesIO()
-    pq.write_table(pa.table({"a": pa.array([1, None, 3, None], pa.int32()), "b": pa.nulls(4, pa.float64())}), sink)
+    pq.write_table(
+        pa.table({"a": pa.array([1, None, 3, None], pa.int32()), "b": pa.nulls(4, pa.float64())}),
+        sink,
+    )
     table = read_parquet(LogSource(Path("a.parquet"), sink.getvalue(), ""))
     assert str(table.columns["a"]) == "[ 1. nan  3. nan]"
     assert np.isnan(table.columns["b"]).all()
@@ -130,18 +148,26 @@ def test_a_damaged_file_is_named(tmp_path: Path, data: bytes, problem: str) -> N
 
 @pytest.mark.slow
 def test_a_small_file_that_unpacks_to_much_is_not_read_whole(tmp_path: Path) -> None:
-    path, zeros = tmp_path / "zeros.parquet", pa.table({name: np.zeros(2_000_000) for name in "tabc"})
+    path, zeros = (
+        tmp_path / "zeros.parquet",
+        pa.table({name: np.zeros(2_000_000) for name in "tabc"}),
+    )
     with pq.ParquetWriter(path, zeros.schema, compression="zstd") as writer:
         for _ in range(20):
             writer.write_table(zeros)
-    with pytest.raises(LogError, match=r"unpacks to more than [\d,]+ numbers\. Give it to erclutch fit"):
+    with pytest.raises(
+        LogError, match=r"unpacks to more than [\d,]+ numbers\. Give it to erclutch fit"
+    ):
         read_table(path)
     assert next(parquet_windows(LogSource(path, b"", ""), 50_000, 10))[:2] == (0, 50_000)
 
 
 @pytest.mark.slow
 def test_ten_million_rows_of_a_constant_field_are_read(tmp_path: Path) -> None:
-    path, zeros = tmp_path / "constant.parquet", pa.table({name: np.zeros(1_000_000) for name in ("t", "field")})
+    path, zeros = (
+        tmp_path / "constant.parquet",
+        pa.table({name: np.zeros(1_000_000) for name in ("t", "field")}),
+    )
     with pq.ParquetWriter(path, zeros.schema, compression="zstd") as writer:
         for _ in range(10):
             writer.write_table(zeros)
@@ -175,7 +201,9 @@ def test_a_damaged_description_of_the_columns_does_not_end_the_process(tmp_path:
 
 @pytest.mark.parametrize("words", [("ON", "OFF"), ("ein", "aus"), ("True", "False")])
 @pytest.mark.usefixtures("read_here")
-def test_a_switch_in_words_is_a_column_of_ones_and_zeros(tmp_path: Path, words: tuple[str, str]) -> None:
+def test_a_switch_in_words_is_a_column_of_ones_and_zeros(
+    tmp_path: Path, words: tuple[str, str]
+) -> None:
     path = tmp_path / "log.parquet"
     pq.write_table(pa.table({"w": np.arange(40) / 7, "coil": [*words] * 20}), path)
     table = read_table(path)
@@ -222,7 +250,9 @@ def damaged_in_silence(checksums: bool, flips: int = 150) -> int:
         turned[rng.integers(len(data))] ^= 1 << int(rng.integers(8))
         with suppress(LogError):
             found = read_parquet(LogSource(Path("a.parquet"), bytes(turned), "")).columns
-            wrong += not all(np.array_equal(found.get(name, 0), values) for name, values in columns.items())
+            wrong += not all(
+                np.array_equal(found.get(name, 0), values) for name, values in columns.items()
+            )
     return wrong
 
 
@@ -232,16 +262,26 @@ def test_checksums_are_checked_and_a_file_without_them_says_so() -> None:
     note = "the file has no checksums: damaged numbers in it cannot be told from good ones"
     for checksums in (True, False):
         sink = io.BytesIO()
-        pq.write_table(pa.table({"a": [1.0, 2.0], "b": [1, 2]}), sink, write_page_checksum=checksums)
-        assert (note in read_parquet(LogSource(Path("a.parquet"), sink.getvalue(), "")).notes) == (not checksums)
+        pq.write_table(
+            pa.table({"a": [1.0, 2.0], "b": [1, 2]}), sink, write_page_checksum=checksums
+        )
+        assert (note in read_parquet(LogSource(Path("a.parquet"), sink.getvalue(), "")).notes) == (
+            not checksums
+        )
 
 
 def test_own_logs_have_checksums_and_windows_say_whether_a_file_has(tmp_path: Path) -> None:
-    own = write_log(tmp_path / "own.parquet", [("a", "s"), ("b", "")], [np.zeros((9, 2))], {}, rows=9)
+    own = write_log(
+        tmp_path / "own.parquet", [("a", "s"), ("b", "")], [np.zeros((9, 2))], {}, rows=9
+    )
     other = tmp_path / "other.parquet"
     pq.write_table(pa.table({"a": [1.0, 2.0]}), other)
     for path, has in ((own, True), (other, False)):
-        notes = [note for _, _, table in parquet_windows(LogSource(path, b"", ""), 5, 1) for note in table.notes]
+        notes = [
+            note
+            for _, _, table in parquet_windows(LogSource(path, b"", ""), 5, 1)
+            for note in table.notes
+        ]
         assert any("no checksums" in note for note in notes) == (not has)
 
 

@@ -34,7 +34,11 @@ from tests.support.pinning import Pinned, summed
 
 N = 60
 ROWS = np.arange(float(N))
-WAVE, TURN, PUSH = 0.5 + 0.4 * np.sin(0.2 * ROWS), np.cos(0.31 * ROWS), 3.0 * np.sin(0.17 * ROWS) + 0.5
+WAVE, TURN, PUSH = (
+    0.5 + 0.4 * np.sin(0.2 * ROWS),
+    np.cos(0.31 * ROWS),
+    3.0 * np.sin(0.17 * ROWS) + 0.5,
+)
 
 
 _FOLDER = re.compile(r"(?<=erclutch inspect )\S*/")  # of the file in a command
@@ -47,7 +51,15 @@ def told(of: Callable[[], Any]) -> Any:
     except ErclutchError as error:
         return f"{type(error).__name__}: {_FOLDER.sub('', str(error))}"
     if isinstance(found, Table):
-        names = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes")
+        names = (
+            "units",
+            "numbers",
+            "sample_period",
+            "clock_name",
+            "constants",
+            "metadata",
+            "notes",
+        )
         clock = None if found.clock is None else summed(found.clock)
         return {"columns": {k: summed(v) for k, v in found.columns.items()}, "clock": clock} | {
             name: getattr(found, name) for name in names
@@ -56,14 +68,20 @@ def told(of: Callable[[], Any]) -> Any:
         groups = {name: getattr(found, name) for name in ("signals", "extras", "spare")}
         names = ("units", "period", "segments", "uniform", "constants", "origin", "notes")
         sums = {name: {k: summed(v) for k, v in group.items()} for name, group in groups.items()}
-        return {**sums, "time": summed(found.time), **{name: getattr(found, name) for name in names}}
+        return {
+            **sums,
+            "time": summed(found.time),
+            **{name: getattr(found, name) for name in names},
+        }
     return found
 
 
 # --- text ------------------------------------------------------------------------------------------------------------
 
 
-def lines(columns: Mapping[str, Array], between: str = ",", form: str = "{:.4f}", point: str = ".") -> str:
+def lines(
+    columns: Mapping[str, Array], between: str = ",", form: str = "{:.4f}", point: str = "."
+) -> str:
     return "".join(
         between.join(form.format(x).replace(".", point) for x in row) + "\n"
         for row in zip(*columns.values(), strict=True)
@@ -101,7 +119,8 @@ TEXTS: dict[str, str | bytes] = {
     "an empty column": csv({**SINGLE, "spare": ROWS}).replace(".0000\n", "\n"),
     "equal names": csv(SINGLE).replace("slip [rad/s]", "field [V]", 1),
     "a column of a constant": csv({**SINGLE, "gap [mm]": np.full(N, 1.5)}),
-    "a number once": "t,F,lead\n" + "".join(f"{x / 100:.2f},{x},{'2.5' if x == 0 else ''}\n" for x in range(N)),
+    "a number once": "t,F,lead\n"
+    + "".join(f"{x / 100:.2f},{x},{'2.5' if x == 0 else ''}\n" for x in range(N)),
     "dates": "when,F [N]\n" + "".join(f"2024-03-01 12:00:{x:02d}.5,{x % 7}\n" for x in range(N)),
     "time of day": "time;F\n" + "".join(f"23:59:{x:02d},25;{x % 7}\n" for x in range(N)),
     "thousands": "t,F\n" + "".join(f'{x},"1,{x:03d}.5"\n' for x in range(N)),
@@ -117,7 +136,9 @@ TEXTS: dict[str, str | bytes] = {
     "LVM": "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\tOne\n***End_of_Header***\t\n"
     "Channels\t2\t\nSamples\t60\t60\t\nY_Unit_Label\tN\tV\t\nDelta_X\t0.01\t0.01\t\n***End_of_Header***\t\n"
     "X_Value\tF\tU\tComment\n" + lines({**TIME, "F": PUSH, "U": WAVE}, "\t"),
-    "JSON lines": "".join(f'{{"t": {x / 100}, "F": {x % 7}, "more": {{"Y": {x % 3}}}}}\n' for x in range(N)),
+    "JSON lines": "".join(
+        f'{{"t": {x / 100}, "F": {x % 7}, "more": {{"Y": {x % 3}}}}}\n' for x in range(N)
+    ),
     "JSON lines that differ": '{"t": 1, "F": 2}\n{"t": 2}\n' * 30,
 }
 
@@ -125,9 +146,18 @@ TEXTS: dict[str, str | bytes] = {
 @pytest.mark.parametrize("name", list(TEXTS))
 def test_text(name: str, tmp_path: Path, pinned: Pinned) -> None:
     text = TEXTS[name]
-    path = tmp_path / f"log{'.lvm' if name == 'LVM' else '.jsonl' if name.startswith('JSON') else '.csv'}"
+    path = (
+        tmp_path
+        / f"log{'.lvm' if name == 'LVM' else '.jsonl' if name.startswith('JSON') else '.csv'}"
+    )
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    pinned([told(lambda: read_table(path)), told(lambda: read(path)), told(lambda: read(path, invalid="drop"))])
+    pinned(
+        [
+            told(lambda: read_table(path)),
+            told(lambda: read(path)),
+            told(lambda: read(path, invalid="drop")),
+        ]
+    )
 
 
 # --- columns ---------------------------------------------------------------------------------------------------------
@@ -141,15 +171,35 @@ MAPPED: dict[str, Any] = {
     "a missing field": ({k: v for k, v in PLAIN.items() if k != "field"}, {}, {}, "single"),
     "a missing slip": ({k: v for k, v in PLAIN.items() if k != "slip"}, {"x": "m"}, {}, "single"),
     "two efforts": ({**PLAIN, "torque": -PUSH, "force": PUSH}, {}, {}, "single"),
-    "a choice among two": ({**PLAIN, "torque": -PUSH}, {}, {"columns": {"effort": "torque"}}, "single"),
+    "a choice among two": (
+        {**PLAIN, "torque": -PUSH},
+        {},
+        {"columns": {"effort": "torque"}},
+        "single",
+    ),
     "no such column": (PLAIN, {}, {"columns": {"effort": "efort"}}, "single"),
     "a column twice": (PLAIN, {}, {"columns": {"field": "slip", "slip": "slip"}}, "single"),
-    "a column twice, the effort": (PLAIN, {}, {"columns": {"effort": "slip", "slip": "slip"}}, "single"),
-    "units turned": (PLAIN, {"slip": "rpm", "effort": "kN*m", "field": "mV", "t": "ms"}, {}, "single"),
+    "a column twice, the effort": (
+        PLAIN,
+        {},
+        {"columns": {"effort": "slip", "slip": "slip"}},
+        "single",
+    ),
+    "units turned": (
+        PLAIN,
+        {"slip": "rpm", "effort": "kN*m", "field": "mV", "t": "ms"},
+        {},
+        "single",
+    ),
     "a unit of another kind": (PLAIN, {"slip": "kg"}, {}, "single"),
     "an unknown unit": (PLAIN, {"effort": "blub"}, {}, "single"),
     "a position": ({**PLAIN, "position": np.cumsum(TURN) / 100}, {"position": "deg"}, {}, "single"),
-    "only a position": ({"t": ROWS / 100, "field": WAVE, "position": TURN, "effort": PUSH}, {}, {}, "single"),
+    "only a position": (
+        {"t": ROWS / 100, "field": WAVE, "position": TURN, "effort": PUSH},
+        {},
+        {},
+        "single",
+    ),
     "a rate": ({k: v for k, v in PLAIN.items() if k != "t"}, {}, {"rate": 250.0}, "single"),
     "no time": ({k: v for k, v in PLAIN.items() if k != "t"}, {}, {}, "single"),
     "a rate beside a time": (PLAIN, {}, {"rate": 250.0}, "single"),
@@ -160,7 +210,12 @@ MAPPED: dict[str, Any] = {
         {k: v for k, v in COAXIAL.items() if k != "alpha_dot [deg/s]"} | {"alpha_raw": TURN},
         *({"alpha_raw": "mm"}, {"constants": {"lead": "20 mm"}}, "coaxial"),
     ),
-    "no lead": ({k: v for k, v in COAXIAL.items() if "alpha" not in k} | {"alpha_raw": TURN}, {}, {}, "coaxial"),
+    "no lead": (
+        {k: v for k, v in COAXIAL.items() if "alpha" not in k} | {"alpha_raw": TURN},
+        {},
+        {},
+        "coaxial",
+    ),
     "temperature": ({**PLAIN, "temperature": 20.0 + TURN}, {"temperature": "°C"}, {}, "single"),
     "temperature without a unit": ({**PLAIN, "temperature": 20.0 + TURN}, {}, {}, "single"),
     "cold below nought": (
@@ -169,9 +224,19 @@ MAPPED: dict[str, Any] = {
     ),
     "extras": ({**PLAIN, "u": TURN, "v": WAVE}, {}, {"inputs": ["u"]}, "single"),
     "a scale and an offset": (PLAIN, {"effort": "V"}, {"scales": {"effort": "-2.5 N/V"}}, "single"),
-    "missing values": ({**PLAIN, "effort": np.where(ROWS % 6 == 3, np.nan, PUSH)}, {}, {}, "single"),
+    "missing values": (
+        {**PLAIN, "effort": np.where(ROWS % 6 == 3, np.nan, PUSH)},
+        {},
+        {},
+        "single",
+    ),
     "missing values, dropped": (
-        *({**PLAIN, "effort": np.where(ROWS % 20 == 7, np.nan, PUSH)}, {}, {"invalid": "drop"}, "single"),
+        *(
+            {**PLAIN, "effort": np.where(ROWS % 20 == 7, np.nan, PUSH)},
+            {},
+            {"invalid": "drop"},
+            "single",
+        ),
     ),
     "a field that never changes": ({**PLAIN, "field": np.full(N, 0.3)}, {}, {}, "single"),
     "an effort that never changes": ({**PLAIN, "effort": np.full(N, 0.3)}, {}, {}, "single"),
@@ -190,14 +255,22 @@ MAPPED: dict[str, Any] = {
 @pytest.mark.parametrize("name", list(MAPPED))
 def test_columns(name: str, pinned: Pinned) -> None:
     columns, units, mapping, device = MAPPED[name]
-    names = {k: (k.partition(" [")[0], k.partition("[")[2].rstrip("]") or units.get(k)) for k in columns}
+    names = {
+        k: (k.partition(" [")[0], k.partition("[")[2].rstrip("]") or units.get(k)) for k in columns
+    }
     table = Table(
         "a.csv", {names[k][0]: v for k, v in columns.items()}, {n: u for n, u in names.values()}, "0" * 64,
         {n: i + 1 for i, (n, _) in enumerate(names.values())},
     )  # fmt: skip
     invalid = mapping.get("invalid")
     mapping = {k: v for k, v in mapping.items() if k != "invalid"}
-    pinned(told(lambda: apply(plan_of(table, ColumnMap.from_dict(mapping), device=device, invalid=invalid), table)))
+    pinned(
+        told(
+            lambda: apply(
+                plan_of(table, ColumnMap.from_dict(mapping), device=device, invalid=invalid), table
+            )
+        )
+    )
 
 
 def test_words(pinned: Pinned) -> None:
@@ -216,7 +289,14 @@ def test_words(pinned: Pinned) -> None:
         "ω [1/s]",
         "q_°C",
     )
-    headers = ("Sample rate: 200 Hz", "dt = 0.5 ms", "Sampling interval;1e-3;s", "rate: 0", "Period: 2", "f=1 kHz")
+    headers = (
+        "Sample rate: 200 Hz",
+        "dt = 0.5 ms",
+        "Sampling interval;1e-3;s",
+        "rate: 0",
+        "Period: 2",
+        "f=1 kHz",
+    )
     scales = ("2.5 N/V", "-1e3", "0", "1/0", "N", "3 mm", "", "2 N / V", "inf", "1e400")
     times = ("5s", "250ms", "1.5", "-2", "2 h", "3min", "x", "", "1e400 s", "nan")
     rates = ("1000", "2 kHz", "0", "-1", "1e-9", "1e13", "x", "10 ms", "nan")
@@ -270,9 +350,18 @@ def test_stamps(name: str, pinned: Pinned) -> None:
     stamps = STAMPS[name]
 
     def clock(hint: float | None = None) -> Any:
-        found = time_stamps.from_stamps(stamps, np.arange(stamps.size) % 3 == 0, column="t", hint=hint)
+        found = time_stamps.from_stamps(
+            stamps, np.arange(stamps.size) % 3 == 0, column="t", hint=hint
+        )
         kept = int(found.keep.sum())
-        return [summed(found.time - found.time[0]), found.period, found.starts, found.uniform, kept, found.notes]
+        return [
+            summed(found.time - found.time[0]),
+            found.period,
+            found.starts,
+            found.uniform,
+            kept,
+            found.notes,
+        ]
 
     pinned([told(clock), told(lambda: clock(0.010001)), told(lambda: clock(1e-3))])
 
@@ -283,21 +372,57 @@ def test_stamps(name: str, pinned: Pinned) -> None:
 def recording(gap: bool = True, name: str = "a.csv", rows: int = 300) -> Recording:
     t = np.arange(float(rows))
     stamps = (t + 40 * (t > 170) * gap) / 100
-    columns = {"t": stamps, "field": np.floor(t / 60), "position": np.sin(0.05 * t), "effort": np.cos(0.03 * t)}
+    columns = {
+        "t": stamps,
+        "field": np.floor(t / 60),
+        "position": np.sin(0.05 * t),
+        "effort": np.cos(0.03 * t),
+    }
     columns |= {"temperature": 300.0 + 0.01 * t, "u": 0.1 * t}
-    table = Table(name, columns, {"t": "s", "temperature": "K", "field": "V"}, name.encode().hex().ljust(64, "0"))
+    table = Table(
+        name,
+        columns,
+        {"t": "s", "temperature": "K", "field": "V"},
+        name.encode().hex().ljust(64, "0"),
+    )
     return apply(plan_of(table, ColumnMap.from_dict({"inputs": ["u"]})), table)
 
 
 def test_other_rates(pinned: Pinned) -> None:
     log = recording()
-    rates = (1.0, 9.9, 25.0, 50.0, 99.0, 100.0, 150.0, 333.0, 1000.0, 1010.0, 5000.0, 1e5, 1e-3, 0.0099, 0.01, 0.015)
+    rates = (
+        1.0,
+        9.9,
+        25.0,
+        50.0,
+        99.0,
+        100.0,
+        150.0,
+        333.0,
+        1000.0,
+        1010.0,
+        5000.0,
+        1e5,
+        1e-3,
+        0.0099,
+        0.01,
+        0.015,
+    )
     pinned([told(lambda rate=rate: resampled(log, rate)) for rate in rates])
 
 
 def test_windows_of_time(pinned: Pinned) -> None:
     log = recording()
-    windows = ((None, None), (0.5, None), (None, 1.0), (0.5, 1.5), (1.75, 2.0), (2.0, 1.0), (9.0, None), (0.0, 0.05))
+    windows = (
+        (None, None),
+        (0.5, None),
+        (None, 1.0),
+        (0.5, 1.5),
+        (1.75, 2.0),
+        (2.0, 1.0),
+        (9.0, None),
+        (0.0, 0.05),
+    )
     pinned([told(lambda a=a, b=b: within(log, a, b)) for a, b in windows])
 
 
@@ -310,7 +435,15 @@ def test_rows_of_logs(name: Any, pinned: Pinned) -> None:
     for part in parts:
         own = [[summed(e.field), summed(e.slip)] for e in part.elements]
         rows = [part.rows, summed(part.effort), {k: summed(v) for k, v in part.extras.items()}]
-        found += [[own, rows, [tuple(vars(s).values()) for s in part.clock.spans], part.source_rows, part.notes]]
+        found += [
+            [
+                own,
+                rows,
+                [tuple(vars(s).values()) for s in part.clock.spans],
+                part.source_rows,
+                part.notes,
+            ]
+        ]
     for test in (0.3, 0.0, 0.9, "b*", "c*", "*", ["a*"]):
         found.append(told(lambda test=test: summed(hold_out(data, test))))
     for count in (1, 2, 7, 25, 26):
@@ -325,7 +458,16 @@ PAIRS = "0 V,,1 kV,\n0.1,2,0.1,20\n1,3,1,30\n10,8,10,\n100,,100,90\n"
 
 
 WRITTEN = (
-    *("plain", "coaxial", "a missing effort", "two efforts", "a rate", "no time", "no lead", "a scale and an offset"),
+    *(
+        "plain",
+        "coaxial",
+        "a missing effort",
+        "two efforts",
+        "a rate",
+        "no time",
+        "no lead",
+        "a scale and an offset",
+    ),
     *("extras", "a constant"),
 )
 
@@ -333,11 +475,20 @@ WRITTEN = (
 @pytest.mark.parametrize("name", WRITTEN)
 def test_mapping_files(name: str, tmp_path: Path, pinned: Pinned) -> None:
     columns, units, mapping, device = MAPPED[name]
-    table = Table("a.csv", {k.partition(" [")[0]: v for k, v in columns.items()}, {"t": "s", **units}, "0" * 64)
+    table = Table(
+        "a.csv",
+        {k.partition(" [")[0]: v for k, v in columns.items()},
+        {"t": "s", **units},
+        "0" * 64,
+    )
 
     def made() -> Any:
         plan = plan_of(table, ColumnMap.from_dict(mapping), device=device)
-        return [plan.to_toml(), [each.short for each in plan.questions], {k: vars(v) for k, v in plan.choices.items()}]
+        return [
+            plan.to_toml(),
+            [each.short for each in plan.questions],
+            {k: vars(v) for k, v in plan.choices.items()},
+        ]
 
     pinned(told(made))
     path = tmp_path / "a.toml"
@@ -370,7 +521,9 @@ def test_dates(pinned: Pinned) -> None:
             "2024-03-01",
         ),
     )
-    found = [dates.seconds(pd.Series([text, text.replace(":00", ":01", 1), text])) for text in texts]
+    found = [
+        dates.seconds(pd.Series([text, text.replace(":00", ":01", 1), text])) for text in texts
+    ]
     night = pd.Series(["23:59:59", "00:00:01", "00:00:02"])
     days = {"day": pd.Series(["2024-03-01"] * 3), "at": night, "more": pd.Series(["x"] * 3)}
     pinned(
@@ -412,9 +565,13 @@ def test_vectors_in_files(pinned: Pinned) -> None:
         (None, {"one": names["one"]}),
         ("x", {}),
     ):
-        found[f"{asked} of {len(among)}"] = told(lambda a=asked, n=among: f.choose(n, a, "group", "no group")[0])
+        found[f"{asked} of {len(among)}"] = told(
+            lambda a=asked, n=among: f.choose(n, a, "group", "no group")[0]
+        )
     found["listed"] = [f.listed(map(str, range(n))) for n in (0, 1, 20, 21)]
-    found["turned"] = [[n, summed(v)] for n, v in vectors.columns_of("m", np.arange(18.0).reshape(2, 9), None)]
+    found["turned"] = [
+        [n, summed(v)] for n, v in vectors.columns_of("m", np.arange(18.0).reshape(2, 9), None)
+    ]
     pinned(found)
 
 
@@ -434,11 +591,17 @@ def test_a_log_in_batches(tmp_path: Path, pinned: Pinned) -> None:
     import pandas as pd
 
     pd.DataFrame({**columns, "torque [N*m]": np.sin(t / 150)}).to_parquet(path)
-    found: list[Any] = [told(lambda n=n: [1 for _ in logs.read_batches(path, rows=n)]) for n in (9_999, 10_000)]
+    found: list[Any] = [
+        told(lambda n=n: [1 for _ in logs.read_batches(path, rows=n)]) for n in (9_999, 10_000)
+    ]
     made = list(logs.read_batches(path, rows=10_000))
     for batch, block in zip(made, batches.blocks_of(made, "single", Derivative()), strict=True):
         own = [batch.start, batch.stop, summed(batch.rows), batch.recording.segments]
-        found.append([own, [summed(block.data.elements[0].slip), [vars(s) for s in block.data.clock.spans]]])
+        found.append(
+            [own, [summed(block.data.elements[0].slip), [vars(s) for s in block.data.clock.spans]]]
+        )
     slow = logs.read_batches(path, rows=10_000)
-    found.append(told(lambda: sum(1 for _ in batches.blocks_of(slow, "single", Derivative("lowpass", 0.01)))))
+    found.append(
+        told(lambda: sum(1 for _ in batches.blocks_of(slow, "single", Derivative("lowpass", 0.01))))
+    )
     pinned(found)

@@ -49,9 +49,16 @@ def test_tdms(tmp_path: Path, pinned: Pinned) -> None:
     units = {"unit_string": "N", "NI_UnitDescription": "kN"}
     runs: dict[str, list[Any]] = {
         "one clock": [("g", "a", A, {**clocked, **units}), ("g", "b", B, clocked)],
-        "another clock": [("g", "a", A, clocked), ("g", "b", B, clocked), ("g", "c", A[:7], {"wf_increment": 0.1})],
+        "another clock": [
+            ("g", "a", A, clocked),
+            ("g", "b", B, clocked),
+            ("g", "c", A[:7], {"wf_increment": 0.1}),
+        ],
         "no clock": [("g", "a", A, {"NI_UnitDescription": "V"}), ("g", "b", B, {})],
-        "stamps": [("g", "at", start + (1000 * ROWS).astype("timedelta64[ms]"), {}), ("g", "b", B, {})],
+        "stamps": [
+            ("g", "at", start + (1000 * ROWS).astype("timedelta64[ms]"), {}),
+            ("g", "b", B, {}),
+        ],
         "two groups": [("g", "a", A, clocked), ("h", "a", B, {})],
         "no numbers": [("g", "a", ["x", "y"], {})],
     }
@@ -81,11 +88,15 @@ def test_hdf5(tmp_path: Path, pinned: Pinned) -> None:
         file["run/a"], file["run/b"], file["run/gain"] = A, B[:, None], 2.5
         file["run/a"].attrs["unit"] = "N"
         file["run"].attrs["sample_rate"] = "100 Hz"
-        file["other/table"] = np.array(list(zip(A, B, strict=True)), dtype=[("x", "f8"), ("y", "f8")])
+        file["other/table"] = np.array(
+            list(zip(A, B, strict=True)), dtype=[("x", "f8"), ("y", "f8")]
+        )
         file["other/table"].attrs["note"] = b"bytes"
         file["cube"], file["text"] = np.ones((2, 2, 2)), "words"
         file["out"] = h5py.ExternalLink("secret.h5", "/")
-    found = [told(lambda v=v: hdf5.find(str(path), v)) for v in (None, "run", "other/table", "/", "x")]
+    found = [
+        told(lambda v=v: hdf5.find(str(path), v)) for v in (None, "run", "other/table", "/", "x")
+    ]
     with h5py.File(path, "w") as file:
         file["a"], file["b"] = A, A[:5]
     pinned([*found, told(lambda: hdf5.find(str(path), None))])
@@ -112,7 +123,10 @@ def test_spreadsheets(tmp_path: Path, pinned: Pinned) -> None:
         third.append([0.1 * k, k * k])
     path = tmp_path / "a.xlsx"
     book.save(path)
-    found = [told(lambda v=v: spreadsheet.find(str(path), v)) for v in (None, "Run 1", "Run 2", "Notes", "x")]
+    found = [
+        told(lambda v=v: spreadsheet.find(str(path), v))
+        for v in (None, "Run 1", "Run 2", "Notes", "x")
+    ]
     third.cell(5, 2, "stalled")
     book.save(path)
     found.append(told(lambda: spreadsheet.find(str(path), "Run 2")))
@@ -126,15 +140,28 @@ def test_mat(tmp_path: Path, pinned: Pinned) -> None:
 
     from erclutch.logs.readers import mat
 
-    struct = {"t": ROWS / 100, "F": A, "gain": 2.5, "unit": "N", "cells": np.array([1, "x"], object)}
+    struct = {
+        "t": ROWS / 100,
+        "F": A,
+        "gain": 2.5,
+        "unit": "N",
+        "cells": np.array([1, "x"], object),
+    }
     kinds: dict[str, dict[str, Any]] = {
         "vectors": {"t": ROWS, "a": A[:, None], "b": B[None, :], "gain": 3.0, "name": "words"},
         "struct": {"run": struct},
         "two structs": {"run1": struct, "run2": struct},
         "nested": {"log": {"deep": struct, "more": {"x": A}}},
-        "signals": {"scope": {"time": ROWS / 10, "signals": {"values": np.column_stack([A, B]), "label": "torque"}}},
+        "signals": {
+            "scope": {
+                "time": ROWS / 10,
+                "signals": {"values": np.column_stack([A, B]), "label": "torque"},
+            }
+        },
         "matrix": {"m": np.column_stack([ROWS, A, B])},
-        "array of structs": {"s": np.array([(A, "N"), (B, "V")], dtype=[("data", object), ("unit", object)])},
+        "array of structs": {
+            "s": np.array([(A, "N"), (B, "V")], dtype=[("data", object), ("unit", object)])
+        },
         "nothing": {"x": 1.0, "y": "words"},
         "lengths": {"a": A, "b": B[:7]},
         "logical": {"a": A > 0, "b": np.arange(20, dtype=np.int16), "c": A + 1j},
@@ -185,10 +212,24 @@ def test_mdf(monkeypatch: pytest.MonkeyPatch, pinned: Pinned) -> None:
     kinds = {
         "one": [group("fast", [time, channel("F", A, "N"), channel("words", ["x"] * 20)], 0)],
         "invalid": [
-            group("", [channel("", ROWS), channel("F", A, bits=ROWS % 5 == 0), channel("G", B, bits=ROWS < 0)], 0)
+            group(
+                "",
+                [
+                    channel("", ROWS),
+                    channel("F", A, bits=ROWS % 5 == 0),
+                    channel("G", B, bits=ROWS < 0),
+                ],
+                0,
+            )
         ],
-        "same time": [group("a", [time, channel("F", A)], 0), group("b", [time, channel("F", B)], 0)],
-        "two": [group("a", [time, channel("F", A)], 0), group("a", [channel("t", ROWS), channel("F", B)], 0)],
+        "same time": [
+            group("a", [time, channel("F", A)], 0),
+            group("b", [time, channel("F", B)], 0),
+        ],
+        "two": [
+            group("a", [time, channel("F", A)], 0),
+            group("a", [channel("t", ROWS), channel("F", B)], 0),
+        ],
         "by comment": [
             group("", [time, channel("F", A)], 0, "slow"),
             group("x" * 60, [channel("t", ROWS), time], 0, "y"),
@@ -216,7 +257,11 @@ def test_mat_73(tmp_path: Path, pinned: Pinned, monkeypatch: pytest.MonkeyPatch)
     with h5py.File(path, "w", userblock_size=512) as file:
         refs = file.create_group("#refs#")
         refs["a"], refs["b"] = A, B
-        file["run/F"], file["run/t"], file["run/gain"] = A[None, :], ROWS[None, :] / 100, np.array([[2.5]])
+        file["run/F"], file["run/t"], file["run/gain"] = (
+            A[None, :],
+            ROWS[None, :] / 100,
+            np.array([[2.5]]),
+        )
         name = file.create_dataset("run/name", data=np.array([[ord(c)] for c in "rig "], np.uint16))
         name.attrs["MATLAB_class"] = np.bytes_("char")
         empty = file.create_dataset("run/none", data=np.zeros(2))
@@ -236,9 +281,16 @@ def test_mat_73(tmp_path: Path, pinned: Pinned, monkeypatch: pytest.MonkeyPatch)
     def shape(node: Any) -> Any:
         if isinstance(node, dict):
             return {key: shape(value) for key, value in node.items()}
-        return [shape(each) for each in node] if isinstance(node, list) else getattr(node, "shape", node)
+        return (
+            [shape(each) for each in node]
+            if isinstance(node, list)
+            else getattr(node, "shape", node)
+        )
 
-    found: list[Any] = [told(lambda v=v: mat.find(str(path), v)) for v in (None, "run", "cells", "many", "deep", "x")]
+    found: list[Any] = [
+        told(lambda v=v: mat.find(str(path), v))
+        for v in (None, "run", "cells", "many", "deep", "x")
+    ]
     for limits in ({"_DEEPEST": 0}, {"_DEEPEST": 1}, {"_DEEPEST": 2}, {"_MOST": 1}, {"_MOST": 2}):
         with monkeypatch.context() as patch:
             for name_of, value in limits.items():

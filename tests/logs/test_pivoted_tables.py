@@ -58,7 +58,9 @@ def test_the_totals_of_a_pivot_are_no_column_and_no_row(tmp_path: Path, total: s
     lines = ["Average of tau [Pa],I [A],,,", f"rate [1/s],0,0.5,1,{total}"]
     for rate, row in zip(RATES, STRESSES, strict=True):
         lines.append(",".join(f"{cell:.6g}" for cell in (rate, *row, row.mean())))
-    lines.append(f"{total}," + ",".join(f"{cell:.6g}" for cell in (*STRESSES.mean(axis=0), STRESSES.mean())))
+    lines.append(
+        f"{total}," + ",".join(f"{cell:.6g}" for cell in (*STRESSES.mean(axis=0), STRESSES.mean()))
+    )
     (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
     table = read_table(tmp_path / "log.csv")
     assert list(table.columns) == ["rate", *(f"Average of tau {field:g} A" for field in FIELDS)]
@@ -66,12 +68,20 @@ def test_the_totals_of_a_pivot_are_no_column_and_no_row(tmp_path: Path, total: s
 
 
 def test_rates_across_are_turned_down(tmp_path: Path) -> None:
-    lines = ["Stress in Pa", "E (kV/mm) \\ shear rate (1/s)," + ",".join(f"{rate:.6g}" for rate in RATES)]
+    lines = [
+        "Stress in Pa",
+        "E (kV/mm) \\ shear rate (1/s)," + ",".join(f"{rate:.6g}" for rate in RATES),
+    ]
     for field, row in zip(FIELDS, STRESSES.T, strict=True):
         lines.append(f"{field}," + ",".join(f"{cell:.6g}" for cell in row))
     (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
     table = read_table(tmp_path / "log.csv")
-    assert list(table.columns) == ["shear rate", "Stress 0 kV/mm", "Stress 0.5 kV/mm", "Stress 1 kV/mm"]
+    assert list(table.columns) == [
+        "shear rate",
+        "Stress 0 kV/mm",
+        "Stress 0.5 kV/mm",
+        "Stress 1 kV/mm",
+    ]
     assert table.columns["shear rate"] == pytest.approx(RATES, rel=1e-5)
     assert table.columns["Stress 1 kV/mm"] == pytest.approx(STRESSES[:, 2], rel=1e-5)
     assert table.units["Stress 1 kV/mm"] == "Pa"
@@ -104,7 +114,12 @@ def test_merged_heads_of_a_workbook_are_read(tmp_path: Path) -> None:
     sheet.merge_cells("A1:A2")
     book.save(tmp_path / "log.xlsx")
     table = read_table(tmp_path / "log.xlsx")
-    assert list(table.columns) == ["Shear rate", "Shear stress 0 T", "Shear stress 0.5 T", "Shear stress 1 T"]
+    assert list(table.columns) == [
+        "Shear rate",
+        "Shear stress 0 T",
+        "Shear stress 0.5 T",
+        "Shear stress 1 T",
+    ]
     assert table.rows == RATES.size
 
 
@@ -116,7 +131,11 @@ def test_any_text_is_taken(text: str) -> None:
 
 @pytest.mark.slow
 @given(
-    heads=st.lists(st.sampled_from(["rate [1/s]", "", "tau [Pa]", "I [A]", "0", "0.5", "1"]), min_size=6, max_size=9),
+    heads=st.lists(
+        st.sampled_from(["rate [1/s]", "", "tau [Pa]", "I [A]", "0", "0.5", "1"]),
+        min_size=6,
+        max_size=9,
+    ),
     width=st.integers(2, 4),
 )
 def test_heads_in_any_order_give_a_table_or_an_error_of_ours(
@@ -134,7 +153,9 @@ def test_heads_in_any_order_give_a_table_or_an_error_of_ours(
         assert values.size <= 5 + len(lines)
 
 
-@pytest.mark.parametrize("line", ["rate [1/s];1\xa0000;2\xa0000;3\xa0000", "rate [1/s];1.0D+00;2.0D+00;3.0D+00"])
+@pytest.mark.parametrize(
+    "line", ["rate [1/s];1\xa0000;2\xa0000;3\xa0000", "rate [1/s];1.0D+00;2.0D+00;3.0D+00"]
+)
 def test_numbers_across_in_any_spelling_raise_nothing(line: str) -> None:
     rows = "\n".join(f"{rate};1;2;3" for rate in (1, 2, 3, 4))
     text, _ = with_pivoted_heads(f"{line}\n{rows}\n")
@@ -149,7 +170,9 @@ def test_a_remark_below_rates_across_leaves_the_table_as_it_is() -> None:
 
 @pytest.mark.parametrize("row", [0, 1, 5])
 @pytest.mark.parametrize("word", ["nan", "NA", "--", ""])
-def test_a_row_whose_first_number_is_missing_is_no_line_of_numbers_across(tmp_path: Path, row: int, word: str) -> None:
+def test_a_row_whose_first_number_is_missing_is_no_line_of_numbers_across(
+    tmp_path: Path, row: int, word: str
+) -> None:
     rows = [f"{k / 100},{0.1 + k},{0.2 + k},{0.3 + k}" for k in range(40)]
     rows[row] = f"{word},0.1,0.2,0.3"
     (tmp_path / "log.csv").write_text("\n".join(["t,field,slip,torque", *rows]) + "\n")

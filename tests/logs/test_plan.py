@@ -33,14 +33,20 @@ TWICE = ("torque [N*m]", "torque [N*m] (2)")
 
 
 def table(columns: dict[str, Any], units: dict[str, str] | None = None, **more: Any) -> Table:
-    return Table("a.csv", columns, {"t": "s", **(units or {})}, "0" * 64, **{"path": "logs/a.csv", **more})
+    return Table(
+        "a.csv", columns, {"t": "s", **(units or {})}, "0" * 64, **{"path": "logs/a.csv", **more}
+    )
 
 
-def assemble(log: Table, told: ColumnMap, *, device: Any = "single", invalid: Any = None) -> Recording:
+def assemble(
+    log: Table, told: ColumnMap, *, device: Any = "single", invalid: Any = None
+) -> Recording:
     return apply(plan_of(log, told, device=device, invalid=invalid), log)
 
 
-def made(columns: dict[str, Any], units: dict[str, str] | None = None, *, of: Any = None, **more: Any) -> Recording:
+def made(
+    columns: dict[str, Any], units: dict[str, str] | None = None, *, of: Any = None, **more: Any
+) -> Recording:
     device = "coaxial" if "E1" in columns else "single"
     return assemble(table(columns, units, **more), ColumnMap.from_dict(of or {}), device=device)
 
@@ -50,7 +56,9 @@ def made(columns: dict[str, Any], units: dict[str, str] | None = None, *, of: An
 
 def test_fahrenheit_is_read_too() -> None:
     warm = np.linspace(68.0, 212.0, PLAIN["field"].size)
-    found = made({**PLAIN, "W": warm}, of={"columns": {"temperature": {"column": "W", "unit": "°F"}}})
+    found = made(
+        {**PLAIN, "W": warm}, of={"columns": {"temperature": {"column": "W", "unit": "°F"}}}
+    )
     np.testing.assert_allclose(found.extras["temperature_K"][[0, -1]], [293.15, 373.15])
 
 
@@ -71,7 +79,8 @@ def test_a_temperature_that_no_law_uses_is_told(column: str, option: str, tmp_pa
     rows = "".join(f"{k / 100},{k // 20 % 2},{k % 7},{k % 5},{20 + k / 90}\n" for k in range(60))
     path.write_text(f"t [s],I [A],w [rad/s],M [N*m],{column}\n{rows}", encoding="utf-8")
     assert any(
-        f"--temperature {option} let" in note or f"--temperature {option}, let" in note for note in read(path).notes
+        f"--temperature {option} let" in note or f"--temperature {option}, let" in note
+        for note in read(path).notes
     )
 
 
@@ -130,12 +139,19 @@ def test_a_scale_makes_a_signal_of_a_sensor(unit: str, scale: str, factor: float
     ("unit", "scale", "problem"),
     [
         ("A", "2.5 N/V", "has the unit 'A', and the scale of effort is 2.5 N/V"),
-        ("V", "2.5 N", "has the unit 'V', and the scale of effort, 2.5 N, names no unit of a sensor"),
+        (
+            "V",
+            "2.5 N",
+            "has the unit 'V', and the scale of effort, 2.5 N, names no unit of a sensor",
+        ),
         ("V", "0 N/V", "the scale of effort is '0 N/V'"),
     ],
 )
 def test_a_scale_that_does_not_fit(unit: str, scale: str, problem: str) -> None:
-    chosen = {"columns": {"effort": {"column": "effort", "unit": unit}}, "scales": {"effort": scale}}
+    chosen = {
+        "columns": {"effort": {"column": "effort", "unit": unit}},
+        "scales": {"effort": scale},
+    }
     with pytest.raises((UnitError, MappingError)) as caught:
         made(PLAIN, of=chosen)
     assert problem in str(caught.value)
@@ -153,7 +169,9 @@ def test_a_constant_beside_a_chosen_column_is_refused() -> None:
 
 
 def test_a_constant_signal_is_converted() -> None:
-    found = made({k: v for k, v in PLAIN.items() if k != "field"}, of={"constants": {"field": "20 mA"}})
+    found = made(
+        {k: v for k, v in PLAIN.items() if k != "field"}, of={"constants": {"field": "20 mA"}}
+    )
     np.testing.assert_allclose(found.signals["field"], np.full(N, 0.02))
     assert (found.units["field"], found.constants["field"]) == ("A", pytest.approx(0.02))
 
@@ -170,7 +188,9 @@ def test_a_further_input_keeps_the_unit_that_its_label_says() -> None:
     labels = ["D [mm]", "-load [kg]", "raw [counts of 12 bits]", "oil [°C]", "air [℃]"]
     found = made(columns, of={"inputs": labels})
     assert [*found.extra_units.values()] == ["mm", "kg", "?", "°C", "?"]
-    assert all(map(is_written_well, found.extra_units.values()))  # a saved model of them is read again
+    assert all(
+        map(is_written_well, found.extra_units.values())
+    )  # a saved model of them is read again
     np.testing.assert_array_equal(found.extras["load"], -ROWS)
 
 
@@ -197,20 +217,31 @@ def test_everything_missing_is_one_error_with_a_command() -> None:
     with pytest.raises(MappingError) as caught:
         made({"q": ROWS, "r": ROWS**2}, of={"lead": "10 mm", "constants": {"mass": "2 kg"}})
     error = caught.value
-    assert error.problem.startswith("4 things are missing: (1) no time column and no sampling rate; (2) no column for ")
+    assert error.problem.startswith(
+        "4 things are missing: (1) no time column and no sampling rate; (2) no column for "
+    )
     assert error.problem.endswith("; the file has: q, r")
-    assert 'erclutch inspect logs/a.csv --lead "0.01 m" --constant "mass=2 kg" --time "COLUMN [s]"' in error.remedy
+    assert (
+        'erclutch inspect logs/a.csv --lead "0.01 m" --constant "mass=2 kg" --time "COLUMN [s]"'
+        in error.remedy
+    )
     for option in ("--field", "--slip", "--effort"):
         assert option in error.remedy
     with pytest.raises(MappingError) as caught:
         made(
-            {**COAXIAL, "q": ROWS, "T": np.full(N, np.nan)}, {"T": "kg"}, of={"rate": 50, "columns": {"theta_dot": "x"}}
+            {**COAXIAL, "q": ROWS, "T": np.full(N, np.nan)},
+            {"T": "kg"},
+            of={"rate": 50, "columns": {"theta_dot": "x"}},
         )
-    assert "erclutch inspect logs/a.csv --device coaxial --rate 50 --theta_dot" in caught.value.remedy
+    assert (
+        "erclutch inspect logs/a.csv --device coaxial --rate 50 --theta_dot" in caught.value.remedy
+    )
 
 
 def test_a_temperature_that_is_not_there_is_asked_for_beside_all_else() -> None:
-    with pytest.raises(MappingError, match=r"2 things are missing.*there is no column 'oyl' for temperature") as caught:
+    with pytest.raises(
+        MappingError, match=r"2 things are missing.*there is no column 'oyl' for temperature"
+    ) as caught:
         made({**PLAIN, "oil": ROWS}, of={"columns": {"temperature": "oyl", "slip": "speed"}})
     assert '--temperature "COLUMN [°C]"' in caught.value.remedy
 
@@ -250,7 +281,9 @@ def test_a_needed_signal_that_is_declined_is_asked_for() -> None:
 
 def test_a_plan_of_one_block_serves_for_the_next() -> None:
     log = table({**PLAIN, "t": 45_000.25 + 1e-6 * ROWS}, {"t": ""})
-    halves = [replace(log, columns={n: v[at : at + 30] for n, v in log.columns.items()}) for at in (0, 30)]
+    halves = [
+        replace(log, columns={n: v[at : at + 30] for n, v in log.columns.items()}) for at in (0, 30)
+    ]
     plan = plan_of(halves[0], ColumnMap())
     first, second = (apply(plan, half) for half in halves)
     whole = apply(plan_of(log, ColumnMap()), log)
@@ -283,7 +316,13 @@ def test_a_header_with_a_rate_and_a_counter_with_a_gap() -> None:
 
 @pytest.mark.parametrize(
     ("name", "value", "taken"),
-    [("fs", 50.0, True), ("Sample_Rate", 50.0, True), ("f", 50.0, False), ("fs", 0.0, False), ("rate", np.inf, False)],
+    [
+        ("fs", 50.0, True),
+        ("Sample_Rate", 50.0, True),
+        ("f", 50.0, False),
+        ("fs", 0.0, False),
+        ("rate", np.inf, False),
+    ],
 )
 def test_a_rate_in_the_header(name: str, value: float, taken: bool) -> None:
     columns = {key: values for key, values in PLAIN.items() if key != "t"}
@@ -298,7 +337,9 @@ def test_a_rate_in_the_header(name: str, value: float, taken: bool) -> None:
                                                      (19_000.0, 1e-6, False), (81_000.0, 1e-6, False)])  # fmt: skip
 def test_dates_of_spreadsheets_are_days(start: float, step: float, days: bool) -> None:
     stamps = {"t": start + step * ROWS}
-    found = assemble(Table("a.csv", {**PLAIN, **stamps}, {}, "0" * 64), ColumnMap(), device="single")
+    found = assemble(
+        Table("a.csv", {**PLAIN, **stamps}, {}, "0" * 64), ColumnMap(), device="single"
+    )
     assert any("taken as days" in note for note in found.notes) == days
     assert found.period == pytest.approx(step * (86_400.0 if days else 1.0), rel=1e-4)
     if days:
@@ -322,10 +363,13 @@ def test_a_field_in_the_name_and_none_that_was_logged_contradict_each_other() ->
     chosen = {"columns": {"field": "none"}, "name_pattern": "a{field}A"}
     log = replace(table(columns), name="a0x5A.csv")
     with pytest.raises(
-        MappingError, match=r"field is 0\.5 A from the file's name, and it was said that none was logged"
+        MappingError,
+        match=r"field is 0\.5 A from the file's name, and it was said that none was logged",
     ):
         plan_of(log, ColumnMap.from_dict(chosen))
-    assert plan_of(log, ColumnMap.from_dict({"name_pattern": "a{field}A"})).constants["field"] == 0.5
+    assert (
+        plan_of(log, ColumnMap.from_dict({"name_pattern": "a{field}A"})).constants["field"] == 0.5
+    )
 
 
 def test_a_time_column_in_another_unit_says_so() -> None:
@@ -346,7 +390,8 @@ def test_steps_without_a_good_sample_cut_the_log_and_are_no_error() -> None:
     assert "3 steps of the loop had no good sample: left out, the log cut there" in found.notes
     effort[30] = -np.inf
     with pytest.raises(
-        LogError, match=r"column effort has 1 value missing or infinite, the first \(-infinity\) in data row 31"
+        LogError,
+        match=r"column effort has 1 value missing or infinite, the first \(-infinity\) in data row 31",
     ):
         assemble(table({**PLAIN, "effort": effort}, unsampled=lost), ColumnMap(), device="single")
 
@@ -354,7 +399,9 @@ def test_steps_without_a_good_sample_cut_the_log_and_are_no_error() -> None:
 @pytest.mark.parametrize("value", [1e300, -3.4e38])
 def test_a_number_that_nothing_measures_is_refused(value: float) -> None:
     effort = np.where(ROWS == 30, value, PLAIN["effort"])
-    with pytest.raises(LogError, match=r"column effort is .*e\+\d+ .*in data row 31, beyond 1e\+30"):
+    with pytest.raises(
+        LogError, match=r"column effort is .*e\+\d+ .*in data row 31, beyond 1e\+30"
+    ):
         assemble(table({**PLAIN, "effort": effort}), ColumnMap(), device="single")
 
 
@@ -367,7 +414,9 @@ def test_a_log_whose_clock_restarts_has_a_clock_for_each_run() -> None:
     assert taken == {"t"}
     with pytest.raises(MappingError, match="no time column"):
         clock_plan(seen_columns(table({"q": ROWS})), ColumnMap(), ())
-    (run,), _, _ = runs_of(clock_plan(seen_columns(table(PLAIN)), ColumnMap(rate=50.0), ()), table(PLAIN))
+    (run,), _, _ = runs_of(
+        clock_plan(seen_columns(table(PLAIN)), ColumnMap(rate=50.0), ()), table(PLAIN)
+    )
     assert run[1].period == pytest.approx(0.02)
     assert ColumnChoice("t").source == "given"
 
@@ -381,7 +430,9 @@ def test_rows_that_repeat_the_row_before_are_told_from_rows_with_other_values() 
     found = made(columns)
     assert found.rows == N
     assert any(
-        note.startswith("1 rows that repeat the row before were dropped; 1 rows with the t of the row before but other")
+        note.startswith(
+            "1 rows that repeat the row before were dropped; 1 rows with the t of the row before but other"
+        )
         for note in found.notes
     )
 
@@ -396,7 +447,9 @@ def test_no_column_is_proposed_twice_and_a_refused_unit_is_named() -> None:
     with pytest.raises(MappingError) as caught:
         made({"V": ROWS, "F": ROWS**2}, {"F": "N"})
     assert caught.value.remedy.count('"V"') == 1
-    with pytest.raises(MappingError, match="column speed is called so, but its unit kg does not fit"):
+    with pytest.raises(
+        MappingError, match="column speed is called so, but its unit kg does not fit"
+    ):
         made({"current": ROWS, "speed": ROWS, "F": ROWS}, {"F": "N", "current": "A", "speed": "kg"})
     twice = table({"torque [N*m]": ROWS, "torque [N*m] (2)": ROWS}, {name: "N*m" for name in TWICE})
     assert twice.labels == TWICE
@@ -414,7 +467,9 @@ def test_a_recording_of_the_loop_is_a_measurement_and_a_twin_is_none() -> None:
     from erclutch.cli.terminal import recording_lines
 
     log, words = made(PLAIN), "made by a computer"
-    assert not any(words in line for line in recording_lines([replace(log, origin="RECORDING"), log]))
+    assert not any(
+        words in line for line in recording_lines([replace(log, origin="RECORDING"), log])
+    )
     assert "TWIN data (some of the logs): made by a computer, not a measurement" in recording_lines(
         [replace(log, origin="TWIN"), replace(log, origin="RECORDING")]
     )
@@ -426,7 +481,9 @@ def test_counts_are_scaled_and_a_temperature_is_told(tmp_path: Path) -> None:
         "t [s],u [V],w [rad/s],M [counts],oil [°C]\n"
         + "".join(f"{k / 100},1,{k % 7},{k},{20 + k / 9}\n" for k in range(60))
     )
-    mapping = ColumnMap.from_dict({"columns": {"field": "u [V]", "slip": "w [rad/s]", "effort": "M [counts]"}})
+    mapping = ColumnMap.from_dict(
+        {"columns": {"field": "u [V]", "slip": "w [rad/s]", "effort": "M [counts]"}}
+    )
     for scale in ("0.5 N*m", "0.5 N*m/counts"):
         found = read(path, replace(mapping, scales={"effort": scale}))
         assert found.units["effort"] == "N*m"

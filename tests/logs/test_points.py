@@ -17,26 +17,45 @@ MANY = np.arange(80) * 50.0 + 1000.0  # enough for a fit
 
 def written(folder: Path, header: str, *columns: np.ndarray) -> Path:
     path = folder / "points.csv"
-    rows = "\n".join(",".join(f"{number:g}" for number in row) for row in zip(*columns, strict=True))
+    rows = "\n".join(
+        ",".join(f"{number:g}" for number in row) for row in zip(*columns, strict=True)
+    )
     path.write_text(f"{header}\n{rows}\n", encoding="utf-8")
     return path
 
 
 @pytest.mark.parametrize("speed", [SPEED, SPEED[::-1], -SPEED, np.repeat(SPEED[::4], 4)])
 def test_a_speed_that_goes_one_way_makes_points(tmp_path: Path, speed: np.ndarray) -> None:
-    log = read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, speed, SPEED % 9))
+    log = read(
+        written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, speed, SPEED % 9)
+    )
     np.testing.assert_allclose(log.signals["slip"], speed * np.pi / 30)
-    assert any("column Speed goes one way through the table, so its rows are points" in note for note in log.notes)
+    assert any(
+        "column Speed goes one way through the table, so its rows are points" in note
+        for note in log.notes
+    )
     assert any("a lag or a rate of change means nothing" in note for note in log.notes)
 
 
 @pytest.mark.parametrize("speed", [SPEED, SPEED[::-1]])
 def test_a_sweep_with_the_noise_of_a_sensor_makes_points(tmp_path: Path, speed: np.ndarray) -> None:
     wobble = np.where(np.arange(40) % 10 == 0, 130.0 * np.sign(speed[1] - speed[0]), 0.0)
-    log = read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, speed + wobble, SPEED % 9))
+    log = read(
+        written(
+            tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, speed + wobble, SPEED % 9
+        )
+    )
     assert any("column Speed goes one way" in note for note in log.notes)
     with pytest.raises(MappingError, match="no time column and no sampling rate"):
-        read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, speed + 2.0 * wobble, SPEED % 9))
+        read(
+            written(
+                tmp_path,
+                "Current [A],Speed [rpm],Torque [N*m]",
+                SPEED % 7,
+                speed + 2.0 * wobble,
+                SPEED % 9,
+            )
+        )
 
 
 def test_a_long_sweep_with_noise_is_a_log(tmp_path: Path) -> None:
@@ -61,7 +80,9 @@ def test_a_point_without_a_number_is_left_out_with_a_word(tmp_path: Path, hole: 
     refused = "column Torque has 1 value missing"
     with pytest.raises(LogError, match=refused):
         read(written(tmp_path, header, SPEED % 7, SPEED, torque), invalid="error")
-    in_time = read(written(tmp_path, header, SPEED % 7, SPEED, torque), rate=50)  # the rows are a log, which is cut
+    in_time = read(
+        written(tmp_path, header, SPEED % 7, SPEED, torque), rate=50
+    )  # the rows are a log, which is cut
     assert len(in_time.segments) == (2 if hole == 17 else 1)
     torque[20:25] = np.nan  # another table than it seems
     with pytest.raises(LogError, match="values missing"):
@@ -83,7 +104,9 @@ def test_a_set_speed_that_goes_one_way_makes_points_of_the_measured_one(tmp_path
         ("q", SPEED, np.cumsum(1.0 + SPEED % 3)),  # another column may be the time
     ],
 )
-def test_a_motion_is_asked_for_its_rate(tmp_path: Path, header: str, speed: np.ndarray, further: np.ndarray) -> None:
+def test_a_motion_is_asked_for_its_rate(
+    tmp_path: Path, header: str, speed: np.ndarray, further: np.ndarray
+) -> None:
     path = written(tmp_path, f"Speed [rpm],Torque [N*m],{header}", speed, SPEED % 9, further)
     with pytest.raises(MappingError, match="no time column and no sampling rate"):
         read(path, field="none")
@@ -100,7 +123,10 @@ def test_rows_are_points_where_the_user_says_that_there_is_no_time(tmp_path: Pat
 
 
 def test_a_column_that_is_called_none_is_the_time(tmp_path: Path) -> None:
-    log = read(written(tmp_path, "none,Speed [rpm],Torque [N*m]", SPEED / 1000, SPEED % 700, SPEED % 9), time="none")
+    log = read(
+        written(tmp_path, "none,Speed [rpm],Torque [N*m]", SPEED / 1000, SPEED % 700, SPEED % 9),
+        time="none",
+    )
     assert log.period == pytest.approx(0.1)
 
 
@@ -115,13 +141,21 @@ def test_inspect_understands_points(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("word", ["cell", "trial", "well"])
-def test_a_time_that_no_row_follows_is_told_and_the_rows_are_taken_as_points(tmp_path: Path, word: str) -> None:
+def test_a_time_that_no_row_follows_is_told_and_the_rows_are_taken_as_points(
+    tmp_path: Path, word: str
+) -> None:
     times = 12.0 + MANY % 7  # s, of each point by itself
-    path = written(tmp_path, f"{word},Elapsed_Time_s,RPM,Torque [N*m]", MANY // 1000, times, MANY, MANY % 9)
+    path = written(
+        tmp_path, f"{word},Elapsed_Time_s,RPM,Torque [N*m]", MANY // 1000, times, MANY, MANY % 9
+    )
     said = good("inspect", path.name, cwd=tmp_path, code=1).splitlines()
     assert said[-1] == "What settles it: erclutch inspect points.csv --field none --time none"
-    said = good("inspect", path.name, "--field", "none", "--time", "none", cwd=tmp_path).splitlines()
-    assert said[-1] == "Understood. Fit it: erclutch fit points.csv --field none --time none --out RUN"
+    said = good(
+        "inspect", path.name, "--field", "none", "--time", "none", cwd=tmp_path
+    ).splitlines()
+    assert (
+        said[-1] == "Understood. Fit it: erclutch fit points.csv --field none --time none --out RUN"
+    )
 
 
 def test_a_sweep_that_wanders_beside_the_numbers_of_its_points_makes_points(tmp_path: Path) -> None:
@@ -130,12 +164,16 @@ def test_a_sweep_that_wanders_beside_the_numbers_of_its_points_makes_points(tmp_
     columns = (number, SPEED % 7, SPEED + wobble, SPEED % 9)
     log = read(written(tmp_path, "Point No,Current [A],Speed [rpm],Torque [N*m]", *columns))
     assert any("column Speed goes one way" in note for note in log.notes)
-    with pytest.raises(MappingError, match="no time column and no sampling rate"):  # a logger counts samples
+    with pytest.raises(
+        MappingError, match="no time column and no sampling rate"
+    ):  # a logger counts samples
         read(written(tmp_path, "Sample,Current [A],Speed [rpm],Torque [N*m]", *columns))
 
 
 def test_points_say_the_option_for_rows_that_were_sampled(tmp_path: Path) -> None:
-    log = read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, SPEED, SPEED % 9))
+    log = read(
+        written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", SPEED % 7, SPEED, SPEED % 9)
+    )
     assert any('--rate "RATE Hz"' in note for note in log.notes)
 
 
@@ -143,14 +181,18 @@ def test_positions_swept_anew_for_each_current_are_said_to_be_a_map_at_rest(tmp_
     angle = np.tile(np.linspace(10.0, 55.0, 40), 5)
     current = np.repeat(np.arange(5.0) * 40, 40)
     header = "Position [deg],I [A],Torque [N*m]"
-    with pytest.raises(MappingError, match="Position goes one way anew for each I, as in a map of efforts at rest"):
+    with pytest.raises(
+        MappingError, match="Position goes one way anew for each I, as in a map of efforts at rest"
+    ):
         read(written(tmp_path, header, angle, current, current * np.sin(angle)))
     with pytest.raises(MappingError) as told:
         read(written(tmp_path, header, np.sin(angle), current, current * np.sin(angle)))
     assert "at rest" not in str(told.value)
 
 
-def test_a_time_that_stands_still_is_told_with_the_command_that_takes_the_rows_as_points(tmp_path: Path) -> None:
+def test_a_time_that_stands_still_is_told_with_the_command_that_takes_the_rows_as_points(
+    tmp_path: Path,
+) -> None:
     stands = np.full(MANY.size, 1687087821438.0)
     written(tmp_path, "TIME,RPM,Torque [N*m]", stands, MANY % 700, MANY % 9)
     said = good("inspect", "points.csv", cwd=tmp_path, code=1).splitlines()

@@ -15,7 +15,9 @@ from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.planning.one_of_several import guess
 from erclutch.logs.table import Table
 
-FILES = tomllib.loads(Path(__file__).with_name("public_headers.toml").read_text(encoding="utf-8"))["file"]
+FILES = tomllib.loads(Path(__file__).with_name("public_headers.toml").read_text(encoding="utf-8"))[
+    "file"
+]
 
 
 def table_of(labels: list[str]) -> Table:
@@ -34,12 +36,19 @@ def meanings(label: str) -> set[str]:
 
 @pytest.mark.parametrize(("held_out", "least"), [(False, 0.92), (True, 0.9)])
 def test_headers_of_public_data_are_understood(held_out: bool, least: float) -> None:
-    cells = {label: want for file in FILES if file["held_out"] == held_out for label, want in file["headers"].items()}
+    cells = {
+        label: want
+        for file in FILES
+        if file["held_out"] == held_out
+        for label, want in file["headers"].items()
+    }
     known = {label: want for label, want in cells.items() if want}
     understood = [label for label, want in known.items() if meanings(label) == {want}]
     wrong = {label: want for label, want in known.items() if meanings(label) - {want}}
     other = [label for label, want in cells.items() if not want and meanings(label)]
-    print(f"\n{len(understood)} of {len(known)} understood; of {len(cells) - len(known)} others taken: {other}")
+    print(
+        f"\n{len(understood)} of {len(known)} understood; of {len(cells) - len(known)} others taken: {other}"
+    )
     assert not wrong
     assert len(understood) >= least * len(known)
     assert len(other) <= 0.2 * (len(cells) - len(known))
@@ -58,7 +67,9 @@ def test_no_column_is_guessed_for_another_signal() -> None:
                 asked += 1
                 continue
             if found is not None:
-                assert wanted[str(found.column)] in (signal, ""), f"{file['path']}: {found.column} as {signal}"
+                assert wanted[str(found.column)] in (signal, ""), (
+                    f"{file['path']}: {found.column} as {signal}"
+                )
                 right += wanted[str(found.column)] == signal
     print(f"\n{right} guessed, {asked} asked")
     assert right > 60

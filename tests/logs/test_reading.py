@@ -29,9 +29,19 @@ def test_batches_refuse_what_needs_the_whole_log(log: Path) -> None:
 
 
 def test_options_of_a_run_are_understood_as_on_the_command_line() -> None:
-    options = {"e1": "U [V]", "rate": "1000 Hz", "input": ["D"], "scale": ["effort=2 N/V"], "device": "coaxial"}
+    options = {
+        "e1": "U [V]",
+        "rate": "1000 Hz",
+        "input": ["D"],
+        "scale": ["effort=2 N/V"],
+        "device": "coaxial",
+    }
     found = ColumnMap.from_options(options)
-    assert (found.columns["E1"].column, found.rate, found.scales) == ("U [V]", 1000.0, {"effort": "2 N/V"})
+    assert (found.columns["E1"].column, found.rate, found.scales) == (
+        "U [V]",
+        1000.0,
+        {"effort": "2 N/V"},
+    )
     with pytest.raises(MappingError, match="--constant 'speed' is no signal"):
         ColumnMap.from_options({"constant": ["speed=2"]})
 
@@ -41,7 +51,11 @@ def test_a_run_scales_the_sensor_of_another_log_as_its_own(log: Path, tmp_path: 
     recordings = reading.read([log])
     result = erclutch.compare(reading.dataset(recordings), Settings(("quadratic",), lag="none"))
     erclutch.write_run(tmp_path / "run", result, recordings, reading=reading.to_dict())
-    assert erclutch.predict(tmp_path / "run", str(log)).equals(erclutch.predict(tmp_path / "run", log))
+    assert erclutch.predict(tmp_path / "run", str(log)).equals(
+        erclutch.predict(tmp_path / "run", log)
+    )
     rmse = erclutch.score(tmp_path / "run", log)["rmse"][0]
     predicted = result.entries[0].outcome.model.predict(result.data)
-    assert rmse == pytest.approx(float(np.sqrt(np.mean((result.data.effort - predicted) ** 2))), rel=1e-9)
+    assert rmse == pytest.approx(
+        float(np.sqrt(np.mean((result.data.effort - predicted) ** 2))), rel=1e-9
+    )

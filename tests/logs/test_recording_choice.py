@@ -15,7 +15,8 @@ from erclutch.logs.reading import Reading
 from tests.support.command import good
 
 ROWS: list[dict[str, Any]] = [
-    {"t [s]": k / 100, "speed [rad/s]": (k % 7) - 3.0, "torque [N*m]": (k % 5) - 2.0} for k in range(60)
+    {"t [s]": k / 100, "speed [rad/s]": (k % 7) - 3.0, "torque [N*m]": (k % 5) - 2.0}
+    for k in range(60)
 ]
 RESULTS = [{"k": k, "tau_y [Pa]": 2.0 + k, "R2": 0.9} for k in range(60)]
 
@@ -30,13 +31,20 @@ def test_the_only_recording_with_a_motion_and_an_effort_is_the_log(tmp_path: Pat
     path = written(tmp_path, fits=RESULTS, measured=ROWS, settings=RESULTS[:20])
     table = table_of_log(path, ColumnMap(), None)
     assert "speed" in table.columns
-    assert table.notes[0] == "recording measured: no other has columns of a motion and an effort (fits, settings)"
+    assert (
+        table.notes[0]
+        == "recording measured: no other has columns of a motion and an effort (fits, settings)"
+    )
     assert read(path).rows == 60
 
 
-def test_several_logs_of_a_file_are_asked_about_with_the_option_that_takes_them(tmp_path: Path) -> None:
+def test_several_logs_of_a_file_are_asked_about_with_the_option_that_takes_them(
+    tmp_path: Path,
+) -> None:
     path = written(tmp_path, run1=ROWS, run2=ROWS[:40], fits=RESULTS)
-    with pytest.raises(LogError, match=r"2 of 3 recordings of the file are logs: run1, run2.*--variable all; or"):
+    with pytest.raises(
+        LogError, match=r"2 of 3 recordings of the file are logs: run1, run2.*--variable all; or"
+    ):
         table_of_log(path, ColumnMap(), None)
     said = good("inspect", "log.json", cwd=tmp_path, code=1)
     assert said.splitlines()[-1] == "What settles it: erclutch inspect log.json --variable all"
@@ -77,7 +85,9 @@ def test_a_file_without_any_log_is_refused_as_before(tmp_path: Path) -> None:
         ("t [s],speed [rad/s],acc,T [°C]", 'erclutch inspect log.csv --effort "COLUMN [N]"'),
     ],
 )
-def test_the_last_line_of_inspect_is_the_command_that_settles_it(tmp_path: Path, header: str, command: str) -> None:
+def test_the_last_line_of_inspect_is_the_command_that_settles_it(
+    tmp_path: Path, header: str, command: str
+) -> None:
     rows = "".join(f"{k / 10},{k % 7 + 0.5},{k % 5 + 0.1},{k * k}\n" for k in range(60))
     (tmp_path / "log.csv").write_text(f"{header}\n{rows}", encoding="utf-8")
     said = good("inspect", "log.csv", cwd=tmp_path, code=1)
@@ -98,10 +108,17 @@ def test_recordings_of_the_same_columns_are_several_logs_at_once(tmp_path: Path)
 @pytest.mark.parametrize(
     "other",
     [
-        [{"t [s]": row["t [s]"], "speed [rpm]": k % 11 - 5.0, "torque [N*m]": 1.0 * k} for k, row in enumerate(ROWS)],
-        [{**row, "torque [N*m]": row["torque [N*m]"] / 2} for row in ROWS],  # one motion twice: filtered, say
+        [
+            {"t [s]": row["t [s]"], "speed [rpm]": k % 11 - 5.0, "torque [N*m]": 1.0 * k}
+            for k, row in enumerate(ROWS)
+        ],
+        [
+            {**row, "torque [N*m]": row["torque [N*m]"] / 2} for row in ROWS
+        ],  # one motion twice: filtered, say
     ],
 )
-def test_recordings_in_other_units_and_copies_of_one_motion_are_asked_about(tmp_path: Path, other: Any) -> None:
+def test_recordings_in_other_units_and_copies_of_one_motion_are_asked_about(
+    tmp_path: Path, other: Any
+) -> None:
     with pytest.raises(LogError, match="2 of 2 recordings of the file are logs"):
         Reading().read(written(tmp_path, run1=ROWS, run2=other), None)

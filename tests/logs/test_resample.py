@@ -30,7 +30,9 @@ def smooth(t: Array, slower: float) -> Array:
     return 3.0 + 0.5 * t + np.sin(2 * np.pi * 0.9 * PASSED * slower / 2 * t)
 
 
-def log_at(rate: float, slower: float, seconds: float = 2.0, alias: float = 0.0, name: str = "log") -> Recording:
+def log_at(
+    rate: float, slower: float, seconds: float = 2.0, alias: float = 0.0, name: str = "log"
+) -> Recording:
     t = np.arange(int(seconds * rate)) / rate
     effort = smooth(t, slower) + (np.sin(2 * np.pi * alias * t) if alias else 0.0)
     signals = {"field": np.full(t.size, 0.3), "slip": smooth(t, slower), "effort": effort}
@@ -38,7 +40,8 @@ def log_at(rate: float, slower: float, seconds: float = 2.0, alias: float = 0.0,
 
 
 @pytest.mark.parametrize(
-    ("old", "new"), [(3004.8, 1000.0), (1000.0, 100.0), (1000.0, 900.0), (500.0, 1000.0), (1000.0, 999.5)]
+    ("old", "new"),
+    [(3004.8, 1000.0), (1000.0, 100.0), (1000.0, 900.0), (500.0, 1000.0), (1000.0, 999.5)],
 )
 def test_what_is_slow_is_kept_and_nothing_moves(old: float, new: float) -> None:
     slower = min(old, new)
@@ -61,7 +64,10 @@ def test_aliases_are_stopped(alias: float) -> None:
 def test_a_constant_stays_what_it_is_and_the_note_says_what_was_done() -> None:
     got = resampled(log_at(1000.0, 100.0), 100.0)
     assert set(got.signals["field"]) == {0.3}
-    assert "brought from 1000 Hz to 100 Hz by a zero-phase filter that passes 34 Hz and stops 50 Hz" in got.notes[-1]
+    assert (
+        "brought from 1000 Hz to 100 Hz by a zero-phase filter that passes 34 Hz and stops 50 Hz"
+        in got.notes[-1]
+    )
     assert "160 ms left out at each end" in got.notes[-1]
 
 
@@ -72,9 +78,14 @@ def test_columns_that_nothing_takes_come_along() -> None:
 
 
 def test_each_stretch_by_itself() -> None:
-    t = np.concatenate([np.arange(1000) / 1000, 5 + np.arange(1000) / 1000, 9 + np.arange(20) / 1000])
+    t = np.concatenate(
+        [np.arange(1000) / 1000, 5 + np.arange(1000) / 1000, 9 + np.arange(20) / 1000]
+    )
     level = np.repeat([1.0, 7.0, 3.0], [1000, 1000, 20])
-    got = resampled(recording_from_arrays({"field": level, "slip": np.sin(t), "effort": level}, UNITS, time=t), 500.0)
+    got = resampled(
+        recording_from_arrays({"field": level, "slip": np.sin(t), "effort": level}, UNITS, time=t),
+        500.0,
+    )
     assert len(got.segments) == 2
     for (a, b), value in zip(got.segments, (1.0, 7.0), strict=True):
         assert set(got.signals["effort"][a:b]) == {value}
@@ -85,7 +96,9 @@ def test_each_stretch_by_itself() -> None:
 def test_unequal_steps_become_equal() -> None:
     rng = np.random.default_rng(0)
     t = np.cumsum(rng.uniform(0.8e-3, 1.2e-3, 3000))
-    log = recording_from_arrays({"field": np.cos(t), "slip": np.sin(t), "effort": np.sin(t)}, UNITS, time=t)
+    log = recording_from_arrays(
+        {"field": np.cos(t), "slip": np.sin(t), "effort": np.sin(t)}, UNITS, time=t
+    )
     assert not log.uniform
     got = resampled(log, 250.0)
     np.testing.assert_allclose(got.signals["slip"], np.sin(got.time), atol=1e-2)
@@ -106,7 +119,9 @@ def test_a_rate_that_would_fill_the_memory_is_refused(monkeypatch: pytest.Monkey
     assert log.rows == 400
     assert resampled(log, 1000.0).rows < 4000
     monkeypatch.setattr(resample, "_MOST_ROWS", 3999)
-    with pytest.raises(SettingError, match=r"1000 Hz makes 4,000 rows of 400\. Give 1e\+03 Hz or less"):
+    with pytest.raises(
+        SettingError, match=r"1000 Hz makes 4,000 rows of 400\. Give 1e\+03 Hz or less"
+    ):
         resampled(log, 1000.0)
 
 
@@ -144,7 +159,14 @@ def test_a_check_says_what_the_rates_are() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "rate"), [("1000", 1000.0), ("1kHz", 1000.0), ("0.5 kHz", 500.0), ("3004.8 Hz", 3004.8), ("1e3", 1000.0)]
+    ("text", "rate"),
+    [
+        ("1000", 1000.0),
+        ("1kHz", 1000.0),
+        ("0.5 kHz", 500.0),
+        ("3004.8 Hz", 3004.8),
+        ("1e3", 1000.0),
+    ],
 )
 def test_rates(text: str, rate: float) -> None:
     assert rate_of(text) == pytest.approx(rate)
@@ -176,7 +198,10 @@ def test_any_ratio_keeps_a_line_and_its_time(rows: int, ratio: float) -> None:
     log = recording_from_arrays({"field": t, "slip": 2 * t - 1, "effort": -t}, UNITS, rate=1000.0)
     try:
         got = resampled(log, 1000.0 * ratio)
-    except (SettingError, ShortLogError):  # fewer than ten rows, nine steps, are left between the ends of the filter
+    except (
+        SettingError,
+        ShortLogError,
+    ):  # fewer than ten rows, nine steps, are left between the ends of the filter
         assert rows < 32 * max(1 / ratio, 1) + 9 / ratio + 2
         return
     np.testing.assert_allclose(got.signals["slip"], 2 * got.time - 1, atol=1e-3)

@@ -26,7 +26,13 @@ STEPS = np.repeat([10.0, 50.0, 100.0, 150.0], 150)  # rad/s
 def planned(columns: dict[str, Array], **labels: str) -> Plan:
     split = {label: label.rstrip("]").partition(" [") for label in columns}
     values = {split[label][0]: column for label, column in columns.items()}
-    table = Table("a.csv", values, {name: unit or None for name, _, unit in split.values()}, "0" * 64, path="a.csv")
+    table = Table(
+        "a.csv",
+        values,
+        {name: unit or None for name, _, unit in split.values()},
+        "0" * 64,
+        path="a.csv",
+    )
     return plan_of(table, ColumnMap.from_labels(labels))
 
 
@@ -37,18 +43,24 @@ def is_without_field(plan: Plan) -> bool:
 
 @pytest.mark.parametrize("turns", ["omega [rad/s]", "speed [rpm]", "rpm", "Drehzahl [1/min]"])
 def test_a_v_in_proportion_to_turns_is_the_speed_of_a_rim_and_no_voltage(turns: str) -> None:
-    plan = planned({"t [s]": TIME, "v": 0.03 * STEPS, turns: STEPS, "T [N*m]": 0.2 + 1e-3 * STEPS + NOISE})
+    plan = planned(
+        {"t [s]": TIME, "v": 0.03 * STEPS, turns: STEPS, "T [N*m]": 0.2 + 1e-3 * STEPS + NOISE}
+    )
     assert is_without_field(plan)
 
 
 def test_a_v_of_its_own_beside_turns_is_asked_about() -> None:
-    plan = planned({"t [s]": TIME, "v": np.tile([5.0, 10.0], 300), "omega [rad/s]": STEPS, "T [N*m]": DRAG})
+    plan = planned(
+        {"t [s]": TIME, "v": np.tile([5.0, 10.0], 300), "omega [rad/s]": STEPS, "T [N*m]": DRAG}
+    )
     (question,) = plan.questions
     assert (question.signal, "voltage or velocity" in question.problem) == ("field", True)
 
 
 def test_a_v_that_keeps_levels_beside_a_velocity_stays_a_voltage() -> None:
-    field = planned({"t [s]": TIME, "v": np.repeat([0.0, 5.0], 300), "velocity": TURN, "force": DRAG}).signal("field")
+    field = planned(
+        {"t [s]": TIME, "v": np.repeat([0.0, 5.0], 300), "velocity": TURN, "force": DRAG}
+    ).signal("field")
     assert field is not None
     assert field.column == "v"
 
@@ -60,8 +72,12 @@ def field_of_a_machine(name: str, torque: Array, current: Array) -> tuple[Plan, 
     return plan, field
 
 
-@pytest.mark.parametrize("name", ["load_current [A]", "generator_current", "Anker Strom [A]", "dut_current [A]"])
-def test_the_current_of_a_machine_in_line_with_the_torque_is_proposed_as_no_field(name: str) -> None:
+@pytest.mark.parametrize(
+    "name", ["load_current [A]", "generator_current", "Anker Strom [A]", "dut_current [A]"]
+)
+def test_the_current_of_a_machine_in_line_with_the_torque_is_proposed_as_no_field(
+    name: str,
+) -> None:
     current = 2 + SLOW
     plan, field = field_of_a_machine(name, 0.12 * current + 0.1 * NOISE, current)
     assert field.sureness == "doubtful"
@@ -98,14 +114,19 @@ def test_sheets_that_are_counted_may_be_specimens_and_are_asked_about(
     book_of(tmp_path / "a.xlsx", names)
     said = good("inspect", "a.xlsx", cwd=tmp_path, code=1)
     assert f'--variable all --name-pattern "{{field}}{letter}"' in said
-    assert said.splitlines()[-1] == "What settles it: erclutch inspect a.xlsx --variable all --field none"
+    assert (
+        said.splitlines()[-1]
+        == "What settles it: erclutch inspect a.xlsx --variable all --field none"
+    )
     good("inspect", "a.xlsx", "--variable", "all", "--field", "none", cwd=tmp_path)
     of_fields = ColumnMap(name_pattern=f"{{field}}{letter}")
     fields = [log.signals["field"][0] for log in read_all(tmp_path / "a.xlsx", of_fields)]
     assert sorted(fields) == [*range(1, len(names) + 1)]
 
 
-@pytest.mark.parametrize("names", [["0A", "1A", "2A"], ["1 A", "2 A"], ["0.5A", "1A"], ["I_1A", "I_2A"], ["1A", "3A"]])
+@pytest.mark.parametrize(
+    "names", [["0A", "1A", "2A"], ["1 A", "2 A"], ["0.5A", "1A"], ["I_1A", "I_2A"], ["1A", "3A"]]
+)
 def test_sheets_that_are_not_counted_tell_their_fields(tmp_path: Path, names: list[str]) -> None:
     logs = read_all(book_of(tmp_path / "a.xlsx", names), ColumnMap())
     assert len({log.signals["field"][0] for log in logs}) == len(names)
@@ -120,34 +141,55 @@ def test_phases_that_a_power_analyser_shows_are_no_field() -> None:
     columns |= {"P_SIGMA": 480 + 100 * SLOW, "speed": 1500 - 100 * SLOW, "torque": 2 + SLOW}
     plan = planned(columns)
     assert is_without_field(plan)
-    assert any("each of the 16 columns U1 .. P_SIGMA is of the phases of a machine" in note for note in plan.notes)
+    assert any(
+        "each of the 16 columns U1 .. P_SIGMA is of the phases of a machine" in note
+        for note in plan.notes
+    )
 
 
 def test_alternating_currents_by_their_names_are_no_field() -> None:
-    columns = {"time [s]": TIME, "AC_Volt_L1_L2": 230 + NOISE, "AC_Curr_L1": 1 + SLOW**2, "AC_Curr_L2": 1 + SLOW**2}
+    columns = {
+        "time [s]": TIME,
+        "AC_Volt_L1_L2": 230 + NOISE,
+        "AC_Curr_L1": 1 + SLOW**2,
+        "AC_Curr_L2": 1 + SLOW**2,
+    }
     assert is_without_field(planned({**columns, "Speed [rpm]": STEPS, "Torque [Nm]": 2 + SLOW}))
 
 
 def test_three_direct_currents_may_be_those_of_coils_and_are_asked_about() -> None:
-    columns = {"time [s]": TIME} | {f"{letter}{k}": 1 + k * SLOW**2 for letter in "UI" for k in (1, 2, 3)}
+    columns = {"time [s]": TIME} | {
+        f"{letter}{k}": 1 + k * SLOW**2 for letter in "UI" for k in (1, 2, 3)
+    }
     plan = planned({**columns, "speed [rpm]": STEPS, "torque [N*m]": 2 + SLOW})
     assert [question.signal for question in plan.questions] == ["field"]
 
 
 def test_the_only_joint_whose_torque_changes_is_taken() -> None:
-    joints = {"pos1": SLOW, "pos2": TURN, "vel1": TURN / 0.23, "vel2": -SLOW / 0.23, "tau1": 0 * ROWS, "tau2": DRAG}
+    joints = {
+        "pos1": SLOW,
+        "pos2": TURN,
+        "vel1": TURN / 0.23,
+        "vel2": -SLOW / 0.23,
+        "tau1": 0 * ROWS,
+        "tau2": DRAG,
+    }
     plan = planned({"time": TIME, **joints})
     assert not plan.questions
     assert [each.column for each in plan.signals if each.column] == ["vel2", "pos2", "tau2"]
     first_free = {"pos3": SLOW**2, "vel3": SLOW * TURN, "tau3": DRAG[::-1].copy()}
-    asked = planned({"time": TIME, **joints, **first_free})  # in another log of the robot the first may be meant
+    asked = planned(
+        {"time": TIME, **joints, **first_free}
+    )  # in another log of the robot the first may be meant
     assert {question.signal for question in asked.questions} >= {"slip", "effort"}
 
 
 def test_a_motion_is_proposed_with_the_torque_of_its_own_joint() -> None:
     weights = {f"tau{joint}": 20 + 5 * SLOW**2 + joint for joint in range(4)}
     motions = {f"dq{joint}": (0.01 + joint) * TURN for joint in range(4)}
-    plan = planned({"time": TIME, **motions, **weights, "tau1": 30 * TURN})  # along with every motion
+    plan = planned(
+        {"time": TIME, **motions, **weights, "tau1": 30 * TURN}
+    )  # along with every motion
     assert {question.signal for question in plan.questions} >= {"slip", "effort"}
     assert plan.command().endswith('--slip "dq3" --effort "tau3"')
 
@@ -164,7 +206,9 @@ def test_rows_that_follow_each_other_by_chance_need_no_time() -> None:
     assert timed.clock.kind != "points"
 
 
-@pytest.mark.parametrize("speed", [TURN, TURN + 0.3 * np.random.default_rng(3).normal(size=ROWS.size)])
+@pytest.mark.parametrize(
+    "speed", [TURN, TURN + 0.3 * np.random.default_rng(3).normal(size=ROWS.size)]
+)
 def test_a_course_without_a_time_is_still_asked_for_its_rate(speed: Array) -> None:
     plan = planned({"velocity": speed, "torque": np.tanh(4 * speed)})
     assert "time" in {question.signal for question in plan.questions}
@@ -172,7 +216,11 @@ def test_a_course_without_a_time_is_still_asked_for_its_rate(speed: Array) -> No
 
 def test_the_separation_of_the_tools_of_a_testing_machine_is_no_field() -> None:
     travel = 5 * np.abs(SLOW)
-    columns = {"Test time": TIME, "Standard travel": travel, "Tool separation": 26.8 - travel + NOISE}
+    columns = {
+        "Test time": TIME,
+        "Standard travel": travel,
+        "Tool separation": 26.8 - travel + NOISE,
+    }
     assert is_without_field(planned({**columns, "Standard force": 20 * travel + NOISE}))
 
 
@@ -200,7 +248,15 @@ def test_parts_of_rows_in_no_order_are_points_too(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["", "row", "Unnamed: 0", "Sample"])
 def test_the_number_of_a_row_is_no_input_that_helps_a_law(name: str) -> None:
-    plan = planned({name or "c1": ROWS, "time": TIME, "travel": SLOW, "force": DRAG, "pressure [bar]": 3 + SLOW**2})
+    plan = planned(
+        {
+            name or "c1": ROWS,
+            "time": TIME,
+            "travel": SLOW,
+            "force": DRAG,
+            "pressure [bar]": 3 + SLOW**2,
+        }
+    )
     assert plan.spare == ("pressure",)
 
 
@@ -209,7 +265,13 @@ def test_the_number_of_a_row_is_no_input_that_helps_a_law(name: str) -> None:
     [
         ("predicted_torque", {"torque": DRAG, "predicted_torque": 0.9 * DRAG}),
         ("tau_2", {"tau_1": DRAG, "tau_2": 0.5 * SLOW, "dq_2": SLOW}),
-        ("U1", {"torque": DRAG, **{f"{x}{k}": 2 + SLOW**2 for x in ("U", "I", "Q") for k in (1, 2, 3)}}),
+        (
+            "U1",
+            {
+                "torque": DRAG,
+                **{f"{x}{k}": 2 + SLOW**2 for x in ("U", "I", "Q") for k in (1, 2, 3)},
+            },
+        ),
     ],
 )
 def test_computed_torques_torques_of_other_joints_and_phases_are_no_inputs(
@@ -222,7 +284,11 @@ def test_computed_torques_torques_of_other_joints_and_phases_are_no_inputs(
 
 def test_a_drive_s_torque_that_is_a_current_times_a_number_gives_way_to_a_sensor() -> None:
     current = 3 * SLOW
-    drive = {"motor_speed": TURN, "motor_measured_torque": 1.31 * current, "motor_measured_current": current}
+    drive = {
+        "motor_speed": TURN,
+        "motor_measured_torque": 1.31 * current,
+        "motor_measured_current": current,
+    }
     effort = planned({"time": TIME, **drive, "adc_measured_torque": DRAG}).signal("effort")
     assert effort is not None
     assert effort.column == "adc_measured_torque"
@@ -236,7 +302,11 @@ def test_the_command_for_one_of_several_joints_leads_to_no_second_question() -> 
     joints: dict[str, Array] = {"time": TIME}
     for joint in range(1, 4):
         turned = np.sin(ROWS / 23 + joint)
-        joints |= {f"q_{joint}": turned, f"dq_{joint}": np.cos(ROWS / 23 + joint), f"ddq_{joint}": -turned + NOISE}
+        joints |= {
+            f"q_{joint}": turned,
+            f"dq_{joint}": np.cos(ROWS / 23 + joint),
+            f"ddq_{joint}": -turned + NOISE,
+        }
         joints[f"tau_{joint}"] = np.tanh(4 * np.cos(ROWS / 23 + joint)) + NOISE
     plan = planned(joints)
     assert plan.doubts

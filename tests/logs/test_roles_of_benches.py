@@ -39,10 +39,20 @@ def taken(plan: Plan, signal: str) -> str:
 
 @pytest.mark.parametrize(
     ("driving", "driven"),
-    [("Inner speed", "Outer speed"), ("upper_speed", "lower_speed"), ("Inside velocity", "Outside velocity")],
+    [
+        ("Inner speed", "Outer speed"),
+        ("upper_speed", "lower_speed"),
+        ("Inside velocity", "Outside velocity"),
+    ],
 )
 def test_two_cylinders_or_plates_slip_by_what_they_differ_by(driving: str, driven: str) -> None:
-    columns = {"time": TIME, driving: 50.0 + SPEED, driven: np.full(TIME.size, 50.0), "Torque": TORQUE, "I": CURRENT}
+    columns = {
+        "time": TIME,
+        driving: 50.0 + SPEED,
+        driven: np.full(TIME.size, 50.0),
+        "Torque": TORQUE,
+        "I": CURRENT,
+    }
     plan = planned(columns, {driving: "rad/s", driven: "rad/s", "Torque": "N*m", "I": "A"})
     assert taken(plan, "slip") in (f"{driving} - {driven}", "")
     assert taken(plan, "slip") or f'--slip "{driving} - {driven} [rad/s]"' in plan.command()
@@ -68,7 +78,9 @@ def test_a_ball_on_a_disc_slides_by_what_their_speeds_differ_by_and_its_load_pre
 
 @pytest.mark.parametrize("letters", ["abc", "uvw", "123"])
 @pytest.mark.parametrize("form", ["i{}", "i_{}"])
-def test_three_currents_that_add_up_to_nothing_are_those_of_a_motor(letters: str, form: str) -> None:
+def test_three_currents_that_add_up_to_nothing_are_those_of_a_motor(
+    letters: str, form: str
+) -> None:
     phases: dict[str, Array] = {}
     for place, letter in enumerate(letters):
         phases[form.format(letter)] = 3.0 * TORQUE * np.cos(7.0 * TURN - 2.0 * np.pi * place / 3.0)
@@ -98,16 +110,33 @@ def test_a_letter_that_keeps_levels_is_no_speed_where_nothing_moves() -> None:
     assert '--slip "V"' not in plan.command()
 
 
-def test_torques_of_joints_are_proposed_with_the_angle_of_theirs_and_not_with_the_speed_of_a_tip() -> None:
+def test_torques_of_joints_are_proposed_with_the_angle_of_theirs_and_not_with_the_speed_of_a_tip() -> (
+    None
+):
     tip = np.gradient(np.cos(TURN), TIME)
-    columns = {"time": TIME, "theta1": TURN, "theta2": 0.3 * np.sin(5.0 * TIME), "x_dot": tip, "y_dot": tip[::-1]}
+    columns = {
+        "time": TIME,
+        "theta1": TURN,
+        "theta2": 0.3 * np.sin(5.0 * TIME),
+        "x_dot": tip,
+        "y_dot": tip[::-1],
+    }
     plan = planned({**columns, "t1": TORQUE, "t2": 0.2 * np.sin(9.0 * TIME), "current": CURRENT})
     assert plan.command().endswith('--position "theta1" --effort "t1"')
 
 
 def test_the_current_of_a_coil_is_proposed_before_that_which_makes_the_torque() -> None:
     drive = "r78[0]: Current actual value torque-generating"
-    columns = {"Time": TIME, "r63[0]: Speed actual value": SPEED, "r80[0]: Torque actual value": TORQUE}
-    units = {"r63[0]: Speed actual value": "rad/s", "r80[0]: Torque actual value": "Nm", drive: "A", "p2900: coil": "A"}
+    columns = {
+        "Time": TIME,
+        "r63[0]: Speed actual value": SPEED,
+        "r80[0]: Torque actual value": TORQUE,
+    }
+    units = {
+        "r63[0]: Speed actual value": "rad/s",
+        "r80[0]: Torque actual value": "Nm",
+        drive: "A",
+        "p2900: coil": "A",
+    }
     plan = planned({**columns, drive: np.abs(TORQUE), "p2900: coil": CURRENT}, units)
     assert taken(plan, "field") == "p2900: coil" or '--field "p2900: coil [A]"' in plan.command()

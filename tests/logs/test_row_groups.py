@@ -24,13 +24,17 @@ def points_of(words: list[str], column: str = "material") -> str:
     return "\n".join(lines) + "\n"
 
 
-def trials_of(words: list[str], column: str = "trial", restarts: bool = True, rows: int = 40) -> str:
+def trials_of(
+    words: list[str], column: str = "trial", restarts: bool = True, rows: int = 40
+) -> str:
     """A log for each word; their times restart, or go on."""
     lines = [f"{column},t [s],current [A],speed [rpm],torque [Nm]"]
     for number, word in enumerate(words):
         for k in range(rows):
             t = 0.01 * (k if restarts else k + rows * number)
-            lines.append(f"{word},{t:.2f},{1 + 0.1 * number:g},{60 * np.sin(20 * t):.4f},{2 * np.sin(20 * t):.4f}")
+            lines.append(
+                f"{word},{t:.2f},{1 + 0.1 * number:g},{60 * np.sin(20 * t):.4f},{2 * np.sin(20 * t):.4f}"
+            )
     return "\n".join(lines) + "\n"
 
 
@@ -54,12 +58,16 @@ def written(folder: Path, text: str, name: str = "log.csv") -> Path:
         (None, None),
     ],
 )
-def test_a_group_is_named_by_its_column_and_its_word(variable: str | None, group: Group | None) -> None:
+def test_a_group_is_named_by_its_column_and_its_word(
+    variable: str | None, group: Group | None
+) -> None:
     assert group_of(variable) == group
 
 
 def test_all_and_all_of_a_column_want_each() -> None:
-    assert [wants_each(each) for each in ("all", "material=all", "material=steel", "Sheet 1", None)] == [
+    assert [
+        wants_each(each) for each in ("all", "material=all", "material=steel", "Sheet 1", None)
+    ] == [
         *(True, True, False, False, False),
     ]
 
@@ -73,7 +81,9 @@ def test_all_and_all_of_a_column_want_each() -> None:
         ("Aufbau", ["links", "rechts"], "Aufbau=all"),
     ],
 )
-def test_points_of_several_words_are_asked_about(tmp_path: Path, column: str, words: list[str], proposed: str) -> None:
+def test_points_of_several_words_are_asked_about(
+    tmp_path: Path, column: str, words: list[str], proposed: str
+) -> None:
     path = written(tmp_path, points_of(words, column))
     plan = plan_of(read_table(path), ColumnMap())
     asked = {question.signal: question for question in plan.questions}
@@ -82,7 +92,9 @@ def test_points_of_several_words_are_asked_about(tmp_path: Path, column: str, wo
 
 
 @pytest.mark.parametrize("column", ["direction", "trial", "Versuch", "Test_Run"])
-def test_points_and_logs_of_several_trials_are_those_of_one_device(tmp_path: Path, column: str) -> None:
+def test_points_and_logs_of_several_trials_are_those_of_one_device(
+    tmp_path: Path, column: str
+) -> None:
     swept = read(written(tmp_path, points_of(["up", "down"], column)))
     assert swept.rows == 2 * len(SPEEDS)
     timed = read(written(tmp_path, trials_of(["a", "b", "c"], column, rows=400), "timed.csv"))
@@ -90,7 +102,9 @@ def test_points_and_logs_of_several_trials_are_those_of_one_device(tmp_path: Pat
 
 
 @pytest.mark.parametrize("column", ["damper", "Probe", "group", "trial"])
-def test_logs_whose_times_restart_with_each_word_are_asked_about(tmp_path: Path, column: str) -> None:
+def test_logs_whose_times_restart_with_each_word_are_asked_about(
+    tmp_path: Path, column: str
+) -> None:
     path = written(tmp_path, trials_of(["a", "b", "c"], column))
     plan = plan_of(read_table(path), ColumnMap())
     assert [question.signal for question in plan.questions] == ["variable"]
@@ -103,11 +117,18 @@ def test_words_beside_one_course_of_time_ask_nothing(tmp_path: Path) -> None:
     table = read_table(written(tmp_path, trials_of(["idle", "load"], "state", restarts=False)))
     plan = plan_of(table, ColumnMap())
     assert not plan.questions
-    assert 'column state parts the rows by 2 words: --variable "state=idle" takes those of one' in plan.notes
+    assert (
+        'column state parts the rows by 2 words: --variable "state=idle" takes those of one'
+        in plan.notes
+    )
 
 
-@pytest.mark.parametrize("cells", [["r1", "r2", "r3"] * 12, ["same"] * 36, ["ok"] * 30 + ["odd"] * 1 + [""] * 5])
-def test_remarks_and_names_part_no_rows_unless_their_words_repeat(tmp_path: Path, cells: list[str]) -> None:
+@pytest.mark.parametrize(
+    "cells", [["r1", "r2", "r3"] * 12, ["same"] * 36, ["ok"] * 30 + ["odd"] * 1 + [""] * 5]
+)
+def test_remarks_and_names_part_no_rows_unless_their_words_repeat(
+    tmp_path: Path, cells: list[str]
+) -> None:
     lines = [f"{cell},{k / 100},{np.sin(k):.3f}" for k, cell in enumerate(cells)]
     table = read_table(written(tmp_path, "remark,t [s],torque [Nm]\n" + "\n".join(lines) + "\n"))
     distinct = {cell for cell in cells if cell}
@@ -145,7 +166,11 @@ def test_a_word_or_a_column_that_is_not_there_is_told_with_those_that_are(
 
 
 def test_words_of_json_lines_part_the_rows(tmp_path: Path) -> None:
-    lines = [f'{{"material": "{word}", "speed": {speed}, "torque": 1}}' for word in "ab" for speed in SPEEDS]
+    lines = [
+        f'{{"material": "{word}", "speed": {speed}, "torque": 1}}'
+        for word in "ab"
+        for speed in SPEEDS
+    ]
     path = written(tmp_path, "\n".join(lines) + "\n", "log.jsonl")
     assert read_table(path, variable="material=b").rows == len(SPEEDS)
 
@@ -183,7 +208,9 @@ def test_a_gamma_beside_a_tau_is_for_flowcurve(tmp_path: Path, names: str) -> No
 
 
 @pytest.mark.parametrize("words", [["up", "down"], ["Anfang", "Ende"]])
-def test_words_beside_a_shear_rate_part_the_curves_that_inspect_proposes(tmp_path: Path, words: list[str]) -> None:
+def test_words_beside_a_shear_rate_part_the_curves_that_inspect_proposes(
+    tmp_path: Path, words: list[str]
+) -> None:
     rates = [*range(1, 21), *range(20, 0, -1)]
     rows = "".join(f"{k},{x},{20 + x},{words[k // 20]}\n" for k, x in enumerate(rates))
     written(tmp_path, f"Time [s],Shear Rate [1/s],Shear Stress [Pa],Notes\n{rows}")
@@ -200,7 +227,9 @@ def test_levels_of_what_was_set_are_no_groups(tmp_path: Path, words: list[str]) 
 def test_rows_without_a_time_are_asked_about_at_once(tmp_path: Path) -> None:
     lines = ["material,current [A],motor_speed [rpm],output_speed [rpm],torque [Nm]"]
     for word in ("steel", "brass"):
-        lines += [f"{word},0.5,{(7 * k) % 11},{(5 * k) % 7},{0.3 + 0.01 * k:.3f}" for k in range(24)]
+        lines += [
+            f"{word},0.5,{(7 * k) % 11},{(5 * k) % 7},{0.3 + 0.01 * k:.3f}" for k in range(24)
+        ]
     plan = plan_of(read_table(written(tmp_path, "\n".join(lines) + "\n")), ColumnMap())
     assert {question.signal for question in plan.questions} == {"time", "slip", "variable"}
     assert not any("COLUMN" in option for option in plan.examples)

@@ -25,14 +25,29 @@ def log(tmp_path: Path) -> Path:
 
 
 CHOSEN = (
-    {"columns": {"slip": "-V [cm/s]", "effort": {"column": 4, "unit": "N", "scale": 2.5}}, "inputs": ["D [cm]"]},
-    {"columns": {"slip": "V"}, "rate": 500.0, "invalid": "drop", "constants": {"mass": "2 kg"}, "lead": "10 mm"},
-    {"scales": {"effort": "2.5 N/kN"}, "columns": {"slip": "V", "effort": "F [kN]"}, "name_pattern": "l{kind}g"},
+    {
+        "columns": {"slip": "-V [cm/s]", "effort": {"column": 4, "unit": "N", "scale": 2.5}},
+        "inputs": ["D [cm]"],
+    },
+    {
+        "columns": {"slip": "V"},
+        "rate": 500.0,
+        "invalid": "drop",
+        "constants": {"mass": "2 kg"},
+        "lead": "10 mm",
+    },
+    {
+        "scales": {"effort": "2.5 N/kN"},
+        "columns": {"slip": "V", "effort": "F [kN]"},
+        "name_pattern": "l{kind}g",
+    },
 )
 
 
 @pytest.mark.parametrize("chosen", CHOSEN)
-def test_a_written_mapping_reads_the_same_log(log: Path, tmp_path: Path, chosen: dict[str, object]) -> None:
+def test_a_written_mapping_reads_the_same_log(
+    log: Path, tmp_path: Path, chosen: dict[str, object]
+) -> None:
     own = ColumnMap.from_dict(chosen)
     table = read_table(log)
     plan = plan_of(table, own)
@@ -70,7 +85,9 @@ def test_the_text_itself(log: Path) -> None:
 
 def test_what_is_missing_is_named_and_commented_out(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
-    path.write_text("q,\x07r [V]\n" + "\n".join(f"{k},{k % 7}" for k in range(50)), encoding="utf-8")
+    path.write_text(
+        "q,\x07r [V]\n" + "\n".join(f"{k},{k % 7}" for k in range(50)), encoding="utf-8"
+    )
     plan = plan_of(read_table(path), ColumnMap())
     text = plan.to_toml()
     assert len(plan.questions) >= 2
@@ -97,7 +114,10 @@ def test_thousands_of_damaged_mapping_files(log: Path, tmp_path: Path) -> None:
     """Each is read, or refused in one line that names the file; every tenth that is read also reads the log."""
     rng = np.random.default_rng(5)
     own = tmp_path / "own.toml"
-    texts = [plan_of(read_table(log), ColumnMap.from_dict(chosen)).to_toml().encode() for chosen in CHOSEN]
+    texts = [
+        plan_of(read_table(log), ColumnMap.from_dict(chosen)).to_toml().encode()
+        for chosen in CHOSEN
+    ]
     read_well, refused = 0, list[str]()
     for k in range(7_500):
         own.write_bytes(damaged(texts[k % 3], rng))
@@ -109,4 +129,6 @@ def test_thousands_of_damaged_mapping_files(log: Path, tmp_path: Path) -> None:
         except ErclutchError as error:
             refused.append(str(error))
     assert min(read_well, len(refused)) > 500
-    assert not [said for said in refused if "\n" in said or not (own.name in said or log.name in said)]
+    assert not [
+        said for said in refused if "\n" in said or not (own.name in said or log.name in said)
+    ]

@@ -58,7 +58,9 @@ def test_spikes_are_kept_where_that_is_asked() -> None:
 
 
 def test_a_blow_that_rings_is_no_spike() -> None:
-    blow = EFFORT + 40 * np.where(TIME > 0.5, np.exp(-(TIME - 0.5) * 300) * np.cos((TIME - 0.5) * 2500), 0.0)
+    blow = EFFORT + 40 * np.where(
+        TIME > 0.5, np.exp(-(TIME - 0.5) * 300) * np.cos((TIME - 0.5) * 2500), 0.0
+    )
     assert not spikes(blow).any()
     assert not spikes(EFFORT + 10 * (TIME > 2)).any()  # a step
 
@@ -87,7 +89,10 @@ def test_a_stuck_effort_is_left_out() -> None:
     log = recording(changed(EFFORT, slice(1000, 1500), 0.123))
     assert log.rows == 3500
     (note,) = told(log)
-    assert "torque is stuck at 0.123 while column slip moves in 500 rows, the first in data row 1001" in note
+    assert (
+        "torque is stuck at 0.123 while column slip moves in 500 rows, the first in data row 1001"
+        in note
+    )
 
 
 def test_an_effort_that_stays_while_nothing_moves_is_not_stuck() -> None:
@@ -112,7 +117,9 @@ def test_one_number_in_all_columns_at_once_is_no_measurement(value: float, rows:
     log = of_three(*(changed(each, rows, value) for each in (LEVELS, SLIP, EFFORT)))
     assert log.rows == 4000 - (rows.stop - rows.start)
     (note,) = told(log)
-    assert note.startswith(f"columns current, slip, torque all hold {value:g} and jump there and back in")
+    assert note.startswith(
+        f"columns current, slip, torque all hold {value:g} and jump there and back in"
+    )
 
 
 @pytest.mark.parametrize("many", [30, 200])

@@ -33,7 +33,9 @@ def _field(plan: Plan) -> str | None:
     return None if field is None else field.column
 
 
-@pytest.mark.parametrize("name", ["hall voltage", "LVDT voltage", "pot_voltage", "tacho voltage", "gauge voltage"])
+@pytest.mark.parametrize(
+    "name", ["hall voltage", "LVDT voltage", "pot_voltage", "tacho voltage", "gauge voltage"]
+)
 def test_the_voltage_of_a_sensor_is_no_field(name: str) -> None:
     plan = _plan({**MOTION, name: 2.5 + 0.1 * np.cos(3.0 * TIME)}, {name: "V"})
     assert _field(plan) is None
@@ -74,7 +76,9 @@ def test_of_a_duty_and_the_current_that_it_drives_the_current_is_the_field() -> 
 
 
 @pytest.mark.parametrize(("unit", "weight"), [("g", "gf"), ("kg", "kgf")])
-def test_a_load_cell_in_grams_is_asked_about_with_the_weight_that_it_shows(unit: str, weight: str) -> None:
+def test_a_load_cell_in_grams_is_asked_about_with_the_weight_that_it_shows(
+    unit: str, weight: str
+) -> None:
     columns = {"time": TIME, "speed": SPEED, "current": LEVELS, "load cell": EFFORT}
     plan = _plan(columns, {"current": "A", "load cell": unit, "speed": "mm/s"})
     assert plan.examples == (f'--effort "load cell [{weight}]"',)
@@ -94,11 +98,15 @@ def test_a_load_cell_in_grams_is_asked_about_with_the_weight_that_it_shows(unit:
         ("fs", -1.0, None),
     ],
 )
-def test_the_rate_that_a_file_states_is_read_in_its_unit(name: str, value: float, period: float | None) -> None:
+def test_the_rate_that_a_file_states_is_read_in_its_unit(
+    name: str, value: float, period: float | None
+) -> None:
     columns = {"speed": SPEED, "current": LEVELS, "torque": EFFORT}
     plan = _plan(columns, constants={name: value})
     clock = plan.clock
-    assert (clock.period if clock is not None and clock.kind == "header" else None) == pytest.approx(period)
+    assert (
+        clock.period if clock is not None and clock.kind == "header" else None
+    ) == pytest.approx(period)
 
 
 def _json(folder: Path, document: Any) -> Table:
@@ -110,7 +118,9 @@ def _json(folder: Path, document: Any) -> Table:
 def test_numbers_beside_the_lists_of_a_json_log_are_constants_of_it(tmp_path: Path) -> None:
     lists = {"speed": SPEED.tolist(), "current": LEVELS.tolist(), "torque": EFFORT.tolist()}
     assert _json(tmp_path, {"fs": 200, **lists}).constants == {"fs": 200.0}
-    nested = _json(tmp_path, {"meta": {"fs": 200, "ok": True, "by": "me", "gap": None}, "data": lists})
+    nested = _json(
+        tmp_path, {"meta": {"fs": 200, "ok": True, "by": "me", "gap": None}, "data": lists}
+    )
     assert nested.constants == {"fs": 200.0}
     plan = plan_of(nested, ColumnMap())
     assert plan.clock is not None
@@ -122,18 +132,32 @@ def test_numbers_of_another_run_in_a_json_log_are_none_of_this_run(tmp_path: Pat
         return {"fs": rate, "t": TIME[:rows].tolist(), "speed": SPEED[:rows].tolist()}
 
     path = tmp_path / "log.json"
-    path.write_text(json.dumps({"rig": {"arm": 0.1}, "first": run(200, 50), "second": run(100, 80)}))
+    path.write_text(
+        json.dumps({"rig": {"arm": 0.1}, "first": run(200, 50), "second": run(100, 80)})
+    )
     assert read_table(path, variable="second").constants == {"arm": 0.1, "fs": 100.0}
 
 
 def test_a_friction_torque_beside_a_motor_torque_is_asked_about() -> None:
-    columns = {"time": TIME, "Joint Velocity": SPEED, "Motor Torque": 1.2 * EFFORT, "Friction Torque": EFFORT}
+    columns = {
+        "time": TIME,
+        "Joint Velocity": SPEED,
+        "Motor Torque": 1.2 * EFFORT,
+        "Friction Torque": EFFORT,
+    }
     questions = {question.signal: question.problem for question in _plan(columns).questions}
-    assert questions["effort"].startswith("effort may be any of the columns Motor Torque, Friction Torque")
+    assert questions["effort"].startswith(
+        "effort may be any of the columns Motor Torque, Friction Torque"
+    )
 
 
 def test_counts_in_round_brackets_and_the_cell_of_a_torque_are_asked_for_their_scale() -> None:
-    columns = {"Time": TIME, "Torque Cell": EFFORT, "Encoder": 600.0 * ANGLE, "Coil Current": LEVELS}
+    columns = {
+        "Time": TIME,
+        "Torque Cell": EFFORT,
+        "Encoder": 600.0 * ANGLE,
+        "Coil Current": LEVELS,
+    }
     name, unit = split_label("Encoder (ticks)")
     plan = _plan(columns, {"Torque Cell": "mV", name: str(unit)})
     assert plan.examples == (
@@ -142,7 +166,9 @@ def test_counts_in_round_brackets_and_the_cell_of_a_torque_are_asked_for_their_s
     )
 
 
-@pytest.mark.parametrize(("label", "unit"), [("load_gf", "gf"), ("load_kgf", "kgf"), ("rate_hz", "Hz")])
+@pytest.mark.parametrize(
+    ("label", "unit"), [("load_gf", "gf"), ("load_kgf", "kgf"), ("rate_hz", "Hz")]
+)
 def test_weights_and_rates_end_a_name(label: str, unit: str) -> None:
     assert split_end(label)[1] == unit
 
@@ -150,9 +176,18 @@ def test_weights_and_rates_end_a_name(label: str, unit: str) -> None:
 @pytest.mark.parametrize(
     ("options", "warned"),
     [
-        ({"effort": "torque [Nm]"}, "the effort is read in Nm, though the file says Ncm (column torque)"),
-        ({"field": "current [V]"}, "the field is read in V, though the file says mA (column current)"),
-        ({"rate": 1000.0}, "time from the sampling rate of 1000 Hz (given), though the file says 200 Hz"),
+        (
+            {"effort": "torque [Nm]"},
+            "the effort is read in Nm, though the file says Ncm (column torque)",
+        ),
+        (
+            {"field": "current [V]"},
+            "the field is read in V, though the file says mA (column current)",
+        ),
+        (
+            {"rate": 1000.0},
+            "time from the sampling rate of 1000 Hz (given), though the file says 200 Hz",
+        ),
         ({"effort": "torque [N*cm]"}, ""),
     ],
 )
@@ -167,7 +202,9 @@ def test_a_unit_or_rate_given_otherwise_than_the_file_says_is_warned_of(
     path.write_text("\n".join(lines) + "\n")
     data = build_dataset(read(path, **options))
     findings = check(data, hold_out(data, 0.3))
-    assert [finding.message for finding in findings if finding.subject == "given"] == ([warned] if warned else [])
+    assert [finding.message for finding in findings if finding.subject == "given"] == (
+        [warned] if warned else []
+    )
 
 
 def test_of_two_currents_the_one_that_goes_along_with_the_effort_is_the_drives() -> None:
@@ -189,7 +226,9 @@ def test_of_two_currents_the_one_that_goes_along_with_the_effort_is_the_drives()
         ("tacho", '--slip "tacho" --scale "slip=NUMBER rad/s/V"'),
     ],
 )
-def test_a_sensor_in_volts_is_proposed_with_a_scale_for_what_it_measures(sensor: str, option: str) -> None:
+def test_a_sensor_in_volts_is_proposed_with_a_scale_for_what_it_measures(
+    sensor: str, option: str
+) -> None:
     columns = {"time": TIME, sensor: 2.5 + ANGLE, "torque": EFFORT, "current": LEVELS}
     plan = _plan(columns, {sensor: "V", "torque": "N*m", "current": "A"})
     assert option in " ".join(plan.examples)
@@ -204,29 +243,45 @@ def test_a_load_cell_in_volts_is_proposed_with_a_force() -> None:
 def test_of_two_places_one_is_proposed_for_all_signals() -> None:
     columns = {"time": TIME}
     for place, share in (("front", 1.0), ("rear", 0.9)):
-        columns |= {f"F_{place}": share * EFFORT, f"v_{place}": share * SPEED, f"i_{place}": share * LEVELS}
+        columns |= {
+            f"F_{place}": share * EFFORT,
+            f"v_{place}": share * SPEED,
+            f"i_{place}": share * LEVELS,
+        }
     plan = _plan(columns)
     assert plan.examples == ('--field "i_front"', '--slip "v_front"', '--effort "F_front"')
 
 
 @pytest.mark.parametrize("options", [{}, {"slip": "Drehzahl [rpm]"}])
-def test_turns_a_minute_that_a_file_writes_as_1_min_are_no_doubt(tmp_path: Path, options: dict[str, Any]) -> None:
+def test_turns_a_minute_that_a_file_writes_as_1_min_are_no_doubt(
+    tmp_path: Path, options: dict[str, Any]
+) -> None:
     lines = ["time [s];Drehzahl [1/min];Strom [A];Moment [Nm]"]
     for row in range(600):
         lines.append(f"{row / 200:.3f};{60 * SPEED[row]:.5f};{LEVELS[row]:g};{EFFORT[row]:.5f}")
     path = tmp_path / "log.csv"
     path.write_text("\n".join(lines) + "\n")
     data = build_dataset(read(path, **options))
-    assert [finding for finding in check(data, hold_out(data, 0.3)) if finding.subject == "given"] == []
+    assert [
+        finding for finding in check(data, hold_out(data, 0.3)) if finding.subject == "given"
+    ] == []
     assert any("converted to rad/s (the file says 1/min)" in note for note in data.notes)
 
 
 @pytest.mark.parametrize(
     ("raw", "scaled", "signal"),
-    [("torque", "torque_Nm", "effort"), ("angle", "angle_deg", "position"), ("current", "current_A", "field")],
+    [
+        ("torque", "torque_Nm", "effort"),
+        ("angle", "angle_deg", "position"),
+        ("current", "current_A", "field"),
+    ],
 )
-def test_of_a_count_and_what_it_stands_for_the_column_with_a_unit_is_taken(raw: str, scaled: str, signal: str) -> None:
-    columns = {name: values for name, values in {**MOTION, "current": LEVELS}.items() if name != "speed"}
+def test_of_a_count_and_what_it_stands_for_the_column_with_a_unit_is_taken(
+    raw: str, scaled: str, signal: str
+) -> None:
+    columns = {
+        name: values for name, values in {**MOTION, "current": LEVELS}.items() if name != "speed"
+    }
     numbers = columns.pop(raw)
     columns |= {raw: np.round(2048.0 + 500.0 * numbers), scaled: numbers}
     plan = _plan(columns)
@@ -258,7 +313,9 @@ def test_a_current_that_leaks_is_no_field() -> None:
     assert _field(plan) == "voltage"
 
 
-@pytest.mark.parametrize("name", ["stroke_velocity", "displacement rate velocity", "crosshead speed"])
+@pytest.mark.parametrize(
+    "name", ["stroke_velocity", "displacement rate velocity", "crosshead speed"]
+)
 def test_the_velocity_of_a_stroke_is_a_velocity(name: str) -> None:
     columns = {"time": TIME, name: SPEED, "force": EFFORT, "current": LEVELS}
     slip = _plan(columns).signal("slip")

@@ -19,7 +19,9 @@ SPEED = 0.1 * np.sin(9.0 * TIME)
 LEVELS = (0.0, 0.5)
 
 
-def runs(path: Path, headings: tuple[str, str] = ("0 A", "0.5 A"), rows_of_second: int = 120) -> Path:
+def runs(
+    path: Path, headings: tuple[str, str] = ("0 A", "0.5 A"), rows_of_second: int = 120
+) -> Path:
     """A run of a damper at each of two currents, with a time of its own."""
     lines = [f"{headings[0]},,,{headings[1]},,"]
     lines.append(",".join(["Time [s],Velocity [m/s],Force [N]"] * 2))
@@ -40,7 +42,9 @@ def test_each_table_is_a_recording_at_the_field_of_its_heading(tmp_path: Path) -
     for level, heading in zip(LEVELS, ("0 A", "0.5 A"), strict=True):
         recording = read(path, variable=heading)
         assert recording.signals["field"] == pytest.approx(np.full(120, level))
-        assert recording.signals["effort"] == pytest.approx((20.0 + 300.0 * level) * np.tanh(SPEED / 0.01), abs=1e-3)
+        assert recording.signals["effort"] == pytest.approx(
+            (20.0 + 300.0 * level) * np.tanh(SPEED / 0.01), abs=1e-3
+        )
 
 
 def test_runs_of_one_motion_at_several_fields_are_all_taken(tmp_path: Path) -> None:
@@ -63,7 +67,9 @@ def test_a_table_with_an_empty_column_leaves_the_others_as_they_are(tmp_path: Pa
     without = [",".join([*line.split(",")[:2], "", *line.split(",")[3:]]) for line in lines[2:]]
     path.write_text("\n".join([*lines[:2], *without]))
     assert "Force" not in read_table(path, variable="0 A").columns
-    assert read(path, variable="0.5 A").signals["effort"] == pytest.approx(170.0 * np.tanh(SPEED / 0.01), abs=1e-3)
+    assert read(path, variable="0.5 A").signals["effort"] == pytest.approx(
+        170.0 * np.tanh(SPEED / 0.01), abs=1e-3
+    )
 
 
 def test_a_heading_of_words_states_no_field(tmp_path: Path) -> None:
@@ -72,10 +78,15 @@ def test_a_heading_of_words_states_no_field(tmp_path: Path) -> None:
 
 
 def test_channels_with_times_of_their_own_are_joined(tmp_path: Path) -> None:
-    lines = ["Force,,Position,,Current,", "Time [s],Value [N],Time [s],Value [mm],Time [s],Value [A]"]
+    lines = [
+        "Force,,Position,,Current,",
+        "Time [s],Value [N],Time [s],Value [mm],Time [s],Value [A]",
+    ]
     for k, time in enumerate(TIME):
         slower = f"{2 * time:.2f},{np.cos(2 * time):.6f}" if k < 60 else ","
-        lines.append(f"{time:.2f},{40 * np.sin(9 * time):.6f},{slower},{time:.2f},{0.5 * (k // 60):g}")
+        lines.append(
+            f"{time:.2f},{40 * np.sin(9 * time):.6f},{slower},{time:.2f},{0.5 * (k // 60):g}"
+        )
     path = tmp_path / "channels.csv"
     path.write_text("\n".join(lines) + "\n")
     asked = run("inspect", path).out.strip().splitlines()[-1]

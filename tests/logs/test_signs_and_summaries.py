@@ -34,7 +34,9 @@ def test_other_signs_for_a_minus_are_read(tmp_path: Path, minus: str) -> None:
 
 
 def test_a_power_of_ten_may_have_such_a_sign(tmp_path: Path) -> None:
-    table = table_of(tmp_path, "a;b\n" + "\n".join(f"{row};1.5E\u22120{row % 3}" for row in range(12)))
+    table = table_of(
+        tmp_path, "a;b\n" + "\n".join(f"{row};1.5E\u22120{row % 3}" for row in range(12))
+    )
     np.testing.assert_array_equal(table.columns["b"], [1.5, 0.15, 0.015] * 4)
 
 
@@ -49,7 +51,9 @@ def test_a_dash_within_words_stays() -> None:
 def test_no_digit_is_lost(text: str) -> None:
     plain, _ = with_plain_minus(text)
     assert len(plain) == len(text)
-    assert [letter for letter in plain if letter.isdigit()] == [letter for letter in text if letter.isdigit()]
+    assert [letter for letter in plain if letter.isdigit()] == [
+        letter for letter in text if letter.isdigit()
+    ]
 
 
 @pytest.mark.parametrize("dash", ["-", "--", "---", "\u2013", "\u2014", "\u2212"])
@@ -69,7 +73,9 @@ def test_lines_that_sum_up_the_rows_are_left_out(tmp_path: Path, word: str) -> N
 
 def test_another_word_in_the_last_line_is_told_still(tmp_path: Path) -> None:
     table = table_of(tmp_path, "\n".join([HEAD, *ROWS, "0.40,broken,3.0", ""]))
-    assert "line 42, column speed is 'broken' where a number is expected" in table.unreadable["speed"]
+    assert (
+        "line 42, column speed is 'broken' where a number is expected" in table.unreadable["speed"]
+    )
 
 
 def test_units_in_capitals_below_the_names(tmp_path: Path) -> None:
@@ -81,7 +87,8 @@ def test_units_in_capitals_below_the_names(tmp_path: Path) -> None:
 
 def test_minutes_and_seconds_are_a_time_and_begin_anew_at_a_full_hour(tmp_path: Path) -> None:
     stamps = [
-        f"{(3599 * 100 + 50 + row) // 6000 % 60:02d}:{(3599 * 100 + 50 + row) % 6000 / 100:06.3f}" for row in range(100)
+        f"{(3599 * 100 + 50 + row) // 6000 % 60:02d}:{(3599 * 100 + 50 + row) % 6000 / 100:06.3f}"
+        for row in range(100)
     ]
     rows = [f"{stamp},{row},{row % 7}" for row, stamp in enumerate(stamps)]
     table = table_of(tmp_path, "\n".join(["Elapsed Time,speed [rad/s],torque [N*m]", *rows]))
@@ -90,7 +97,13 @@ def test_minutes_and_seconds_are_a_time_and_begin_anew_at_a_full_hour(tmp_path: 
 
 
 def test_names_that_are_units_in_words_tell_the_columns() -> None:
-    for name, unit in (("Newtons", "N"), ("Amperes", "A"), ("Millimetres", "mm"), ("Degrees", "deg"), ("Volts", "V")):
+    for name, unit in (
+        ("Newtons", "N"),
+        ("Amperes", "A"),
+        ("Millimetres", "mm"),
+        ("Degrees", "deg"),
+        ("Volts", "V"),
+    ):
         assert split_end(name) == (name, unit)
 
 
@@ -102,7 +115,9 @@ def test_a_legend_above_the_table_says_what_columns_are(tmp_path: Path) -> None:
     assert "lines above the table say what columns Ch1, Ch2, Ch3 are" in table.notes
 
 
-@pytest.mark.parametrize("above", ["force: sensor 3", "speed: 100 rpm\nforce: 20 N", "speed: -5 m/s\nforce: .5 N"])
+@pytest.mark.parametrize(
+    "above", ["force: sensor 3", "speed: 100 rpm\nforce: 20 N", "speed: -5 m/s\nforce: .5 N"]
+)
 def test_settings_that_are_called_like_columns_are_no_legend(tmp_path: Path, above: str) -> None:
     rows = [f"{0.01 * row},{row % 5},{row % 3}" for row in range(30)]
     table = table_of(tmp_path, f"{above}\n" + "\n".join(["time,speed,force", *rows]))

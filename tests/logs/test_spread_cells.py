@@ -22,7 +22,10 @@ def written(folder: Path, lines: list[str]) -> Path:
 
 @pytest.mark.parametrize("mark", ["±", " ± ", " +/- ", " +- "])
 def test_the_number_in_front_of_a_spread_is_read(tmp_path: Path, mark: str) -> None:
-    lines = ["t [s],Force ± SD [N],x [m]", *(f"{row},{number}{mark}0.7,{row}" for row, number in enumerate(NUMBERS))]
+    lines = [
+        "t [s],Force ± SD [N],x [m]",
+        *(f"{row},{number}{mark}0.7,{row}" for row, number in enumerate(NUMBERS)),
+    ]
     table = read_table(written(tmp_path, lines))
     assert table.columns["Force"].tolist() == NUMBERS
     assert table.units["Force"] == "N"
@@ -31,7 +34,10 @@ def test_the_number_in_front_of_a_spread_is_read(tmp_path: Path, mark: str) -> N
 
 
 def test_both_numbers_may_have_decimal_commas(tmp_path: Path) -> None:
-    lines = ["t [s];Force [N]", *(f"{row},5;{number} ± 0,7".replace(".", ",") for row, number in enumerate(NUMBERS))]
+    lines = [
+        "t [s];Force [N]",
+        *(f"{row},5;{number} ± 0,7".replace(".", ",") for row, number in enumerate(NUMBERS)),
+    ]
     assert read_table(written(tmp_path, lines)).columns["Force"].tolist() == NUMBERS
 
 
@@ -44,19 +50,30 @@ def test_a_comma_behind_a_spread_ends_its_cell(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("form", ["{} (0.7)", "{}(0.7)", "{} (±0.7)", '"{} (0.7)"'])
 def test_a_spread_may_stand_in_brackets(tmp_path: Path, form: str) -> None:
-    lines = ["t [s],Force [N],x (2)", *(f"{row},{form.format(number)},{row}" for row, number in enumerate(NUMBERS))]
+    lines = [
+        "t [s],Force [N],x (2)",
+        *(f"{row},{form.format(number)},{row}" for row, number in enumerate(NUMBERS)),
+    ]
     table = read_table(written(tmp_path, lines))
     assert table.columns["Force"].tolist() == NUMBERS
-    assert any("5 cells hold in brackets what their numbers scatter by" in note for note in table.notes)
+    assert any(
+        "5 cells hold in brackets what their numbers scatter by" in note for note in table.notes
+    )
 
 
 def test_what_is_as_large_as_its_number_in_brackets_is_another_quantity(tmp_path: Path) -> None:
-    text = "\n".join(["t [s],Force [N]", *(f"{row},{number} ({20 + row})" for row, number in enumerate(NUMBERS))])
+    text = "\n".join(
+        ["t [s],Force [N]", *(f"{row},{number} ({20 + row})" for row, number in enumerate(NUMBERS))]
+    )
     assert without_spread_in_cells(text) == (text, "")
 
 
 def test_a_remark_with_a_tolerance_changes_nothing(tmp_path: Path) -> None:
-    lines = ["# gap 0.5 ± 0.02 mm", "t [s],Force [N]", *(f"{row},{number}" for row, number in enumerate(NUMBERS))]
+    lines = [
+        "# gap 0.5 ± 0.02 mm",
+        "t [s],Force [N]",
+        *(f"{row},{number}" for row, number in enumerate(NUMBERS)),
+    ]
     table = read_table(written(tmp_path, lines))
     assert table.columns["Force"].tolist() == NUMBERS
     assert not any("scatter" in note for note in table.notes)
@@ -71,8 +88,12 @@ def test_a_remark_with_a_tolerance_changes_nothing(tmp_path: Path) -> None:
     st.sampled_from([",", "\t", ";"]),
     st.sampled_from(["±", " ± ", " +/- "]),
 )
-def test_any_numbers_stay_as_they_are(pairs: list[tuple[object, object]], delimiter: str, mark: str) -> None:
+def test_any_numbers_stay_as_they_are(
+    pairs: list[tuple[object, object]], delimiter: str, mark: str
+) -> None:
     bare = "\n".join(f"{number}{delimiter}{number}" for number, _ in pairs)
-    with_spread = "\n".join(f"{number}{mark}{spread}{delimiter}{number}{mark}{spread}" for number, spread in pairs)
+    with_spread = "\n".join(
+        f"{number}{mark}{spread}{delimiter}{number}{mark}{spread}" for number, spread in pairs
+    )
     assert without_spread_in_cells(with_spread)[0] == bare
     assert without_spread_in_cells(bare) == (bare, "")

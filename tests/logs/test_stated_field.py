@@ -64,7 +64,8 @@ def test_numbers_of_instruments_are_no_field(tmp_path: Path, above: str) -> None
 
 def test_two_currents_are_asked_about(tmp_path: Path) -> None:
     with pytest.raises(
-        MappingError, match=r"any of the numbers that the file states: Current = 0\.5 A, Coil current = 2 A"
+        MappingError,
+        match=r"any of the numbers that the file states: Current = 0\.5 A, Coil current = 2 A",
     ):
         read(written(tmp_path / "log.csv", "Current: 0.5 A\nCoil current: 2 A\n"))
 
@@ -74,7 +75,9 @@ def test_a_column_goes_before_the_header(tmp_path: Path) -> None:
     assert not np.any(log.signals["field"])
     columns = {"t": TIME, "x": PLACE, "F": FORCE, "I": np.repeat([0.0, 1.0], 200)}
     units = {"t": "s", "x": "m", "F": "N", "I": "A"}
-    plan = plan_of(Table("a.csv", columns, units, "0" * 64, metadata={"Current": "0.5 A"}), ColumnMap())
+    plan = plan_of(
+        Table("a.csv", columns, units, "0" * 64, metadata={"Current": "0.5 A"}), ColumnMap()
+    )
     field = plan.signal("field")
     assert field is not None
     assert field.column == "I"
@@ -102,10 +105,15 @@ def test_a_number_of_each_recording_is_its_field(tmp_path: Path) -> None:
         ("ER_2kVmm.csv", "ER_{field:kV/mm}kVmm"),
         ("brake-2A.csv", "brake-{field}A"),  # the dash parts words
         ("brake_-2A.csv", "brake_{field}A"),
-        ("brake_12V_0.5A.csv", "brake_{n1}V_{field}A"),  # a voltage beside a current is that of the supply
+        (
+            "brake_12V_0.5A.csv",
+            "brake_{n1}V_{field}A",
+        ),  # a voltage beside a current is that of the supply
     ],
 )
-def test_a_number_in_the_name_of_the_file_is_asked_about(tmp_path: Path, name: str, pattern: str) -> None:
+def test_a_number_in_the_name_of_the_file_is_asked_about(
+    tmp_path: Path, name: str, pattern: str
+) -> None:
     written(tmp_path / name)
     last = good("inspect", name, cwd=tmp_path, code=1).splitlines()[-1]
     assert last.endswith(f'--name-pattern "{pattern}"')
@@ -121,9 +129,16 @@ def test_other_names_state_no_field(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize(
     ("line", "amperes"),
-    [('"Coil current",0.5,"A"', 0.5), ("Coil current;0,5;A", 0.5), ("Coil current\t500\tmA", 0.5), ('"I",2,"A"', 2.0)],
+    [
+        ('"Coil current",0.5,"A"', 0.5),
+        ("Coil current;0,5;A", 0.5),
+        ("Coil current\t500\tmA", 0.5),
+        ('"I",2,"A"', 2.0),
+    ],
 )
-def test_a_field_in_the_cells_of_a_header_is_not_passed_over(tmp_path: Path, line: str, amperes: float) -> None:
+def test_a_field_in_the_cells_of_a_header_is_not_passed_over(
+    tmp_path: Path, line: str, amperes: float
+) -> None:
     log = read(written(tmp_path / "a.csv", f'"Operator","Me"\n{line}\n'))
     assert (log.units["field"], set(log.signals["field"])) == ("A", {amperes})
 
@@ -132,13 +147,19 @@ MOTION_AT_FIELDS = np.sin(np.arange(300) / 15)
 
 
 def test_efforts_whose_names_differ_by_the_field_are_logs_at_these_fields(tmp_path: Path) -> None:
-    columns = [np.arange(300) / 100, MOTION_AT_FIELDS, *(MOTION_AT_FIELDS * (1 + amps) for amps in (0.0, 0.5, 1.0))]
+    columns = [
+        np.arange(300) / 100,
+        MOTION_AT_FIELDS,
+        *(MOTION_AT_FIELDS * (1 + amps) for amps in (0.0, 0.5, 1.0)),
+    ]
     head = "Time (s),Displacement (mm),F_0A (N),F_0.5A (N),F_1.0A (N)"
     log = tmp_path / "wide.csv"
     np.savetxt(log, np.column_stack(columns), delimiter=",", header=head, comments="")
     plan = plan_of(read_table(log), ColumnMap())
     assert plan.command().endswith("--variable all")
-    fields = [recording.signals["field"][0] for recording in read_all(log, ColumnMap(variable="all"))]
+    fields = [
+        recording.signals["field"][0] for recording in read_all(log, ColumnMap(variable="all"))
+    ]
     assert fields == [0.0, 0.5, 1.0]
     one = read(log, effort="F_0.5A")
     assert set(one.signals["field"]) == {0.5}
@@ -157,7 +178,9 @@ def test_sheets_whose_names_differ_by_the_field_are_logs_at_these_fields(tmp_pat
     assert [recording.signals["field"][0] for recording in logs] == [0.0, 0.5, 1.0]
     without = read_all(log, ColumnMap.from_labels({"field": "none"}, variable="all"))
     assert [recording.signals["field"][0] for recording in without] == [0.0, 0.0, 0.0]
-    with pytest.raises(MappingError, match=r"the name of the recording says 0.5 A.*--constant \"field=0.5 A\""):
+    with pytest.raises(
+        MappingError, match=r"the name of the recording says 0.5 A.*--constant \"field=0.5 A\""
+    ):
         read(log, variable="0p5A")
     assert set(read(log, variable="0p5A", constant=["field=0.5 A"]).signals["field"]) == {0.5}
 
@@ -166,9 +189,18 @@ def test_sheets_with_a_current_of_their_own_keep_it(tmp_path: Path) -> None:
     log = tmp_path / "sheets.xlsx"
     with pd.ExcelWriter(log) as book:
         for name, amps in (("1A", 0.9), ("2A", 1.8)):
-            rows = {"Time (s)": np.arange(300) / 100, "Displacement (mm)": MOTION_AT_FIELDS, "Current (A)": amps}
-            pd.DataFrame({**rows, "Force (N)": MOTION_AT_FIELDS}).to_excel(book, sheet_name=name, index=False)
-    assert [log.signals["field"][0] for log in read_all(log, ColumnMap(variable="all"))] == [0.9, 1.8]
+            rows = {
+                "Time (s)": np.arange(300) / 100,
+                "Displacement (mm)": MOTION_AT_FIELDS,
+                "Current (A)": amps,
+            }
+            pd.DataFrame({**rows, "Force (N)": MOTION_AT_FIELDS}).to_excel(
+                book, sheet_name=name, index=False
+            )
+    assert [log.signals["field"][0] for log in read_all(log, ColumnMap(variable="all"))] == [
+        0.9,
+        1.8,
+    ]
 
 
 @pytest.mark.parametrize(

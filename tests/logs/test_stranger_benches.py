@@ -20,7 +20,13 @@ DRAG = np.tanh(4 * TURN) + 0.1 * np.sin(ROWS / 5)
 def planned(columns: dict[str, Array], **labels: str) -> Plan:
     split = {label: label.rstrip("]").partition(" [") for label in columns}
     values = {split[label][0]: column for label, column in columns.items()}
-    table = Table("a.csv", values, {name: unit or None for name, _, unit in split.values()}, "0" * 64, path="a.csv")
+    table = Table(
+        "a.csv",
+        values,
+        {name: unit or None for name, _, unit in split.values()},
+        "0" * 64,
+        path="a.csv",
+    )
     return plan_of(table, ColumnMap.from_labels(labels))
 
 
@@ -29,21 +35,26 @@ def read(path: Path, text: str) -> Plan:
     return plan_of(read_table(path), ColumnMap())
 
 
-@pytest.mark.parametrize("label", ["Load [40.0 N]", "Load [10 N]", "Force [100 N]", "Torque [5 N*m]"])
+@pytest.mark.parametrize(
+    "label", ["Load [40.0 N]", "Load [10 N]", "Force [100 N]", "Torque [5 N*m]"]
+)
 def test_a_number_before_a_unit_may_be_the_range_of_a_sensor(label: str) -> None:
     plan = planned({"Time [s]": ROWS / 100, "Position [mm]": SLOW, label: DRAG})
     (question,) = (each for each in plan.questions if each.signal == "effort")
     name, _, unit = label.rstrip("]").partition(" [")
     assert f'--effort "{name} [{unit.split()[1]}]"' in plan.command().replace("'", '"')
     assert "range of its sensor" in question.problem
-    given = planned({"Time [s]": ROWS / 100, "Position [mm]": SLOW, label: DRAG}, effort=label, field="none")
+    given = planned(
+        {"Time [s]": ROWS / 100, "Position [mm]": SLOW, label: DRAG}, effort=label, field="none"
+    )
     effort = given.signal("effort")
     assert effort is not None
     assert effort.factor == pytest.approx(float(unit.split()[0]))
 
 
 @pytest.mark.parametrize(
-    ("label", "factor"), [("Force [0.1 N]", 0.1), ("Force [10^3 N]", 1000.0), ("Force [kN]", 1000.0)]
+    ("label", "factor"),
+    [("Force [0.1 N]", 0.1), ("Force [10^3 N]", 1000.0), ("Force [kN]", 1000.0)],
 )
 def test_what_a_count_is_worth_and_a_power_of_ten_are_factors(label: str, factor: float) -> None:
     effort = planned({"Time [s]": ROWS / 100, "Position [mm]": SLOW, label: DRAG}).signal("effort")
@@ -51,8 +62,12 @@ def test_what_a_count_is_worth_and_a_power_of_ten_are_factors(label: str, factor
     assert effort.factor == pytest.approx(factor)
 
 
-@pytest.mark.parametrize(("step", "unit"), [(9e6, "ns"), (4.0e6, "ns"), (9000.0, "us"), (20.0, "ms")])
-def test_whole_stamps_without_a_unit_are_proposed_in_the_unit_of_a_usual_rate(step: float, unit: str) -> None:
+@pytest.mark.parametrize(
+    ("step", "unit"), [(9e6, "ns"), (4.0e6, "ns"), (9000.0, "us"), (20.0, "ms")]
+)
+def test_whole_stamps_without_a_unit_are_proposed_in_the_unit_of_a_usual_rate(
+    step: float, unit: str
+) -> None:
     stamps = 3.0 + step * ROWS + ROWS % 7
     plan = planned({"time": stamps, "pos [deg]": SLOW, "torque [N*m]": DRAG})
     assert plan.clock is not None
@@ -75,7 +90,9 @@ def test_no_logger_takes_a_row_in_less_than_10_ns(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["time elapsed", "Time_Elapsed", "elapsed time"])
 def test_elapsed_time_beside_a_time_since_1970_is_no_field(name: str) -> None:
     since_1970 = 1763923998329966879.0 + 6e6 * ROWS
-    plan = planned({"system time": since_1970, name: 6e6 * ROWS, "drive_pos": SLOW, "drive_torque": DRAG})
+    plan = planned(
+        {"system time": since_1970, name: 6e6 * ROWS, "drive_pos": SLOW, "drive_torque": DRAG}
+    )
     assert not plan.questions
     assert not plan.doubts
     assert plan.clock is not None
@@ -84,7 +101,8 @@ def test_elapsed_time_beside_a_time_since_1970_is_no_field(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "factor"), [("Velocity_rot_s", 2 * np.pi), ("vel_degps", np.pi / 180), ("speed_rot_min", np.pi / 30)]
+    ("name", "factor"),
+    [("Velocity_rot_s", 2 * np.pi), ("vel_degps", np.pi / 180), ("speed_rot_min", np.pi / 30)],
 )
 def test_turns_and_degrees_a_time_end_the_names_of_speeds(name: str, factor: float) -> None:
     slip = planned({"t [s]": ROWS / 100, name: TURN, "torque [N*m]": DRAG}).signal("slip")
@@ -101,12 +119,19 @@ def test_a_column_without_its_sign_is_no_field() -> None:
 
 
 def test_a_spare_input_that_goes_with_the_force_is_asked_about_as_no_field() -> None:
-    columns = {"Time [s]": ROWS / 100, "Displacement [mm]": SLOW, "Force [kN]": DRAG, "Aux Input 5 [V]": 8 * DRAG}
+    columns = {
+        "Time [s]": ROWS / 100,
+        "Displacement [mm]": SLOW,
+        "Force [kN]": DRAG,
+        "Aux Input 5 [V]": 8 * DRAG,
+    }
     plan = planned(columns)
     assert [each.signal for each in plan.questions] == ["field"]
     assert plan.command().endswith("--field none")
     del columns["Aux Input 5 [V]"]
-    drive = planned({**columns, "Current [A]": 8 * DRAG})  # a name of a field: a motor's, or the coil's
+    drive = planned(
+        {**columns, "Current [A]": 8 * DRAG}
+    )  # a name of a field: a motor's, or the coil's
     assert any('--field "Current"' in doubt for doubt in drive.doubts)
     assert drive.command().endswith("--field none")
 
@@ -139,17 +164,24 @@ def test_bluehill_numbers_the_specimen_in_the_line_of_names(tmp_path: Path, numb
 
 def test_more_names_than_values_in_a_row_are_told(tmp_path: Path) -> None:
     rows = "\n".join(f"{k / 100},{SLOW[k]:.4f},{DRAG[k]:.4f}," for k in range(60))
-    plan = read(tmp_path / "a.csv", "time, drive_pos, drive_torque, test_pos, test_torque, sensor\n" + rows + "\n")
+    plan = read(
+        tmp_path / "a.csv",
+        "time, drive_pos, drive_torque, test_pos, test_torque, sensor\n" + rows + "\n",
+    )
     assert plan.questions  # a name that fell apart at a comma would move the others
     assert any("names 6 columns, the rows have 3 cells" in note for note in plan.notes)
 
 
-@pytest.mark.parametrize("name", ["Control Effort", "control_effort", "controllerEffort", "pid_effort"])
+@pytest.mark.parametrize(
+    "name", ["Control Effort", "control_effort", "controllerEffort", "pid_effort"]
+)
 def test_the_effort_of_a_control_loop_is_no_effort_of_a_device(name: str) -> None:
     plan = planned({"Time": ROWS / 100, "Encoder 1 Pos": SLOW, name: DRAG})
     assert "effort" in {each.signal for each in plan.questions}
     assert name not in plan.command()
-    effort = planned({"Time": ROWS / 100, "elbow.position": SLOW, "elbow.effort": DRAG}).signal("effort")
+    effort = planned({"Time": ROWS / 100, "elbow.position": SLOW, "elbow.effort": DRAG}).signal(
+        "effort"
+    )
     assert effort is not None
 
 
@@ -179,7 +211,8 @@ def test_a_matrix_of_matlab_has_its_first_row_below_its_names(
 
 
 @pytest.mark.parametrize(
-    "text", ["a [N];b [m];\n1;2;\n3;4;\n", "x\n[1.5];\n[2.5];\n", "t,v\n0,1\n1,2 ]\n", "[1, 2]\n[3, 4]\n"]
+    "text",
+    ["a [N];b [m];\n1;2;\n3;4;\n", "x\n[1.5];\n[2.5];\n", "t,v\n0,1\n1,2 ]\n", "[1, 2]\n[3, 4]\n"],
 )
 def test_other_brackets_and_semicolons_are_no_matrix(text: str) -> None:
     assert without_matrix(text) == (text, "")

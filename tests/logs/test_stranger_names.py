@@ -48,7 +48,9 @@ def misread(plan: Plan, letters: dict[str, str]) -> dict[str, str]:
     taken = {each.signal: each.column for each in plan.signals if each.column}
     if plan.clock is not None:
         taken["time"] = plan.clock.column
-    return {signal: column for signal, column in taken.items() if SIGNALS.get(letters[column]) != signal}
+    return {
+        signal: column for signal, column in taken.items() if SIGNALS.get(letters[column]) != signal
+    }
 
 
 @pytest.mark.parametrize(
@@ -163,7 +165,13 @@ def test_what_only_sounds_like_a_signal_is_none(name: str, signal: str) -> None:
 
 def test_a_name_that_may_be_the_field_is_not_accounted_for() -> None:
     open_ones = ("cmd", "setpoint", "level", "mode", "Kanal", "励磁")
-    accounted = ("target_speed", "oil temperature", "Beschleunigung", "piston velocity (2)", "位置2")
+    accounted = (
+        "target_speed",
+        "oil temperature",
+        "Beschleunigung",
+        "piston velocity (2)",
+        "位置2",
+    )
     assert not any(spoken_name(name).is_accounted for name in open_ones)
     assert all(spoken_name(name).is_accounted for name in accounted)
 
@@ -269,7 +277,12 @@ def test_what_two_models_say_of_an_effort_is_no_field_and_neither_is_what_goes_w
 
 @pytest.mark.parametrize("gauge", ["C_1_Déform1", "C_1_LVDT 2"])
 def test_a_name_behind_a_channel_s_prefix_is_a_whole_name(gauge: str) -> None:
-    columns = {"C_1_Temps": TIME, "C_1_Force": FORCE, gauge: np.sqrt(np.abs(PLACE)), "C_1_Déplacement": PLACE}
+    columns = {
+        "C_1_Temps": TIME,
+        "C_1_Force": FORCE,
+        gauge: np.sqrt(np.abs(PLACE)),
+        "C_1_Déplacement": PLACE,
+    }
     units = {"C_1_Temps": "s", "C_1_Force": "kN", gauge: "mm", "C_1_Déplacement": "mm"}
     plan = plan_of(Table("a", columns, units, "0" * 64), ColumnMap())
     position = plan.signal("position")

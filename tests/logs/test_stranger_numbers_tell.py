@@ -24,7 +24,12 @@ SWING = np.sin(9.0 * SPAN)
 
 @pytest.mark.parametrize("name", ["voltage", "current", "Spannung", "电压"])
 def test_an_output_of_a_sensor_is_no_field_without_a_word(name: str) -> None:
-    faint = {"time": SPAN, "velocity": SWING, "force": SWING, name: 2e-5 + 1e-6 * np.cos(4.0 * SPAN)}
+    faint = {
+        "time": SPAN,
+        "velocity": SWING,
+        "force": SWING,
+        name: 2e-5 + 1e-6 * np.cos(4.0 * SPAN),
+    }
     assert [doubt.partition(",")[0] for doubt in _signals(faint).doubts] == [
         f"field is column {name} which never exceeds 2.1e-05"
     ]
@@ -34,7 +39,12 @@ def test_an_output_of_a_sensor_is_no_field_without_a_word(name: str) -> None:
 
 @pytest.mark.parametrize("unit", ["mA", "kV"])
 def test_a_faint_field_is_told_in_its_own_unit(unit: str) -> None:
-    log = {"time": SPAN, "velocity": SWING, "force": SWING, "voltage": 2e-5 + 1e-6 * np.cos(4.0 * SPAN)}
+    log = {
+        "time": SPAN,
+        "velocity": SWING,
+        "force": SWING,
+        "voltage": 2e-5 + 1e-6 * np.cos(4.0 * SPAN),
+    }
     plan = _signals(log, {"voltage": "kV"} if unit == "kV" else {})
     assert bool(plan.doubts) == (unit != "kV")
 
@@ -56,7 +66,13 @@ def test_a_smoothed_coefficient_of_friction_tells_which_force_is_the_friction() 
 
 
 def test_of_several_columns_in_seconds_the_steady_one_is_the_time() -> None:
-    columns = {"delay": SWING, "storage_t": SPAN, "stop": np.cumsum(1.0 + SWING), "velocity": SWING, "force": SWING}
+    columns = {
+        "delay": SWING,
+        "storage_t": SPAN,
+        "stop": np.cumsum(1.0 + SWING),
+        "velocity": SWING,
+        "force": SWING,
+    }
     units = {"delay": "s", "storage_t": "s", "stop": "s"}
     clock = _signals(columns, units).clock
     assert clock is not None
@@ -76,7 +92,15 @@ def test_a_table_that_lies_on_its_side_is_refused() -> None:
 def test_the_motion_that_makes_a_power_with_an_effort_is_proposed() -> None:
     speeds = {"V_FZG": SWING, "N_VM": SWING, "PA1_Spd": SWING}
     columns = {"U": SWING, **speeds, "M_HM": SWING, "PA1_Trq": SWING**3, "P": SPAN}
-    units = {"U": "V", "V_FZG": "km/h", "N_VM": "rpm", "PA1_Spd": "rpm", "M_HM": "Nm", "PA1_Trq": "Nm", "P": "s"}
+    units = {
+        "U": "V",
+        "V_FZG": "km/h",
+        "N_VM": "rpm",
+        "PA1_Spd": "rpm",
+        "M_HM": "Nm",
+        "PA1_Trq": "Nm",
+        "P": "s",
+    }
     command = _signals(columns, units).command()
     assert '--slip "PA1_Spd [rpm]"' in command
     assert '--effort "PA1_Trq [Nm]"' in command
@@ -86,18 +110,25 @@ def test_the_motion_that_makes_a_power_with_an_effort_is_proposed() -> None:
 def test_a_column_without_a_number_says_so_where_it_is_named(tmp_path: Path, reader: str) -> None:
     path = tmp_path / f"log.{reader}"
     names = ("t", "V [cm/s]", "F [N]", "I [A]")
-    rows = [(time, swing, swing, None) for time, swing in zip(SPAN.tolist(), SWING.tolist(), strict=True)]
+    rows = [
+        (time, swing, swing, None)
+        for time, swing in zip(SPAN.tolist(), SWING.tolist(), strict=True)
+    ]
     if reader == "csv":
         lines = (",".join("" if cell is None else f"{cell:.4f}" for cell in row) for row in rows)
         path.write_text("\n".join([",".join(names), *lines]), encoding="utf-8")
     else:
-        path.write_text(json.dumps([dict(zip(names, row, strict=True)) for row in rows]), encoding="utf-8")
+        path.write_text(
+            json.dumps([dict(zip(names, row, strict=True)) for row in rows]), encoding="utf-8"
+        )
     with pytest.raises(MappingError, match="column 'I' holds no number in any row"):
         read(path, field="I")
 
 
 def test_a_signal_s_word_within_a_name_is_proposed_and_never_taken() -> None:
-    plan = _signals({"time": SPAN, "act_vel_se": SWING, "act_torque_abs": SWING**3, "torque_limit": 2.0 + SWING})
+    plan = _signals(
+        {"time": SPAN, "act_vel_se": SWING, "act_torque_abs": SWING**3, "torque_limit": 2.0 + SWING}
+    )
     assert {question.signal for question in plan.questions} >= {"slip", "effort"}
     assert '--slip "act_vel_se"' in plan.command()
     assert '--effort "act_torque_abs"' in plan.command()
@@ -136,14 +167,21 @@ def test_a_faint_field_that_goes_straight_with_the_effort_is_the_output_of_its_s
     name: str, unit: str | None
 ) -> None:
     noise = 0.02 * np.cos(70.0 * SPAN)
-    log = {"time": SPAN, "velocity": np.cos(5.0 * SPAN), "force": SWING, name: 4e-5 + 1e-5 * (SWING + noise)}
+    log = {
+        "time": SPAN,
+        "velocity": np.cos(5.0 * SPAN),
+        "force": SWING,
+        name: 4e-5 + 1e-5 * (SWING + noise),
+    }
     plan = _signals(log, {name: unit} if unit else {})
     assert plan.signal("field") is None or plan.signal("field").column == ""  # type: ignore[union-attr]
     assert (plan.questions, plan.doubts) == ((), ())
     told = f"column {name} never exceeds 5.02e-05 and goes straight with force: taken for the output of its sensor"
     assert any(note.startswith(told) for note in plan.notes)
     # Where it goes another way nothing is known; a faint current may leak through a fluid, and tell the field.
-    assert _signals({**log, name: 4e-5 + 1e-5 * np.cos(3.0 * SPAN)}, {name: unit} if unit else {}).doubts
+    assert _signals(
+        {**log, name: 4e-5 + 1e-5 * np.cos(3.0 * SPAN)}, {name: unit} if unit else {}
+    ).doubts
     leak = {each: values for each, values in log.items() if each != name}
     assert _signals({**leak, "leak current": log[name]}, {"leak current": "A"}).questions
     assert _signals({**leak, "current": log[name]}, {"current": "A"}).doubts
@@ -153,9 +191,16 @@ def test_a_faint_field_that_goes_straight_with_the_effort_is_the_output_of_its_s
 
 
 @pytest.mark.parametrize(("whole", "unit"), [(1.0, "rpm"), (100.0, "rpm"), (1.0, None)])
-def test_the_slip_of_an_electric_machine_is_a_share_of_its_speed(whole: float, unit: str | None) -> None:
+def test_the_slip_of_an_electric_machine_is_a_share_of_its_speed(
+    whole: float, unit: str | None
+) -> None:
     speed = np.round(1500.0 - 400.0 * SPAN / SPAN[-1] - 30.0 * (SWING + 1.0))
-    columns = {"time": SPAN, "speed": speed, "slip": np.round(whole * (1.0 - speed / 1500.0), 3), "torque": SWING}
+    columns = {
+        "time": SPAN,
+        "speed": speed,
+        "slip": np.round(whole * (1.0 - speed / 1500.0), 3),
+        "torque": SWING,
+    }
     plan = _signals(columns, {"speed": unit} if unit else {})
     slip = plan.signal("slip")
     assert slip is not None
@@ -174,7 +219,12 @@ def test_what_a_clutch_lags_behind_its_shaft_is_its_slip(driven: float) -> None:
 
 @pytest.mark.parametrize("slip", [SWING, 0.2 + 0.1 * SWING, np.abs(SWING)])
 def test_a_slip_that_is_no_share_of_a_speed_is_the_slip_or_asked_about(slip: Any) -> None:
-    columns = {"time": SPAN, "speed": 1500.0 - 90.0 * np.cos(4.0 * SPAN), "slip": slip, "torque": SWING}
+    columns = {
+        "time": SPAN,
+        "speed": 1500.0 - 90.0 * np.cos(4.0 * SPAN),
+        "slip": slip,
+        "torque": SWING,
+    }
     taken = _signals(columns).signal("slip")
     assert taken is not None
     assert taken.column == "slip"
@@ -202,7 +252,9 @@ def test_of_several_speeds_the_one_that_makes_a_power_with_the_effort_is_taken(
     # Two of its kind are asked about.
     units = {"A": "rpm", "B": "1/s", "C": "mm/s", effort: unit, "D": "rpm", "E": "1/s", "F": "mm/s"}
     more = {"D": np.cos(7.0 * SPAN), "E": np.cos(8.0 * SPAN), "F": np.cos(9.0 * SPAN)}
-    assert "slip" in {question.signal for question in _signals({**columns, **more}, units).questions}
+    assert "slip" in {
+        question.signal for question in _signals({**columns, **more}, units).questions
+    }
 
 
 @pytest.mark.parametrize("name", ["G'", 'G"', "E' in Pa", "G′"])
@@ -217,7 +269,9 @@ def test_a_modulus_of_an_oscillation_is_no_stress(name: str) -> None:
 def test_a_fluctuation_beside_its_mean_is_asked_about(prime: str, mean: str, unit: str) -> None:
     columns = {"time": SPAN, prime: 0.1 + 0.1 * SWING, mean: 1.0 + SWING, "force": SWING}
     asked = _signals(columns, {prime: unit, mean: unit}).questions
-    assert any(f"may be any of the columns {prime}, {mean}" in question.problem for question in asked)
+    assert any(
+        f"may be any of the columns {prime}, {mean}" in question.problem for question in asked
+    )
 
 
 @pytest.mark.parametrize("name", ["ddq3", "qdd3", "theta_ddot", "d2x", "xddot"])
@@ -254,7 +308,11 @@ def test_of_several_travels_the_one_with_a_gauge_length_is_taken(header: str, tr
     assert position.column == travel
     assert "and the header gives the gauge length for it" in position.reason
     # No length, another word, or both of them: the file does not say it.
-    for metadata in ({header: ""}, {f"Speed, {travel}": "2 mm"}, {header: "20 mm", "L0 Absolute Position": "20 mm"}):
+    for metadata in (
+        {header: ""},
+        {f"Speed, {travel}": "2 mm"},
+        {header: "20 mm", "L0 Absolute Position": "20 mm"},
+    ):
         assert [question.signal for question in planned(**metadata).questions] == ["slip"]
 
 
@@ -271,10 +329,18 @@ def test_numbers_of_the_steps_of_a_test_are_no_field(name: str) -> None:
 
 
 @pytest.mark.parametrize(("top", "bottom"), [("DAQ.Fx", "DAQ.Fz"), ("Traction Force", "Ball Load")])
-def test_a_friction_beside_turns_is_no_doubt_where_a_coefficient_is_made_of_it(top: str, bottom: str) -> None:
+def test_a_friction_beside_turns_is_no_doubt_where_a_coefficient_is_made_of_it(
+    top: str, bottom: str
+) -> None:
     rubbed = 0.6 + 0.05 * SWING
     pressed = 3.0 + 0.02 * np.cos(3.0 * SPAN)
-    columns = {"time": SPAN, "Velocity": 160.0 + 30.0 * SWING, top: rubbed, bottom: pressed, "COF": rubbed / pressed}
+    columns = {
+        "time": SPAN,
+        "Velocity": 160.0 + 30.0 * SWING,
+        top: rubbed,
+        bottom: pressed,
+        "COF": rubbed / pressed,
+    }
     units = {"time": "s", "Velocity": "rpm", top: "N", bottom: "N"}
     plan = _signals(columns, units)
     effort = plan.signal("effort")

@@ -21,7 +21,13 @@ PLAIN = {"t [s]": ROWS / 100, "current [A]": LEVELS, "speed [rad/s]": TURN, "tor
 def table(columns: dict[str, Array]) -> Table:
     split = {label: label.rstrip("]").partition(" [") for label in columns}
     values = {split[label][0]: column for label, column in columns.items()}
-    return Table("a.csv", values, {name: unit or None for name, _, unit in split.values()}, "0" * 64, path="a.csv")
+    return Table(
+        "a.csv",
+        values,
+        {name: unit or None for name, _, unit in split.values()},
+        "0" * 64,
+        path="a.csv",
+    )
 
 
 def without(*labels: str) -> dict[str, Array]:
@@ -47,7 +53,9 @@ def test_power_is_no_slip(name: str) -> None:
     assert question.signal == "slip"
 
 
-@pytest.mark.parametrize(("name", "unit"), [("commandVoltage_V", "A"), ("coil_mA", "V"), ("coil_kV", "T")])
+@pytest.mark.parametrize(
+    ("name", "unit"), [("commandVoltage_V", "A"), ("coil_mA", "V"), ("coil_kV", "T")]
+)
 def test_a_unit_at_the_end_of_a_name_is_believed(name: str, unit: str) -> None:
     columns = {**without("current [A]"), name: LEVELS}
     plan = planned(columns, field=f"{name} [{unit}]")
@@ -58,14 +66,18 @@ def test_a_unit_at_the_end_of_a_name_is_believed(name: str, unit: str) -> None:
 
 def test_an_example_names_the_unit_that_the_name_has() -> None:
     columns = {**without("current [A]"), "one_V": LEVELS, "other_V": LEVELS + TURN}
-    with pytest.raises(MappingError, match=r"may be any of the columns one_V, other_V.*--field \"one_V\""):
+    with pytest.raises(
+        MappingError, match=r"may be any of the columns one_V, other_V.*--field \"one_V\""
+    ):
         apply(planned(columns), table(columns))
 
 
 @pytest.mark.parametrize("values", [0.5 + 0.4 * TURN, 2.0 + ROWS / 100])
 def test_a_field_by_its_unit_alone_that_keeps_no_level_is_in_doubt(values: Array) -> None:
     plan = planned({**without("current [A]"), "q7 [V]": values})
-    assert plan.doubts == ("field is column q7 by its unit alone, and its numbers do not look like that",)
+    assert plan.doubts == (
+        "field is column q7 by its unit alone, and its numbers do not look like that",
+    )
     assert plan.command() == 'erclutch inspect a.csv --field "q7 [V]"'
     assert planned({**without("current [A]"), "q7 [V]": LEVELS}).doubts == ()
     assert planned({**without("current [A]"), "q7 [V]": values}, field="q7").doubts == ()
@@ -80,7 +92,9 @@ def test_a_slip_by_its_unit_alone_that_never_rests_or_turns_back_is_in_doubt() -
 
 def test_what_is_in_doubt_stops_the_reading_with_the_option_that_settles_it() -> None:
     columns = {**without("current [A]"), "q7 [V]": 2.0 + ROWS / 100}
-    with pytest.raises(MappingError, match=r'field is column q7 by its unit alone.*say so: --field "q7 \[V\]"'):
+    with pytest.raises(
+        MappingError, match=r'field is column q7 by its unit alone.*say so: --field "q7 \[V\]"'
+    ):
         planned(columns).require_sureness()
     planned(columns, field="q7 [V]").require_sureness()
 
@@ -96,7 +110,9 @@ def test_a_voltage_beside_a_current_may_not_be_the_field(voltage: str, current: 
 
 @pytest.mark.parametrize("current", ["I_set [A]", "fan temperature current [A]"])
 def test_a_voltage_beside_the_target_of_a_current_is_the_field(current: str) -> None:
-    chosen = planned({**without("current [A]"), "voltage [V]": LEVELS, current: LEVELS}).signal("field")
+    chosen = planned({**without("current [A]"), "voltage [V]": LEVELS, current: LEVELS}).signal(
+        "field"
+    )
     assert chosen is not None
     assert chosen.column == "voltage"
 
@@ -124,12 +140,15 @@ def test_a_position_by_its_unit_alone_beside_a_slip_is_taken_where_the_slip_is_i
     assert other.signal("position") is None
     assert not other.questions
     assert any(
-        "column q7 has the unit of a position, and column speed is not its rate: left out" in n for n in other.notes
+        "column q7 has the unit of a position, and column speed is not its rate: left out" in n
+        for n in other.notes
     )
 
 
 @pytest.mark.parametrize("factor", [100.0, 0.01, 57.29578])
-def test_a_slip_that_is_a_hundred_times_the_rate_of_its_position_is_asked_about(factor: float) -> None:
+def test_a_slip_that_is_a_hundred_times_the_rate_of_its_position_is_asked_about(
+    factor: float,
+) -> None:
     time = ROWS / 100
     columns = {
         **without("speed [rad/s]"),
@@ -137,7 +156,10 @@ def test_a_slip_that_is_a_hundred_times_the_rate_of_its_position_is_asked_about(
         "angle [rad]": np.sin(7 * time),
     }
     (question,) = planned(columns).questions
-    assert f"the slip, column speed, is {factor:.3g} times the rate of the position, column angle" in question.problem
+    assert (
+        f"the slip, column speed, is {factor:.3g} times the rate of the position, column angle"
+        in question.problem
+    )
     given = planned(columns, slip="speed [rad/s]")
     assert not given.questions
     assert any("times the rate of the position" in note for note in given.notes)
@@ -145,17 +167,27 @@ def test_a_slip_that_is_a_hundred_times_the_rate_of_its_position_is_asked_about(
 
 def test_a_slip_beside_its_own_position_is_not_asked_about() -> None:
     time = ROWS / 100
-    columns = {**without("speed [rad/s]"), "speed [rad/s]": 7 * np.cos(7 * time), "angle [rad]": np.sin(7 * time)}
+    columns = {
+        **without("speed [rad/s]"),
+        "speed [rad/s]": 7 * np.cos(7 * time),
+        "angle [rad]": np.sin(7 * time),
+    }
     assert not planned(columns).questions
 
 
 @pytest.mark.parametrize(
-    ("slip", "effort"), [("Belt Velocity [m/s]", "Pitch Moment [Nm]"), ("Rotary.Velocity [rpm]", "Friction Force [N]")]
+    ("slip", "effort"),
+    [("Belt Velocity [m/s]", "Pitch Moment [Nm]"), ("Rotary.Velocity [rpm]", "Friction Force [N]")],
 )
-def test_a_guess_that_makes_no_power_is_in_doubt_and_believed_where_it_is_given(slip: str, effort: str) -> None:
+def test_a_guess_that_makes_no_power_is_in_doubt_and_believed_where_it_is_given(
+    slip: str, effort: str
+) -> None:
     names = [name_columns([label])[0][0] for label in (slip, effort)]
     given = dict(zip(names, (name_columns([label])[1][0] for label in (slip, effort)), strict=True))
-    columns = {"time": np.arange(200) / 100, **{name: np.sin(np.arange(200) / 9 + k) for k, name in enumerate(names)}}
+    columns = {
+        "time": np.arange(200) / 100,
+        **{name: np.sin(np.arange(200) / 9 + k) for k, name in enumerate(names)},
+    }
     table = Table("a", columns, {"time": "s", **given}, "0" * 64)
     plan = plan_of(table, ColumnMap())
     assert "makes no power" in plan.doubts[0]
@@ -163,8 +195,14 @@ def test_a_guess_that_makes_no_power_is_in_doubt_and_believed_where_it_is_given(
 
 
 def test_horsepower_is_no_field() -> None:
-    columns = {"time": np.arange(200) / 100, "speed": np.sin(np.arange(200) / 9), "torque": np.cos(np.arange(200) / 9)}
-    plan = plan_of(Table("a", {**columns, "Horsepower": np.sin(np.arange(200) / 5)}, {}, "0" * 64), ColumnMap())
+    columns = {
+        "time": np.arange(200) / 100,
+        "speed": np.sin(np.arange(200) / 9),
+        "torque": np.cos(np.arange(200) / 9),
+    }
+    plan = plan_of(
+        Table("a", {**columns, "Horsepower": np.sin(np.arange(200) / 5)}, {}, "0" * 64), ColumnMap()
+    )
     assert plan.questions == ()
 
 
@@ -178,7 +216,9 @@ SWING = {"t [s]": ROWS / 100, "x [mm]": 30.0 * TURN, "F [N]": 500.0 * np.sin(ROW
 @pytest.mark.parametrize("ahead", [0.15, 0.3, 0.6])
 def test_the_set_point_of_a_motion_is_no_field(ahead: float) -> None:
     assert not asked_field({**SWING, "control": 30.5 * np.sin(ROWS / 9 + ahead)})
-    assert asked_field({**SWING, "control": 2.0 * np.sin(ROWS / 9 + ahead)})  # between ends of its own
+    assert asked_field(
+        {**SWING, "control": 2.0 * np.sin(ROWS / 9 + ahead)}
+    )  # between ends of its own
     assert asked_field({**SWING, "control": 30.0 * np.sin(ROWS / 31)})  # at a time of its own
 
 
@@ -195,16 +235,25 @@ NOTHING = np.full(200, np.nan)
 
 
 def test_a_column_without_a_number_is_no_signal() -> None:
-    plan = planned({**without("speed [rad/s]"), "motor speed [rad/s]": NOTHING, "disk speed [rad/s]": TURN})
+    plan = planned(
+        {**without("speed [rad/s]"), "motor speed [rad/s]": NOTHING, "disk speed [rad/s]": TURN}
+    )
     assert plan.choices["slip"].column == "disk speed"
     assert "no number in any row: column motor speed: left out" in plan.notes
 
 
-@pytest.mark.parametrize(("label", "signal"), [("speed [rad/s]", "slip"), ("torque [N*m]", "effort")])
-def test_a_signal_without_a_number_is_told_from_one_that_is_not_there(label: str, signal: str) -> None:
+@pytest.mark.parametrize(
+    ("label", "signal"), [("speed [rad/s]", "slip"), ("torque [N*m]", "effort")]
+)
+def test_a_signal_without_a_number_is_told_from_one_that_is_not_there(
+    label: str, signal: str
+) -> None:
     (question,) = planned({**PLAIN, label: NOTHING}).questions
     assert question.signal == signal
-    assert f"column {label.partition(' ')[0]} is called so, but holds no number in any row" in question.problem
+    assert (
+        f"column {label.partition(' ')[0]} is called so, but holds no number in any row"
+        in question.problem
+    )
 
 
 LOADED = {**PLAIN, "speed [rad/s]": 5.0 + TURN, "torque [N*m]": 2.0 + TURN**2}
@@ -212,9 +261,12 @@ POWER = LOADED["speed [rad/s]"] * LOADED["torque [N*m]"]
 
 
 @pytest.mark.parametrize(
-    ("ratio", "label"), [(100.0, "P [W]"), (1000.0, "power [W]"), (100.0, "power [kW]"), (60, "P [W]")]
+    ("ratio", "label"),
+    [(100.0, "P [W]"), (1000.0, "power [W]"), (100.0, "power [kW]"), (60, "P [W]")],
 )
-def test_a_slip_that_makes_another_power_than_is_logged_is_asked_about(ratio: float, label: str) -> None:
+def test_a_slip_that_makes_another_power_than_is_logged_is_asked_about(
+    ratio: float, label: str
+) -> None:
     watt = POWER / ratio
     columns = {**LOADED, label: watt / (1000.0 if "kW" in label else 1.0)}
     (question,) = planned(columns).questions
@@ -227,7 +279,14 @@ def test_a_slip_that_makes_another_power_than_is_logged_is_asked_about(ratio: fl
 
 @pytest.mark.parametrize(
     "power",
-    [POWER, 1.02 * POWER, POWER / 0.8, POWER / 100.0 * (1.0 + 0.2 * TURN), np.zeros(200), 24.0 * LEVELS],
+    [
+        POWER,
+        1.02 * POWER,
+        POWER / 0.8,
+        POWER / 100.0 * (1.0 + 0.2 * TURN),
+        np.zeros(200),
+        24.0 * LEVELS,
+    ],
     ids=["its own", "a scale off", "behind losses", "of something else", "none", "electric"],
 )
 def test_a_power_that_tells_nothing_of_the_slip_asks_nothing(power: Array) -> None:
@@ -235,7 +294,9 @@ def test_a_power_that_tells_nothing_of_the_slip_asks_nothing(power: Array) -> No
 
 
 @pytest.mark.parametrize("name", ["COF", "DAQ.COF", "Friction coefficient", "Traction Coeff"])
-def test_a_coefficient_of_friction_tells_the_friction_from_the_force_that_presses(name: str) -> None:
+def test_a_coefficient_of_friction_tells_the_friction_from_the_force_that_presses(
+    name: str,
+) -> None:
     pressed, rubbed = 3.0 + 0.1 * (ROWS % 7), 0.5 + 0.1 * (ROWS % 11)
     columns = {"t [s]": ROWS / 100, "speed [mm/s]": TURN, "Fz [N]": pressed, "Fx [N]": rubbed}
     (question,) = planned(columns).questions
@@ -257,7 +318,12 @@ def test_a_position_that_never_changes_beside_a_slip_that_does_is_left_out(name:
 def test_a_steady_voltage_beside_a_current_that_changes_is_a_supply() -> None:
     voltage = 48.0 + 0.1 * np.sin(np.arange(400.0))
     current = np.repeat([0.5, 2.0, 1.0, 4.0], 100)
-    columns = {"t": np.arange(400) / 100, "speed": np.arange(400) % 37 - 18.0, "torque": current, "Voltage": voltage}
+    columns = {
+        "t": np.arange(400) / 100,
+        "speed": np.arange(400) % 37 - 18.0,
+        "torque": current,
+        "Voltage": voltage,
+    }
     units = {"t": "s", "speed": "rad/s", "torque": "N*m", "Voltage": "V", "Current": "A"}
     plan = plan_of(Table("a.csv", {**columns, "Current": current}, units, "0" * 64), ColumnMap())
     field = plan.signal("field")
@@ -267,7 +333,8 @@ def test_a_steady_voltage_beside_a_current_that_changes_is_a_supply() -> None:
 
     # Where both change, the voltage drives the current through the coil.
     plan = plan_of(
-        Table("a.csv", {**columns, "Voltage": 2.0 * current, "Current": current}, units, "0" * 64), ColumnMap()
+        Table("a.csv", {**columns, "Voltage": 2.0 * current, "Current": current}, units, "0" * 64),
+        ColumnMap(),
     )
     field = plan.signal("field")
     assert field is not None
@@ -283,7 +350,9 @@ def test_a_steady_voltage_beside_a_current_that_changes_is_a_supply() -> None:
         ("Spannung [V]", "Strom [A]"),
     ],
 )
-def test_of_a_voltage_and_a_current_of_one_coil_the_current_is_the_field(voltage: str, current: str) -> None:
+def test_of_a_voltage_and_a_current_of_one_coil_the_current_is_the_field(
+    voltage: str, current: str
+) -> None:
     plan = planned({**without("current [A]"), voltage: 12.0 * LEVELS, current: LEVELS})
     assert not plan.questions
     assert plan.choices["field"].column == current.partition(" [")[0]
@@ -301,12 +370,18 @@ def test_of_a_voltage_and_a_current_of_one_coil_the_current_is_the_field(voltage
 def test_a_voltage_that_drives_no_current_of_its_circuit_is_asked_about(
     voltage: str, current: str, volts: float
 ) -> None:
-    (question,) = planned({**without("current [A]"), voltage: volts * LEVELS, current: LEVELS}).questions
+    (question,) = planned(
+        {**without("current [A]"), voltage: volts * LEVELS, current: LEVELS}
+    ).questions
     assert question.signal == "field"
 
 
 def test_a_block_without_a_number_of_a_voltage_is_no_supply() -> None:
-    columns = {"t": np.arange(400) / 100, "speed": np.arange(400) % 37 - 18.0, "torque": np.arange(400) % 5.0}
+    columns = {
+        "t": np.arange(400) / 100,
+        "speed": np.arange(400) % 37 - 18.0,
+        "torque": np.arange(400) % 5.0,
+    }
     fields = {"Voltage": np.full(400, np.nan), "Current": np.repeat([0.5, 2.0], 200)}
     units = {"t": "s", "speed": "rad/s", "torque": "N*m", "Voltage": "V", "Current": "A"}
     plan = plan_of(Table("a.csv", {**columns, **fields}, units, "0" * 64), ColumnMap(), whole=False)
@@ -351,20 +426,29 @@ def test_the_force_along_the_motion_is_told_from_those_across_it() -> None:
 
 
 def test_a_share_of_the_rated_torque_is_asked_for_what_it_means() -> None:
-    columns = {"t": np.arange(400) / 100, "speed": np.sin(np.arange(400) / 20), "torque": np.cos(np.arange(400) / 20)}
+    columns = {
+        "t": np.arange(400) / 100,
+        "speed": np.sin(np.arange(400) / 20),
+        "torque": np.cos(np.arange(400) / 20),
+    }
     units = {"t": "s", "speed": "rad/s", "torque": "%"}
     plan = plan_of(Table("a.csv", columns, units, "0" * 64, path="a.csv"), ColumnMap())
     assert plan.command().endswith('--effort "torque" --scale "effort=NUMBER N*m/%"')
-    told = ColumnMap.from_dict({"columns": {"effort": "torque"}, "scales": {"effort": "0.02 N*m/%"}})
+    told = ColumnMap.from_dict(
+        {"columns": {"effort": "torque"}, "scales": {"effort": "0.02 N*m/%"}}
+    )
     effort = plan_of(Table("a.csv", columns, units, "0" * 64), told).signal("effort")
     assert effort is not None
     assert (effort.factor, effort.si) == (0.02, "N*m")
 
 
 @pytest.mark.parametrize(
-    ("name", "signal"), [("pos_counts", "position"), ("torque_counts", "effort"), ("pos_count", "position")]
+    ("name", "signal"),
+    [("pos_counts", "position"), ("torque_counts", "effort"), ("pos_count", "position")],
 )
-def test_a_column_of_counts_is_proposed_with_a_scale_to_fill_in(tmp_path: Path, name: str, signal: str) -> None:
+def test_a_column_of_counts_is_proposed_with_a_scale_to_fill_in(
+    tmp_path: Path, name: str, signal: str
+) -> None:
     other = "Force [N]" if signal == "position" else "velocity [rad/s]"
     rows = "".join(f"{k / 100},{(k * 37) % 11},{(k * 13) % 1024}\n" for k in range(40))
     path = tmp_path / "log.csv"
@@ -373,7 +457,9 @@ def test_a_column_of_counts_is_proposed_with_a_scale_to_fill_in(tmp_path: Path, 
     assert any(f'"{name}" --scale' in option for option in plan.examples), plan.examples
 
 
-@pytest.mark.parametrize("name", ["T_per_rpm_Nm_per_rpm", "torque_per_rpm", "force per speed", "Nm per speed"])
+@pytest.mark.parametrize(
+    "name", ["T_per_rpm_Nm_per_rpm", "torque_per_rpm", "force per speed", "Nm per speed"]
+)
 def test_one_quantity_per_another_is_neither(tmp_path: Path, name: str) -> None:
     rows = "".join(f"{k / 100},{(k * 37) % 11},{(k * 13) % 17}\n" for k in range(40))
     path = tmp_path / "log.csv"
@@ -400,7 +486,8 @@ def test_a_field_of_its_own_course_is_not_doubted(field: Array) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["Angular frequency [rad/s]", "Frequency [rad/s]", "Frequenz [rad/s]", "osc freq [rad/s]"]
+    "name",
+    ["Angular frequency [rad/s]", "Frequency [rad/s]", "Frequenz [rad/s]", "osc freq [rad/s]"],
 )
 def test_the_frequency_of_an_oscillation_is_no_slip(name: str) -> None:
     columns = {**without("speed [rad/s]"), name: 1.0 + np.abs(TURN)}
@@ -408,13 +495,19 @@ def test_the_frequency_of_an_oscillation_is_no_slip(name: str) -> None:
 
 
 @pytest.mark.parametrize("words", [("CW", "CCW"), ("forward", "reverse"), ("Zug", "Druck")])
-def test_a_speed_without_a_sign_beside_its_sense_is_doubted(tmp_path: Path, words: tuple[str, str]) -> None:
+def test_a_speed_without_a_sign_beside_its_sense_is_doubted(
+    tmp_path: Path, words: tuple[str, str]
+) -> None:
     rows: list[str] = []
     effort = np.roll(TURN, TURN.size // 3)  # that keeps to no sense
     for k, turn in enumerate(TURN):
-        rows.append(f"{k / 100:.2f},{LEVELS[k]:g},{abs(turn):.6f},{words[int(turn < 0.0)]},{effort[k]:.6f}")
+        rows.append(
+            f"{k / 100:.2f},{LEVELS[k]:g},{abs(turn):.6f},{words[int(turn < 0.0)]},{effort[k]:.6f}"
+        )
     path = tmp_path / "a.csv"
-    path.write_text("\n".join(["t [s],current [A],speed [rad/s],direction,torque [N*m]", *rows]) + "\n")
+    path.write_text(
+        "\n".join(["t [s],current [A],speed [rad/s],direction,torque [N*m]", *rows]) + "\n"
+    )
     (doubt,) = plan_of(read_table(path), ColumnMap()).doubts
     assert f"has no sign, while direction says {words[0]} and {words[1]}" in doubt
     parted = read_table(path, variable=f"direction={words[0]}")
@@ -425,13 +518,19 @@ def test_a_speed_without_a_sign_beside_its_sense_is_doubted(tmp_path: Path, word
 def test_words_beside_a_speed_that_turns_doubt_nothing(tmp_path: Path) -> None:
     rows: list[str] = []
     for k, turn in enumerate(TURN):
-        rows.append(f"{k / 100:.2f},{LEVELS[k]:g},{turn:.6f},{'up' if turn > 0 else 'down'},{turn:.6f}")
+        rows.append(
+            f"{k / 100:.2f},{LEVELS[k]:g},{turn:.6f},{'up' if turn > 0 else 'down'},{turn:.6f}"
+        )
     path = tmp_path / "a.csv"
-    path.write_text("\n".join(["t [s],current [A],speed [rad/s],direction,torque [N*m]", *rows]) + "\n")
+    path.write_text(
+        "\n".join(["t [s],current [A],speed [rad/s],direction,torque [N*m]", *rows]) + "\n"
+    )
     assert plan_of(read_table(path), ColumnMap()).doubts == ()
 
 
-@pytest.mark.parametrize("names", [("amplitude", "frequency"), ("ampl", "freq"), ("sine_amplitude", "sine_frequency")])
+@pytest.mark.parametrize(
+    "names", [("amplitude", "frequency"), ("ampl", "freq"), ("sine_amplitude", "sine_frequency")]
+)
 def test_what_a_told_sine_is_made_with_is_no_field(names: tuple[str, str]) -> None:
     told = {"target_position": np.sin(ROWS / 8), names[0]: LEVELS + 0.1, names[1]: 2.0 + ROWS // 40}
     plan = planned({**without("current [A]"), **told})
@@ -441,15 +540,22 @@ def test_what_a_told_sine_is_made_with_is_no_field(names: tuple[str, str]) -> No
 
 
 @pytest.mark.parametrize("told", [{}, {"target_voltage": LEVELS}])
-def test_an_amplitude_may_be_that_of_the_field_where_no_motion_alone_was_told(told: dict[str, Array]) -> None:
-    plan = planned({**without("current [A]"), **told, "amplitude": LEVELS + 0.1, "frequency": 2.0 + ROWS // 40})
+def test_an_amplitude_may_be_that_of_the_field_where_no_motion_alone_was_told(
+    told: dict[str, Array],
+) -> None:
+    plan = planned(
+        {**without("current [A]"), **told, "amplitude": LEVELS + 0.1, "frequency": 2.0 + ROWS // 40}
+    )
     fields = {each.column for each in plan.signals if each.signal == "field"}
-    assert fields == {"target_voltage"} or "field" in {question.signal for question in plan.questions}
+    assert fields == {"target_voltage"} or "field" in {
+        question.signal for question in plan.questions
+    }
 
 
 def test_columns_that_share_what_heads_them_are_asked_about_by_name() -> None:
     columns = {
-        f"{place} encoder": (number + 1) * np.cumsum(TURN) for number, place in enumerate(("first", "second", "third"))
+        f"{place} encoder": (number + 1) * np.cumsum(TURN)
+        for number, place in enumerate(("first", "second", "third"))
     }
     questions = planned({**without("speed [rad/s]", "current [A]"), **columns}).questions
     (question,) = (each for each in questions if each.signal in ("slip", "position"))
@@ -464,9 +570,18 @@ def test_a_short_name_with_a_word_behind_is_proposed_for_a_speed() -> None:
 @pytest.mark.parametrize("rate", ["gamma_dot", "shear_rate", "Shear Rate"])
 def test_tau_beside_a_shear_rate_is_the_stress_and_t_none(rate: str) -> None:
     rates = 50.0 + 40.0 * TURN
-    columns = {"t": ROWS / 10, "T": 20.0 + ROWS / 300, rate: rates, "tau": 3.0 + 0.01 * rates, "mu": 0.01 + 3.0 / rates}
+    columns = {
+        "t": ROWS / 10,
+        "T": 20.0 + ROWS / 300,
+        rate: rates,
+        "tau": 3.0 + 0.01 * rates,
+        "mu": 0.01 + 3.0 / rates,
+    }
     plan = planned(columns)
-    assert {each.signal: each.column for each in plan.signals if each.column} == {"slip": rate, "effort": "tau"}
+    assert {each.signal: each.column for each in plan.signals if each.column} == {
+        "slip": rate,
+        "effort": "tau",
+    }
 
 
 def test_tau_beside_a_speed_alone_is_asked_about() -> None:
@@ -476,11 +591,19 @@ def test_tau_beside_a_speed_alone_is_asked_about() -> None:
 
 def test_a_temperature_called_t_is_not_proposed_for_the_field() -> None:
     rates = 50.0 + 40.0 * TURN
-    columns = {"t": ROWS / 10, "T": 19.0 + LEVELS, "kr": TURN**2, "gamma_dot": rates, "tau": 3.0 + 0.01 * rates}
+    columns = {
+        "t": ROWS / 10,
+        "T": 19.0 + LEVELS,
+        "kr": TURN**2,
+        "gamma_dot": rates,
+        "tau": 3.0 + 0.01 * rates,
+    }
     assert planned(columns).examples == ("--field none",)
 
 
-@pytest.mark.parametrize("name", ["payload_ctl_pwm", "led_current_A", "fan_voltage_V", "heater_current_A"])
+@pytest.mark.parametrize(
+    "name", ["payload_ctl_pwm", "led_current_A", "fan_voltage_V", "heater_current_A"]
+)
 def test_what_drives_another_load_of_the_board_is_no_field(name: str) -> None:
     (question,) = planned({**without("current [A]"), name: LEVELS}).questions
     assert question.signal == "field"

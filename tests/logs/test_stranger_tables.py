@@ -33,7 +33,9 @@ def rows(count: int = 40, beside: str = "") -> str:
         "Logger 7,,,,,,\nserial,4711,,,,,\nrange,-5,5,,,,\n",
     ],
 )
-def test_a_text_that_a_spreadsheet_filled_up_to_its_longest_line_keeps_its_names(tmp_path: Path, above: str) -> None:
+def test_a_text_that_a_spreadsheet_filled_up_to_its_longest_line_keeps_its_names(
+    tmp_path: Path, above: str
+) -> None:
     text = f"{above}time [ms],speed [rad/s],torque [N*m],,,,\n{rows(beside=',,,,')}"
     table = read_table(written(tmp_path, text))
     assert table.rows == 40
@@ -49,13 +51,16 @@ def test_a_number_in_brackets_is_an_index_and_no_unit(tmp_path: Path, header: st
 
 def test_speeds_of_several_motors_are_asked_about(tmp_path: Path) -> None:
     header = "time [ms],speed (1),torque (1),speed (2),torque (2)"
-    text = "".join(f"{k * 10},{(k % 7) - 3},{(k % 5) - 2},{(k % 3) - 1},{(k % 9) - 4}\n" for k in range(40))
+    text = "".join(
+        f"{k * 10},{(k % 7) - 3},{(k % 5) - 2},{(k % 3) - 1},{(k % 9) - 4}\n" for k in range(40)
+    )
     plan = plan_of(read_table(written(tmp_path, f"{header}\n{text}")), ColumnMap())
     assert {"slip", "effort"} <= {question.signal for question in plan.questions}
 
 
 @pytest.mark.parametrize(
-    ("name", "proposed"), [("knock", "--field none"), ("in_window", "--field none"), ("coil_on", '--field "coil_on"')]
+    ("name", "proposed"),
+    [("knock", "--field none"), ("in_window", "--field none"), ("coil_on", '--field "coil_on"')],
 )
 def test_a_mark_of_0_and_1_is_proposed_as_the_field_only_where_it_switches_something(
     tmp_path: Path, name: str, proposed: str
@@ -67,8 +72,12 @@ def test_a_mark_of_0_and_1_is_proposed_as_the_field_only_where_it_switches_somet
 
 
 @pytest.mark.parametrize("coefficient", ["COF", "Friction COF effective value", "mu"])
-def test_a_load_beside_a_coefficient_of_friction_is_no_effort(tmp_path: Path, coefficient: str) -> None:
-    body = "".join(f"{k / 100},{0.1 + k % 3 / 10},{180 + k % 2},{0.1 + k % 5 / 100}\n" for k in range(100))
+def test_a_load_beside_a_coefficient_of_friction_is_no_effort(
+    tmp_path: Path, coefficient: str
+) -> None:
+    body = "".join(
+        f"{k / 100},{0.1 + k % 3 / 10},{180 + k % 2},{0.1 + k % 5 / 100}\n" for k in range(100)
+    )
     header = f"t [s],sliding speed [m/s],Load [N],{coefficient}"
     plan = plan_of(read_table(written(tmp_path, f"{header}\n{body}")), ColumnMap())
     assert plan.signal("effort") is None
@@ -86,7 +95,9 @@ def test_kilometres_an_hour_at_the_end_of_a_name_are_a_unit(tmp_path: Path, name
 
 def test_a_load_without_such_a_coefficient_is_the_effort(tmp_path: Path) -> None:
     body = "".join(f"{k / 100},{(k % 7) / 10},{180 + k % 2}\n" for k in range(100))
-    plan = plan_of(read_table(written(tmp_path, f"t [s],Displacement [mm],Load [N]\n{body}")), ColumnMap())
+    plan = plan_of(
+        read_table(written(tmp_path, f"t [s],Displacement [mm],Load [N]\n{body}")), ColumnMap()
+    )
     effort = plan.signal("effort")
     assert effort is not None
     assert effort.column == "Load"
@@ -105,12 +116,16 @@ def workbook(path: Path, sheets: int) -> Path:
 
 
 @pytest.mark.usefixtures("read_here")
-def test_all_sheets_of_a_workbook_are_read_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_all_sheets_of_a_workbook_are_read_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path = workbook(tmp_path / "runs.xlsx", 7)
     started: list[str] = []
     run = child_process.run
 
-    def counted(module: str, file: Path, *arguments: str, memory: int | None = None) -> child_process.Answer:
+    def counted(
+        module: str, file: Path, *arguments: str, memory: int | None = None
+    ) -> child_process.Answer:
         started.append(arguments[-1])
         return run(module, file, *arguments, memory=memory)
 
@@ -147,7 +162,9 @@ def test_inspect_of_a_workbook_of_logs_takes_all(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("read_here")
 def test_a_workbook_of_excel_97_is_read(tmp_path: Path) -> None:
     names: list[str | float] = ["t [s]", "field [A]", "speed [rad/s]", "torque [N*m]"]
-    numbers: list[list[str | float]] = [[k / 100, k // 20 / 2, (k % 7) - 3.0, (k % 5) - 2.0] for k in range(60)]
+    numbers: list[list[str | float]] = [
+        [k / 100, k // 20 / 2, (k % 7) - 3.0, (k % 5) - 2.0] for k in range(60)
+    ]
     table = read_table(write_old_workbook(tmp_path / "log.xls", "run", [names, *numbers]))
     assert table.rows == 60
     assert table.columns["torque"].tolist() == [row[3] for row in numbers]
@@ -156,7 +173,9 @@ def test_a_workbook_of_excel_97_is_read(tmp_path: Path) -> None:
 
 def test_a_torn_workbook_of_excel_97_is_an_error_of_ours(tmp_path: Path) -> None:
     names: list[str | float] = ["t [s]", "speed [rad/s]"]
-    path = write_old_workbook(tmp_path / "log.xls", "run", [names, *([k / 100, k % 7 - 3.0] for k in range(60))])
+    path = write_old_workbook(
+        tmp_path / "log.xls", "run", [names, *([k / 100, k % 7 - 3.0] for k in range(60))]
+    )
     path.write_bytes(path.read_bytes()[:2500])
     with pytest.raises(LogError):
         read_table(path)
@@ -164,7 +183,10 @@ def test_a_torn_workbook_of_excel_97_is_an_error_of_ours(tmp_path: Path) -> None
 
 def test_a_yield_stress_of_a_table_of_results_is_no_effort(tmp_path: Path) -> None:
     body = "".join(f"{k},{5 + k % 3},{3 + k % 2}\n" for k in range(20))
-    plan = plan_of(read_table(written(tmp_path, f"run,Casson yield stress [mPa],Hematocrit [%]\n{body}")), ColumnMap())
+    plan = plan_of(
+        read_table(written(tmp_path, f"run,Casson yield stress [mPa],Hematocrit [%]\n{body}")),
+        ColumnMap(),
+    )
     assert plan.signal("effort") is None
 
 
@@ -193,12 +215,17 @@ def test_numbers_without_a_name_behind_a_gap_hide_no_table(tmp_path: Path) -> No
     table = read_table(path, variable="table 2")
     assert table.labels == ("Time [s]", "Rate [1/s]", "Stress [Pa]")
     assert table.rows == 30
-    assert any("numbers without a name beside the table (2 columns): left out" in note for note in table.notes)
+    assert any(
+        "numbers without a name beside the table (2 columns): left out" in note
+        for note in table.notes
+    )
 
 
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize(("gap", "name"), [(1, None), (4, "copy")])
-def test_columns_with_a_name_or_next_to_the_table_stay(tmp_path: Path, gap: int, name: str | None) -> None:
+def test_columns_with_a_name_or_next_to_the_table_stay(
+    tmp_path: Path, gap: int, name: str | None
+) -> None:
     path = sheet_with_numbers_beside(tmp_path / "log.xlsx", gap, name)
     try:
         notes = read_table(path).notes

@@ -42,13 +42,19 @@ def table(between: str, form: Callable[[float, int], str], head: str = "") -> st
     head = head or between.join(("time [s]", "field [V]", "speed [rpm]", "torque [N*m]"))
     lines = [head]
     for row in zip(TIME, FIELD, SPEED, TORQUE, strict=True):
-        lines.append(between.join(form(value, digits) for value, digits in zip(row, (3, 0, 0, 3), strict=True)))
+        lines.append(
+            between.join(
+                form(value, digits) for value, digits in zip(row, (3, 0, 0, 3), strict=True)
+            )
+        )
     return "\n".join(lines) + "\n"
 
 
 def grouped_by(thousands: str, decimal: str, quote: str = "") -> Callable[[float, int], str]:
     def form(value: float, digits: int) -> str:
-        text = f"{value:,.{digits}f}".replace(",", "_").replace(".", decimal).replace("_", thousands)
+        text = (
+            f"{value:,.{digits}f}".replace(",", "_").replace(".", decimal).replace("_", thousands)
+        )
         return f"{quote}{text}{quote}"
 
     return form
@@ -57,7 +63,9 @@ def grouped_by(thousands: str, decimal: str, quote: str = "") -> Callable[[float
 def is_the_log(recording: Recording) -> bool:
     rad_s = SPEED * 2 * np.pi / 60
     wanted = {"field": FIELD, "slip": rad_s, "effort": TORQUE}
-    return all(np.allclose(recording.signals[name], values, rtol=1e-9) for name, values in wanted.items())
+    return all(
+        np.allclose(recording.signals[name], values, rtol=1e-9) for name, values in wanted.items()
+    )
 
 
 # --- decimal marks and thousands --------------------------------------------------------------------------------------
@@ -99,7 +107,9 @@ def test_plain_whole_numbers_tell_what_a_point_is(written: Written) -> None:
 def test_a_tie_is_asked_about_with_both_readings(written: Written) -> None:
     lines = [f"{1 + i}.000;{1 + i % 3}.500;1.{100 + i};2.{200 + i}" for i in range(40)]
     path = written("time [s];field [V];speed [rad/s];torque [N*m]\n" + "\n".join(lines) + "\n")
-    with pytest.raises(LogError, match=r"1\.000 may be 1 or 1000.*--decimal \. for 1, --decimal , for 1000"):
+    with pytest.raises(
+        LogError, match=r"1\.000 may be 1 or 1000.*--decimal \. for 1, --decimal , for 1000"
+    ):
         erclutch.read(path)
     assert erclutch.read(path, {"decimal": "."}).signals["field"][0] == 1.5
     assert erclutch.read(path, {"decimal": ","}).signals["field"][0] == 1500.0
@@ -112,11 +122,17 @@ def test_two_decimal_marks_in_one_file_are_refused() -> None:
         weigh("1;0.5;0,25\n2;0.6;0,35\n", ";", ".")
 
 
-@pytest.mark.parametrize(("delimiter", "commas"), [(";", "ab"), ("\t", "c"), (";", "a"), (" ", "bc")])
+@pytest.mark.parametrize(
+    ("delimiter", "commas"), [(";", "ab"), ("\t", "c"), (";", "a"), (" ", "bc")]
+)
 def test_two_decimal_marks_are_read_where_each_column_keeps_to_one(
     written: Written, delimiter: str, commas: str
 ) -> None:
-    courses = {"a": np.arange(ROWS) / 100, "b": 2.1 * np.sin(np.arange(ROWS)), "c": 0.25 * np.cos(np.arange(ROWS))}
+    courses = {
+        "a": np.arange(ROWS) / 100,
+        "b": 2.1 * np.sin(np.arange(ROWS)),
+        "c": 0.25 * np.cos(np.arange(ROWS)),
+    }
     cells = {name: [f"{value:.4f}" for value in values] for name, values in courses.items()}
     for name in commas:
         cells[name] = [cell.replace(".", ",") for cell in cells[name]]
@@ -179,7 +195,9 @@ def test_r_names_no_column_of_row_names(written: Written) -> None:
 
 
 def test_a_cell_of_thousands_of_digits_takes_linear_time(written: Written) -> None:
-    path = written(f"time [s],field [A],slip [rad/s],torque [N*m]\n{'1' * 20_000},1,2,3\n" + "2,1,2,3\n" * 20)
+    path = written(
+        f"time [s],field [A],slip [rad/s],torque [N*m]\n{'1' * 20_000},1,2,3\n" + "2,1,2,3\n" * 20
+    )
     with pytest.raises(ErclutchError):
         erclutch.read(path)
 
@@ -187,10 +205,14 @@ def test_a_cell_of_thousands_of_digits_takes_linear_time(written: Written) -> No
 # --- columns of text --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("off", "on"), [("OFF", "ON"), ("false", "True"), ("aus", "ein"), ("no", "yes")])
+@pytest.mark.parametrize(
+    ("off", "on"), [("OFF", "ON"), ("false", "True"), ("aus", "ein"), ("no", "yes")]
+)
 def test_switches_are_ones_and_zeros(written: Written, off: str, on: str) -> None:
     lines = [f"{0.01 * i:.2f},{(off, on)[i % 4 > 1]},{i},{0.1 * i:.1f}" for i in range(ROWS)]
-    recording = erclutch.read(written("time [s],field,slip [rad/s],torque [N*m]\n" + "\n".join(lines) + "\n"))
+    recording = erclutch.read(
+        written("time [s],field,slip [rad/s],torque [N*m]\n" + "\n".join(lines) + "\n")
+    )
     assert recording.signals["field"][:4].tolist() == [0.0, 0.0, 1.0, 1.0]
     assert any("column field holds" in note and "read as 1" in note for note in recording.notes)
 
@@ -211,10 +233,15 @@ def test_a_word_in_a_column_that_nobody_asked_for_stops_nothing(written: Written
     text[20] = text[20].rpartition(",")[0] + ",fault"
     recording = erclutch.read(written("\n".join(text) + "\n"))
     assert is_the_log(recording)
-    assert any("column remark is left out: line 21, column remark is 'fault'" in note for note in recording.notes)
+    assert any(
+        "column remark is left out: line 21, column remark is 'fault'" in note
+        for note in recording.notes
+    )
 
 
-@pytest.mark.parametrize(("column", "meant"), [(0, "time"), (1, "field"), (2, "slip"), (3, "effort")])
+@pytest.mark.parametrize(
+    ("column", "meant"), [(0, "time"), (1, "field"), (2, "slip"), (3, "effort")]
+)
 @pytest.mark.parametrize("rows", [(30,), tuple(range(ROWS))])
 def test_a_column_that_is_needed_stops_the_reading(
     written: Written, column: int, meant: str, rows: tuple[int, ...]
@@ -225,7 +252,9 @@ def test_a_column_that_is_needed_stops_the_reading(
 
 def test_a_column_that_is_named_stops_the_reading(written: Written) -> None:
     path = written(with_a_word(1))
-    with pytest.raises(LogError, match="line 32, column field is 'fault' where a number is expected"):
+    with pytest.raises(
+        LogError, match="line 32, column field is 'fault' where a number is expected"
+    ):
         erclutch.read(path, {"field": "field [V]"})
     assert erclutch.read(path, {"field": "none"}).rows == ROWS
 
@@ -234,8 +263,12 @@ def test_a_column_that_is_named_stops_the_reading(written: Written) -> None:
 
 
 def test_a_row_of_oddly_written_units(written: Written) -> None:
-    lines = [f"{0.01 * i:.2f}, {0.2 * (i % 3):.1f}, {2 * i}, {i % 7}, {1000 * i}" for i in range(ROWS)]
-    text = "Time, Coil current, Power, Speed, Torque\ns, A, W, rad.s, N.mm\n" + "\n".join(lines) + "\n"
+    lines = [
+        f"{0.01 * i:.2f}, {0.2 * (i % 3):.1f}, {2 * i}, {i % 7}, {1000 * i}" for i in range(ROWS)
+    ]
+    text = (
+        "Time, Coil current, Power, Speed, Torque\ns, A, W, rad.s, N.mm\n" + "\n".join(lines) + "\n"
+    )
     recording = erclutch.read(written(text))
     assert recording.signals["slip"][:8].tolist() == [0, 1, 2, 3, 4, 5, 6, 0]
     assert recording.signals["effort"][3] == pytest.approx(3.0)
@@ -338,7 +371,9 @@ def test_codes_for_no_measurement_are_left_out_and_told(
     assert recording.rows == ROWS - len(rows)
     assert max(float(np.abs(signal).max()) for signal in recording.signals.values()) <= 1.0
     name = head.strip().split(",")[column].partition(" ")[0]
-    assert any(f"column {name} holds {code:g} in {len(rows)} row" in note for note in recording.notes)
+    assert any(
+        f"column {name} holds {code:g} in {len(rows)} row" in note for note in recording.notes
+    )
     if abs(code) < 1e30:
         kept = erclutch.read(path, {"values": "keep"})
         assert kept.rows == ROWS
@@ -351,7 +386,9 @@ def test_measurements_are_no_sentinels() -> None:
     saturated = np.clip(70_000.0 * np.sin(np.arange(500) / 9), -65535.0, 65535.0)
     assert sentinels(saturated) == {}  # the end of what a converter can say
     assert sentinels(np.where(np.arange(500) == 77, 412.3, np.sin(np.arange(500)))) == {}  # a spike
-    assert list(sentinels(np.where(np.arange(500) < 400, -999.0, np.sin(np.arange(500))))) == []  # most of the log
+    assert (
+        list(sentinels(np.where(np.arange(500) < 400, -999.0, np.sin(np.arange(500))))) == []
+    )  # most of the log
     torque = 300.0 * np.sin(np.arange(500) / 50)
     torque[70] = -999.0
     assert list(sentinels(torque)) == [-999.0]
@@ -362,7 +399,11 @@ def test_measurements_are_no_sentinels() -> None:
 
 def stamped(stamps: Array, rows: Array | None = None) -> Recording:
     kept = np.arange(stamps.size) if rows is None else rows
-    signals = {"slip": np.sin(kept / 50.0), "field": np.zeros(kept.size), "effort": np.cos(kept / 50.0)}
+    signals = {
+        "slip": np.sin(kept / 50.0),
+        "field": np.zeros(kept.size),
+        "effort": np.cos(kept / 50.0),
+    }
     return erclutch.recording_from_arrays(signals, {"slip": "rad/s", "effort": "N*m"}, time=stamps)
 
 
@@ -416,14 +457,23 @@ def test_seconds_since_1970_survive_a_writer(tmp_path: Path) -> None:
 def test_times_that_no_clock_counts_are_one_line(written: Written) -> None:
     lines = [f"{i}e300,1,{i % 5},{i % 3}" for i in range(ROWS)]
     with pytest.raises(TimingError, match=r"column time goes up to 5\.9e\+301 s"):
-        erclutch.read(written("time [s],field [A],slip [rad/s],torque [N*m]\n" + "\n".join(lines) + "\n"))
+        erclutch.read(
+            written("time [s],field [A],slip [rad/s],torque [N*m]\n" + "\n".join(lines) + "\n")
+        )
 
 
 @pytest.mark.parametrize(
     ("digits", "point", "thousands"),
-    [("٠١٢٣٤٥٦٧٨٩", "٫", "٬"), ("۰۱۲۳۴۵۶۷۸۹", "٫", ""), ("０１２３４５６７８９", "．", ""), ("०१२३४५६७८९", ".", "")],
+    [
+        ("٠١٢٣٤٥٦٧٨٩", "٫", "٬"),
+        ("۰۱۲۳۴۵۶۷۸۹", "٫", ""),
+        ("０１２３４５６７８９", "．", ""),
+        ("०१२३४५६७८९", ".", ""),
+    ],
 )
-def test_digits_of_other_scripts_are_numbers(written: Written, digits: str, point: str, thousands: str) -> None:
+def test_digits_of_other_scripts_are_numbers(
+    written: Written, digits: str, point: str, thousands: str
+) -> None:
     signs = str.maketrans("0123456789._", f"{digits}{point}_")
 
     def form(value: float, places: int) -> str:
@@ -449,8 +499,12 @@ def test_a_column_of_decimal_commas_may_have_points_between_its_thousands(writte
         ("10^2 torque [N*m]", "10^2 torque [0.01 N*m]"),
     ],
 )
-def test_a_power_of_ten_beside_the_name_of_a_signal_is_asked_about(written: Written, name: str, option: str) -> None:
-    path = written(table(";", lambda value, digits: f"{value:.{digits}f}").replace("torque [N*m]", name))
+def test_a_power_of_ten_beside_the_name_of_a_signal_is_asked_about(
+    written: Written, name: str, option: str
+) -> None:
+    path = written(
+        table(";", lambda value, digits: f"{value:.{digits}f}").replace("torque [N*m]", name)
+    )
     with pytest.raises(MappingError, match="may be times it, or over it") as asked:
         erclutch.read(path)
     assert option in asked.value.remedy
@@ -459,6 +513,10 @@ def test_a_power_of_ten_beside_the_name_of_a_signal_is_asked_about(written: Writ
 
 
 @pytest.mark.parametrize("name", ["torque (×10⁻³ N*m)", "torque [10^-3 N*m]"])
-def test_a_power_of_ten_within_the_unit_of_a_signal_is_of_the_unit(written: Written, name: str) -> None:
-    path = written(table(";", lambda value, digits: f"{value:.{digits}f}").replace("torque [N*m]", name))
+def test_a_power_of_ten_within_the_unit_of_a_signal_is_of_the_unit(
+    written: Written, name: str
+) -> None:
+    path = written(
+        table(";", lambda value, digits: f"{value:.{digits}f}").replace("torque [N*m]", name)
+    )
     assert np.allclose(erclutch.read(path).signals["effort"], 1e-3 * TORQUE)

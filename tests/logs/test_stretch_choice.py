@@ -17,12 +17,20 @@ from tests.support.examples import examples
 
 
 def log_of(
-    rows: int, field: np.ndarray | None = None, effort: np.ndarray | None = None, slip: np.ndarray | None = None
+    rows: int,
+    field: np.ndarray | None = None,
+    effort: np.ndarray | None = None,
+    slip: np.ndarray | None = None,
 ) -> Dataset:
     time = np.arange(rows, dtype=np.float64) * 1e-3
     return Dataset(
         "single",
-        (Element(np.ones(rows) if field is None else field, 3.0 + np.sin(time) if slip is None else slip),),
+        (
+            Element(
+                np.ones(rows) if field is None else field,
+                3.0 + np.sin(time) if slip is None else slip,
+            ),
+        ),
         np.zeros(rows) if effort is None else effort,
         Clock(time, (Span(0, rows, 1e-3),)),
         Units("N", "V", "m/s"),
@@ -73,7 +81,10 @@ def test_the_measured_effort_has_no_say() -> None:
     data = log_of(200 * STRETCH)
     effort = np.zeros(data.rows)
     effort[71 * STRETCH : 71 * STRETCH + 5000] = 1e6
-    assert kept_places(replace(data, effort=effort), 44 * STRETCH).tolist() == kept_places(data, 44 * STRETCH).tolist()
+    assert (
+        kept_places(replace(data, effort=effort), 44 * STRETCH).tolist()
+        == kept_places(data, 44 * STRETCH).tolist()
+    )
 
 
 def test_where_everything_is_rare_few_stretches_are_kept_for_it() -> None:
@@ -128,7 +139,10 @@ def test_stretches_begin_in_motion_or_behind_a_gap() -> None:
     assert np.any(first_rows > 100 * STRETCH)
     still = log_of(rows, slip=np.zeros(rows))
     gap = replace(
-        still, clock=replace(still.clock, spans=(Span(0, 7 * STRETCH + 9, 1e-3), Span(7 * STRETCH + 9, rows, 1e-3)))
+        still,
+        clock=replace(
+            still.clock, spans=(Span(0, 7 * STRETCH + 9, 1e-3), Span(7 * STRETCH + 9, rows, 1e-3))
+        ),
     )
     choice = StretchChoice(rows, rows - 1)
     for stretch in cut(0, 0, gap):

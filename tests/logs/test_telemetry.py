@@ -28,7 +28,10 @@ SIGNALS = {"time": TIME, "position": ANGLE, "velocity": RATE, "torque": TORQUE}
 
 
 def _plan(columns: dict[str, np.ndarray], **told: Any) -> Plan:
-    return plan_of(Table("a.csv", columns, dict.fromkeys(columns), "x", path="a.csv"), ColumnMap.from_dict(told))
+    return plan_of(
+        Table("a.csv", columns, dict.fromkeys(columns), "x", path="a.csv"),
+        ColumnMap.from_dict(told),
+    )
 
 
 def _columns(plan: Plan) -> dict[str, str]:
@@ -61,14 +64,18 @@ def test_a_high_voltage_beside_the_current_of_a_drive_is_the_field() -> None:
 @pytest.mark.parametrize("word", ["des", "_des", "Des"])
 def test_what_is_called_des_was_told(word: str) -> None:
     told = f"q{word}" if word != "des" else "des_q"
-    plan = _plan({"t": TIME, told: ANGLE, "q_meas": ANGLE + 0.01, "qd_meas": RATE, "tau_meas": TORQUE})
+    plan = _plan(
+        {"t": TIME, told: ANGLE, "q_meas": ANGLE + 0.01, "qd_meas": RATE, "tau_meas": TORQUE}
+    )
     assert _columns(plan)["position"] == "q_meas"
 
 
 def test_a_d_at_the_end_is_desired_beside_the_rate_itself() -> None:
     names = {"q": ANGLE, "q_d": ANGLE, "dq": RATE, "dq_d": RATE, "tau_J": TORQUE, "tau_J_d": TORQUE}
     assert _columns(_plan({"time": TIME, **names}))["slip"] == "dq"
-    assert _columns(_plan({"time": TIME, "q": ANGLE, "q_d": RATE, "torque": TORQUE}))["slip"] == "q_d"
+    assert (
+        _columns(_plan({"time": TIME, "q": ANGLE, "q_d": RATE, "torque": TORQUE}))["slip"] == "q_d"
+    )
 
 
 def test_what_a_drive_estimates_of_its_motion_is_the_motion_where_nothing_else_is() -> None:
@@ -84,10 +91,17 @@ def test_numbers_of_joints_may_stand_within_names_and_behind_a_letter() -> None:
     for joint in range(3):
         share = 1.0 + joint
         inside |= {f"motors[{joint}].dq": share * RATE, f"motors[{joint}].tauEst": share * TORQUE}
-        behind |= {f"MeasuredPosition_A{joint + 1}": share * ANGLE, f"MeasuredTorque_A{joint + 1}": share * TORQUE}
+        behind |= {
+            f"MeasuredPosition_A{joint + 1}": share * ANGLE,
+            f"MeasuredTorque_A{joint + 1}": share * TORQUE,
+        }
     first = {each.signal: each.column for each in _plan(inside).signals if each.column}
     assert first == {"slip": "motors[0].dq", "effort": "motors[0].tauEst"}
-    assert _plan(behind).command().endswith('--position "MeasuredPosition_A3" --effort "MeasuredTorque_A3"')
+    assert (
+        _plan(behind)
+        .command()
+        .endswith('--position "MeasuredPosition_A3" --effort "MeasuredTorque_A3"')
+    )
 
 
 def test_the_load_of_a_spring_s_angle_is_no_effort() -> None:
@@ -99,7 +113,9 @@ def _woven(joint: list[str], path: Path) -> Path:
     lines = [f"time,{joint[0]},position,velocity,effort"]
     for row, at in enumerate(TIME):
         for share, name in enumerate(joint[1:], start=1):
-            lines.append(f"{at:.2f},{name},{share * ANGLE[row]:.6f},{share * RATE[row]:.6f},{share * TORQUE[row]:.6f}")
+            lines.append(
+                f"{at:.2f},{name},{share * ANGLE[row]:.6f},{share * RATE[row]:.6f},{share * TORQUE[row]:.6f}"
+            )
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
 
@@ -118,7 +134,8 @@ def test_rows_of_joints_that_take_turns_are_asked_about(tmp_path: Path, joint: l
 def test_words_in_turns_beside_one_course_of_time_ask_nothing(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     rows = [
-        f"{at:.2f},{'left' if v < 0 else 'right'},{v:.6f},{f:.6f}" for at, v, f in zip(TIME, RATE, TORQUE, strict=True)
+        f"{at:.2f},{'left' if v < 0 else 'right'},{v:.6f},{f:.6f}"
+        for at, v, f in zip(TIME, RATE, TORQUE, strict=True)
     ]
     path.write_text("time,direction,velocity,torque\n" + "\n".join(rows) + "\n", encoding="utf-8")
     assert plan_of(read_table(path), ColumnMap()).questions == ()
@@ -130,7 +147,9 @@ def test_structs_inside_of_a_struct_with_a_time_are_its_signals(tmp_path: Path) 
     state = {"q": _upright(ANGLE), "dq": _upright(RATE), "tau": _upright(TORQUE)}
     savemat(path, {"data": {"time": _upright(TIME), "state": state, "info": {"robot": "elbow"}}})
     assert list(read_table(path).columns) == ["time", "q", "dq", "tau"]
-    joints = {name: {"angle": ANGLE, "velocity": RATE, "torque": TORQUE} for name in ("hip", "knee")}
+    joints = {
+        name: {"angle": ANGLE, "velocity": RATE, "torque": TORQUE} for name in ("hip", "knee")
+    }
     savemat(path, {"exo": {"time": TIME, **joints}})
     assert "knee.torque" in read_table(path).columns
 
@@ -140,7 +159,11 @@ def test_signals_to_the_workspace_with_one_time_are_one_recording(tmp_path: Path
     path = tmp_path / "log.mat"
     signals = {"omega": RATE, "torque": TORQUE, "i_coil": LEVELS}
     structs = {
-        name: {"time": _upright(TIME), "signals": {"values": _upright(values), "label": ""}, "blockName": f"m/{name}"}
+        name: {
+            "time": _upright(TIME),
+            "signals": {"values": _upright(values), "label": ""},
+            "blockName": f"m/{name}",
+        }
         for name, values in signals.items()
     }
     savemat(path, structs)
@@ -157,7 +180,10 @@ def test_signals_to_the_workspace_with_one_time_are_one_recording(tmp_path: Path
 def test_a_struct_array_of_trials_with_structs_inside_is_opened(tmp_path: Path) -> None:
     trials = np.zeros(2, dtype=[("name", object), ("data", object)])
     for number in range(2):
-        trials[number] = (f"trial{number}", {"time": TIME, "dq": (1 + number) * RATE, "tau": TORQUE})
+        trials[number] = (
+            f"trial{number}",
+            {"time": TIME, "dq": (1 + number) * RATE, "tau": TORQUE},
+        )
     path = tmp_path / "log.mat"
     savemat(path, {"S": trials})
     table = read_table(path, variable="S(2).data")
@@ -169,7 +195,11 @@ def test_groups_under_one_time_are_one_recording(tmp_path: Path) -> None:
     path = tmp_path / "log.h5"
     with h5py.File(path, "w") as file:
         file["time"] = TIME
-        for name, values in {"motor/velocity": RATE, "brake/current": LEVELS, "sensor/torque": TORQUE}.items():
+        for name, values in {
+            "motor/velocity": RATE,
+            "brake/current": LEVELS,
+            "sensor/torque": TORQUE,
+        }.items():
             file[name] = values
     plan = plan_of(read_table(path), ColumnMap())
     assert plan.questions == ()
@@ -209,17 +239,35 @@ def test_lists_beside_names_in_json_are_columns_of_joints(tmp_path: Path) -> Non
     lines: list[str] = []
     for row in range(TIME.size):
         stamp = {"sec": int(TIME[row]), "nanosec": round((TIME[row] % 1) * 1e9)}
-        state = {"name": ["hip", "knee"], "velocity": [RATE[row], 2 * RATE[row]], "effort": [TORQUE[row]] * 2}
+        state = {
+            "name": ["hip", "knee"],
+            "velocity": [RATE[row], 2 * RATE[row]],
+            "effort": [TORQUE[row]] * 2,
+        }
         lines.append(json.dumps({"header": {"stamp": stamp}, **state}))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     table = read_table(path)
     assert {"hip.velocity", "knee.effort"} <= {*table.columns}
-    assert plan_of(table, ColumnMap()).command().endswith('--slip "knee.velocity" --effort "knee.effort"')
+    assert (
+        plan_of(table, ColumnMap())
+        .command()
+        .endswith('--slip "knee.velocity" --effort "knee.effort"')
+    )
 
 
 def test_cells_of_a_row_have_names_for_each_place() -> None:
-    row = {"t": 1, "q": [1, 2], "motors": [{"dq": 3}, {"dq": 4}], "arm": {"name": ["a", "b"], "tau": [5, 6]}}
+    row = {
+        "t": 1,
+        "q": [1, 2],
+        "motors": [{"dq": 3}, {"dq": 4}],
+        "arm": {"name": ["a", "b"], "tau": [5, 6]},
+    }
     assert dict(cells_of(row)) == {
         "t": 1, "q_1": 1, "q_2": 2, "motors[0].dq": 3, "motors[1].dq": 4, "arm.a.tau": 5, "arm.b.tau": 6,
     }  # fmt: skip
-    assert dict(cells_of({"name": ["a", "a"], "tau": [5, 6]})) == {"name_1": "a", "name_2": "a", "tau_1": 5, "tau_2": 6}
+    assert dict(cells_of({"name": ["a", "a"], "tau": [5, 6]})) == {
+        "name_1": "a",
+        "name_2": "a",
+        "tau_1": 5,
+        "tau_2": 6,
+    }

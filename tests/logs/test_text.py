@@ -41,9 +41,15 @@ def header_of(style: str, delimiter: str) -> list[str]:
     labels = {
         "plain": [delimiter.join(NAMES)],
         "quoted": [delimiter.join(f'"{name}"' for name in NAMES)],
-        "square": [delimiter.join(f"{name} [{unit}]" for name, unit in zip(NAMES, UNITS, strict=True))],
-        "round": [delimiter.join(f"{name} ({unit})" for name, unit in zip(NAMES, UNITS, strict=True))],
-        "slash": [delimiter.join(f"{name} / {unit}" for name, unit in zip(NAMES, UNITS, strict=True))],
+        "square": [
+            delimiter.join(f"{name} [{unit}]" for name, unit in zip(NAMES, UNITS, strict=True))
+        ],
+        "round": [
+            delimiter.join(f"{name} ({unit})" for name, unit in zip(NAMES, UNITS, strict=True))
+        ],
+        "slash": [
+            delimiter.join(f"{name} / {unit}" for name, unit in zip(NAMES, UNITS, strict=True))
+        ],
         "second row": [delimiter.join(NAMES), delimiter.join(UNITS)],
         "comment": ["# " + delimiter.join(NAMES)],
         "none": [],
@@ -55,7 +61,9 @@ def header_of(style: str, delimiter: str) -> list[str]:
 @settings(max_examples=examples(150), suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(
     data=st.lists(
-        st.tuples(*[st.floats(allow_nan=False, allow_infinity=False, width=64)] * 4), min_size=3, max_size=12
+        st.tuples(*[st.floats(allow_nan=False, allow_infinity=False, width=64)] * 4),
+        min_size=3,
+        max_size=12,
     ),
     delimiter=st.sampled_from([",", ";", "\t", "|", "  "]),
     comma=st.booleans(),
@@ -65,7 +73,13 @@ def header_of(style: str, delimiter: str) -> list[str]:
     encoding=st.sampled_from(["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "latin-1"]),
 )
 def test_numbers_come_back_exactly(
-    data: list[tuple[float, ...]], delimiter: str, comma: bool, style: str, ending: str, trailing: bool, encoding: str
+    data: list[tuple[float, ...]],
+    delimiter: str,
+    comma: bool,
+    style: str,
+    ending: str,
+    trailing: bool,
+    encoding: str,
 ) -> None:
     comma = comma and delimiter != ","
     trailing = trailing and delimiter != "  "
@@ -74,7 +88,11 @@ def test_numbers_come_back_exactly(
     lines = [delimiter.join(repr(cell) for cell in row) for row in data]
     lines = [line.replace(".", ",") if comma else line for line in lines]
     text = (
-        ending.join(line + delimiter.strip(" ") * trailing for line in [*header_of(style, delimiter), *lines]) + ending
+        ending.join(
+            line + delimiter.strip(" ") * trailing
+            for line in [*header_of(style, delimiter), *lines]
+        )
+        + ending
     )
     table = table_of(text.encode(encoding))
     assert list(table.columns) == (["c1", "c2", "c3", "c4"] if style == "none" else list(NAMES))
@@ -93,9 +111,18 @@ def test_random_bytes_give_a_table_or_an_error_of_ours(data: bytes) -> None:
 
 @pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
-@given(st.lists(st.tuples(st.integers(0, 200), st.integers(0, 255)), min_size=1, max_size=8), st.integers(0, 200))
-def test_a_damaged_log_gives_a_table_or_an_error_of_ours(changes: list[tuple[int, int]], cut: int) -> None:
-    text = bytearray(b"Rate: 1000\n" + b't,"V [cm/s]",F,\n' + b"".join(b"%d.5,2.25,-%d,\n" % (i, i) for i in range(15)))
+@given(
+    st.lists(st.tuples(st.integers(0, 200), st.integers(0, 255)), min_size=1, max_size=8),
+    st.integers(0, 200),
+)
+def test_a_damaged_log_gives_a_table_or_an_error_of_ours(
+    changes: list[tuple[int, int]], cut: int
+) -> None:
+    text = bytearray(
+        b"Rate: 1000\n"
+        + b't,"V [cm/s]",F,\n'
+        + b"".join(b"%d.5,2.25,-%d,\n" % (i, i) for i in range(15))
+    )
     for place, byte in changes:
         text[place % len(text)] = byte
     with suppress(ErclutchError):
@@ -158,7 +185,9 @@ def test_text_columns_are_left_out_and_said() -> None:
 
 
 def test_a_header_block_gives_period_and_metadata() -> None:
-    text = "Sampling Rate [kHz]: 2\nOperator: Meier\n\nn, F\n" + "".join(f"{i}, 1.5\n" for i in range(12))
+    text = "Sampling Rate [kHz]: 2\nOperator: Meier\n\nn, F\n" + "".join(
+        f"{i}, 1.5\n" for i in range(12)
+    )
     table = table_of(text)
     assert table.sample_period == pytest.approx(0.5e-3)
     assert table.metadata["Operator"] == "Meier"
@@ -216,7 +245,10 @@ def test_gzip_is_undone(tmp_path: Path) -> None:
         ("t,V,F\n0,1,2\n1,2\n3,4,5\n6,7,8\n", "line 3 has 2 cells where 3 are expected"),
         ("t V F\n0 1 2\n1 2\n3 4 5\n6 7 8\n", "line 3 has 2 cells where 3 are expected"),
         ("t,F\nbad,0\n1,2\n2,3\n3,4\n", "line 2, column 1 is 'bad' where a number is expected"),
-        ("t,F\n0,5,1,25\n1,5,2,25\n", "line 1 names 2 columns but the rows have 4 cells (commas in the numbers?)"),
+        (
+            "t,F\n0,5,1,25\n1,5,2,25\n",
+            "line 1 names 2 columns but the rows have 4 cells (commas in the numbers?)",
+        ),
         ("t,F\x00\n0,1\n", "the file holds binary data, not text"),
     ],
 )
@@ -291,7 +323,11 @@ def test_a_second_remark_on_a_row_is_left_out_and_told() -> None:
     assert table.rows == 60
     assert "line 61 has more cells than there are columns: left out" in table.notes
     with pytest.raises(LogError, match="line 61 has 5 cells where 4 are expected"):
-        table_of("Sample, Date/Time, Force (N), Events\n" + "\n".join(rows).replace("DAQ Stop", "7") + "\n")
+        table_of(
+            "Sample, Date/Time, Force (N), Events\n"
+            + "\n".join(rows).replace("DAQ Stop", "7")
+            + "\n"
+        )
 
 
 def test_a_label_with_two_units_keeps_its_own_and_says_so() -> None:
@@ -314,13 +350,18 @@ def test_dates_of_a_spreadsheet_are_days(tmp_path: Path) -> None:
     path.write_text("time,field [V],slip [rad/s],effort [N*m]\n" + rows)
     recording = read(path)
     assert recording.period == pytest.approx(0.01, rel=1e-6)
-    assert any("no unit: dates as spreadsheets number them, taken as days" in note for note in recording.notes)
+    assert any(
+        "no unit: dates as spreadsheets number them, taken as days" in note
+        for note in recording.notes
+    )
 
 
 @pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("us", 1e6), ("ns", 1e9)])
 def test_a_time_since_1970_is_known_by_its_size(tmp_path: Path, unit: str, factor: float) -> None:
     stamps = [round(factor * (1_709_560_790 + k / 100)) for k in range(200)]
-    (tmp_path / "log.csv").write_text("timestamp,field [V],slip [rad/s],effort [N*m]\n" + _signals(stamps))
+    (tmp_path / "log.csv").write_text(
+        "timestamp,field [V],slip [rad/s],effort [N*m]\n" + _signals(stamps)
+    )
     recording = read(tmp_path / "log.csv")
     assert recording.period == pytest.approx(0.01, rel=1e-6)
     assert any(f"no unit: a time since 1970, taken as {unit}" in note for note in recording.notes)
@@ -329,27 +370,40 @@ def test_a_time_since_1970_is_known_by_its_size(tmp_path: Path, unit: str, facto
 def test_rows_far_apart_in_a_time_without_a_unit_are_doubted(tmp_path: Path) -> None:
     log = tmp_path / "log.csv"
     log.write_text("time,field [V],slip [rad/s],effort [N*m]\n" + _signals(range(200)))
-    with pytest.raises(MappingError, match=r'grows by 1 a row.*--time "time \[s\]", or --time "time \[ms\]"'):
+    with pytest.raises(
+        MappingError, match=r'grows by 1 a row.*--time "time \[s\]", or --time "time \[ms\]"'
+    ):
         read(log)
     assert read(log, time="time [ms]").period == pytest.approx(1e-3)
     assert any('give --time "time [ms]"' in note for note in read(log, time="time").notes)
 
 
 @pytest.mark.parametrize(("first", "step"), [(0.0, 0.4), (1.7e9, 2.0), (1.7e12, 20.0)])
-def test_rows_that_are_near_each_other_or_stamped_since_1970_are_not(tmp_path: Path, first: float, step: float) -> None:
+def test_rows_that_are_near_each_other_or_stamped_since_1970_are_not(
+    tmp_path: Path, first: float, step: float
+) -> None:
     log = tmp_path / "log.csv"
-    log.write_text("time,field [V],slip [rad/s],effort [N*m]\n" + _signals(first + step * k for k in range(200)))
+    log.write_text(
+        "time,field [V],slip [rad/s],effort [N*m]\n"
+        + _signals(first + step * k for k in range(200))
+    )
     assert read(log).period == pytest.approx(step * (1e-3 if first > 1e12 else 1.0))
 
 
 def test_names_one_short_are_those_of_all_columns_but_of_the_row_names(tmp_path: Path) -> None:
     log, names = tmp_path / "log.csv", "time [s],field [V],slip [rad/s],effort [N*m]\n"
     rows = _signals(k / 100 for k in range(200)).splitlines()
-    counted, called = ([f"{name(k)},{row}" for k, row in enumerate(rows)] for name in ("{}".format, '"run {}"'.format))
+    counted, called = (
+        [f"{name(k)},{row}" for k, row in enumerate(rows)]
+        for name in ("{}".format, '"run {}"'.format)
+    )
     for named in (counted, called):
         log.write_text(names + "\n".join(named) + "\n")
         assert read(log).period == pytest.approx(0.01)
-    behind, before = [f"{row},{k / 7:.3f}" for k, row in enumerate(rows)], [f"{k / 50},{r}" for k, r in enumerate(rows)]
+    behind, before = (
+        [f"{row},{k / 7:.3f}" for k, row in enumerate(rows)],
+        [f"{k / 50},{r}" for k, r in enumerate(rows)],
+    )
     for told_of_nowhere in (behind, before):
         log.write_text(names + "\n".join(told_of_nowhere) + "\n")
         with pytest.raises(LogError, match=r"line 1 names 4 columns but the rows have 5 cells"):
@@ -363,8 +417,18 @@ def _signals(stamps: Iterable[object]) -> str:
 @pytest.mark.parametrize(
     "pattern",
     [
-        *("%d/%m/%Y %H:%M:%S.%f", "%m/%d/%Y %H:%M:%S.%f", "%d.%m.%Y %H:%M:%S.%f", "%m-%d-%Y %H:%M:%S.%f"),
-        *("%Y-%m-%dT%H:%M:%S.%f", "%Y-%m-%d %H:%M:%S.%f000", "%d/%m/%y %H:%M:%S,%f", "%m/%d/%Y %I:%M:%S.%f %p"),
+        *(
+            "%d/%m/%Y %H:%M:%S.%f",
+            "%m/%d/%Y %H:%M:%S.%f",
+            "%d.%m.%Y %H:%M:%S.%f",
+            "%m-%d-%Y %H:%M:%S.%f",
+        ),
+        *(
+            "%Y-%m-%dT%H:%M:%S.%f",
+            "%Y-%m-%d %H:%M:%S.%f000",
+            "%d/%m/%y %H:%M:%S,%f",
+            "%m/%d/%Y %I:%M:%S.%f %p",
+        ),
     ],
 )
 @pytest.mark.parametrize("whole", ["keeps its zeros", "loses its zeros"])
@@ -387,7 +451,8 @@ def test_a_clock_set_back_within_its_zone_goes_on() -> None:
 
 def test_a_date_and_a_time_in_two_columns(tmp_path: Path) -> None:
     rows = "".join(
-        f"31.12.2024;{'23:59:59' if k < 10 else '00:00:00'},{k % 10}00;{k % 2},5;{k % 7},0\n" for k in range(20)
+        f"31.12.2024;{'23:59:59' if k < 10 else '00:00:00'},{k % 10}00;{k % 2},5;{k % 7},0\n"
+        for k in range(20)
     )
     rows = rows.replace("31.12.2024;00", "01.01.2025;00")
     path = tmp_path / "log.csv"
@@ -397,7 +462,9 @@ def test_a_date_and_a_time_in_two_columns(tmp_path: Path) -> None:
     assert table.clock is not None
     np.testing.assert_allclose(table.clock, np.arange(20) / 10, atol=1e-9)
     assert not [note for note in table.notes if "holds text" in note]
-    path.write_text("Uhrzeit;Kraft [N];Weg [mm]\n" + re.sub(r"(?m)^[\d.]+;", "", rows))  # over midnight, without a date
+    path.write_text(
+        "Uhrzeit;Kraft [N];Weg [mm]\n" + re.sub(r"(?m)^[\d.]+;", "", rows)
+    )  # over midnight, without a date
     clock = read_table(path).clock
     assert clock is not None
     np.testing.assert_allclose(clock, np.arange(20) / 10, atol=1e-9)
@@ -412,7 +479,9 @@ def test_a_damaged_gzip_is_named_on_every_road(seed: int, tmp_path: Path) -> Non
     rows = "".join(f"{k / 1000},{k % 7 + 0.5}\n" for k in range(4000))
     whole = gzip.compress(f"t,F\n{rows}".encode(), mtime=0)
     chance = random.Random(seed)
-    damaged = bytearray(whole[: chance.randrange(len(whole) // 2, len(whole))] if seed % 3 == 0 else whole)
+    damaged = bytearray(
+        whole[: chance.randrange(len(whole) // 2, len(whole))] if seed % 3 == 0 else whole
+    )
     damaged[chance.randrange(20, len(damaged))] ^= 1 << chance.randrange(8)
     path = tmp_path / "log.csv.gz"
     path.write_bytes(damaged)
@@ -444,7 +513,9 @@ def test_a_gzip_that_unpacks_to_far_more_than_a_log_is_refused(tmp_path: Path) -
     squeeze = zlib.compressobj(6, zlib.DEFLATED, 31)
     block = b"0.001,0.5,0.5\n" * 100_000
     path.write_bytes(b"".join(squeeze.compress(block) for _ in range(40)) + squeeze.flush())
-    with pytest.raises(LogError, match=r"bomb.csv.gz: the file unpacks to more than [34]\d,\d+,\d+ bytes of text\."):
+    with pytest.raises(
+        LogError, match=r"bomb.csv.gz: the file unpacks to more than [34]\d,\d+,\d+ bytes of text\."
+    ):
         read_table(path)
 
 
@@ -457,7 +528,12 @@ def test_names_are_made_in_linear_time() -> None:
     assert notes[0] == "column 2 has the name 'x' of an earlier one: renamed 'x (2)'"
 
 
-@given(st.lists(st.sampled_from(["x", "x [N]", "x [m]", "x (2)", "", " x", "c2", "a\x00\u202e"]), max_size=12))
+@given(
+    st.lists(
+        st.sampled_from(["x", "x [N]", "x [m]", "x (2)", "", " x", "c2", "a\x00\u202e"]),
+        max_size=12,
+    )
+)
 def test_names_differ_and_can_be_seen(labels: list[str]) -> None:
     names, _, _ = name_columns(labels)
     assert len(set(names)) == len(labels)
@@ -492,13 +568,18 @@ def test_a_python_without_eastern_tables_reads_the_numbers() -> None:
 def _in_blocks(blocks: list[int], gap: str = "\n") -> str:
     rows = iter(range(sum(blocks)))
     return "v [m/s],F [N]\n" + gap.join(
-        "".join(f"{np.sin(row / 3):.4f},{np.cos(row / 5):.4f}\n" for _, row in zip(range(many), rows, strict=False))
+        "".join(
+            f"{np.sin(row / 3):.4f},{np.cos(row / 5):.4f}\n"
+            for _, row in zip(range(many), rows, strict=False)
+        )
         for many in blocks
     )
 
 
 @pytest.mark.parametrize("gap", ["\n", "\r\n \r\n", "# second test\n"])
-def test_a_blank_line_between_rows_without_a_clock_begins_a_stretch(tmp_path: Path, gap: str) -> None:
+def test_a_blank_line_between_rows_without_a_clock_begins_a_stretch(
+    tmp_path: Path, gap: str
+) -> None:
     (tmp_path / "a.csv").write_text(_in_blocks([30, 20], "\n" + gap), encoding="utf-8", newline="")
     log = read(tmp_path / "a.csv", rate="10 Hz")
     assert log.segments == ((0, 30), (30, 50))
@@ -511,30 +592,52 @@ def test_blank_lines_between_few_rows_are_spaces(tmp_path: Path, blocks: list[in
     assert len(read(tmp_path / "a.csv", rate="10 Hz").segments) == 1
 
 
-@pytest.mark.parametrize("line", ["Radius, Type, Rate, Load,\nDisc B,Rotary,100,3,", "Disc B,Rotary,100,3,"])
+@pytest.mark.parametrize(
+    "line", ["Radius, Type, Rate, Load,\nDisc B,Rotary,100,3,", "Disc B,Rotary,100,3,"]
+)
 def test_settings_with_numbers_above_the_names_are_no_row(tmp_path: Path, line: str) -> None:
-    rows = "".join(f"{row / 10:.1f},{np.sin(row / 3):.4f},{np.cos(row / 5):.4f},4,\n" for row in range(30))
-    (tmp_path / "a.csv").write_text(f"{line}\ntime [s],v [m/s],F [N],step,\n{rows}", encoding="utf-8")
+    rows = "".join(
+        f"{row / 10:.1f},{np.sin(row / 3):.4f},{np.cos(row / 5):.4f},4,\n" for row in range(30)
+    )
+    (tmp_path / "a.csv").write_text(
+        f"{line}\ntime [s],v [m/s],F [N],step,\n{rows}", encoding="utf-8"
+    )
     table = read_table(tmp_path / "a.csv")
     assert (table.rows, [*table.columns]) == (30, ["time", "v", "F", "step"])
 
 
 @pytest.mark.parametrize(
     ("head", "between", "end"),
-    [("%t,i,v,F\n%[s],[A],[rad/s],[N]\n", ",", ";"), ("t,i,v,F\n", ",", ";  "), ("t\ti\tv\tF\n", "\t", ";")],
+    [
+        ("%t,i,v,F\n%[s],[A],[rad/s],[N]\n", ",", ";"),
+        ("t,i,v,F\n", ",", ";  "),
+        ("t\ti\tv\tF\n", "\t", ";"),
+    ],
 )
-def test_a_semicolon_at_the_end_of_each_row_is_no_cell(tmp_path: Path, head: str, between: str, end: str) -> None:
+def test_a_semicolon_at_the_end_of_each_row_is_no_cell(
+    tmp_path: Path, head: str, between: str, end: str
+) -> None:
     rows = [[f"{k / 100:.2f}", f"{k % 3}.5", f"-{k}.25", f"{2 * k}.125"] for k in range(40)]
     path = tmp_path / "log.csv"
-    path.write_text(head + "\r\n".join(between.join(row) + end for row in rows) + "\r\n", encoding="utf-8")
+    path.write_text(
+        head + "\r\n".join(between.join(row) + end for row in rows) + "\r\n", encoding="utf-8"
+    )
     table = read_table(path)
-    assert {name: values[3] for name, values in table.columns.items()} == {"t": 0.03, "i": 0.5, "v": -3.25, "F": 6.125}
+    assert {name: values[3] for name, values in table.columns.items()} == {
+        "t": 0.03,
+        "i": 0.5,
+        "v": -3.25,
+        "F": 6.125,
+    }
 
 
 @pytest.mark.parametrize("above", ["t,i,F\n", "%t,i,F\n%[s],[A],[N]\n", "t,i,F\ns,A,N\n"])
 def test_a_first_row_without_a_number_is_a_row_and_no_names(tmp_path: Path, above: str) -> None:
     path = tmp_path / "log.csv"
-    path.write_text(above + "nan,NaN,nan\n" + "".join(f"{k / 100},{k % 3},{k}\n" for k in range(40)), encoding="utf-8")
+    path.write_text(
+        above + "nan,NaN,nan\n" + "".join(f"{k / 100},{k % 3},{k}\n" for k in range(40)),
+        encoding="utf-8",
+    )
     table = read_table(path)
     assert [*table.columns] == ["t", "i", "F"]
     assert table.rows == 41
@@ -554,5 +657,6 @@ def test_a_line_of_too_few_names_is_told(tmp_path: Path) -> None:
     table = read_table(path)
     assert list(table.columns) == ["c1", "c2", "c3", "c4", "c5"]
     assert (
-        "the line above the rows names 3 columns, the rows have 5 cells: the columns are called c1 .. c5" in table.notes
+        "the line above the rows names 3 columns, the rows have 5 cells: the columns are called c1 .. c5"
+        in table.notes
     )

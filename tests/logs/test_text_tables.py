@@ -22,13 +22,22 @@ CURRENT = np.repeat([0.0, 1.0], 25)
 
 
 def rows(*columns: np.ndarray, between: str = ",", decimal: str = ".") -> str:
-    lines = (between.join(f"{x:.9g}".replace(".", decimal) for x in row) for row in zip(*columns, strict=True))
+    lines = (
+        between.join(f"{x:.9g}".replace(".", decimal) for x in row)
+        for row in zip(*columns, strict=True)
+    )
     return "\n".join(lines) + "\n"
 
 
-def two(between: str = ",", decimal: str = ".", titles: tuple[str, str] = ("", ""), blank: str = "\n") -> str:
-    first = f"time [s]{between}speed [rad/s]\n" + rows(TIME, SPEED, between=between, decimal=decimal)
-    second = f"time [s]{between}current [A]\n" + rows(TIME, CURRENT, between=between, decimal=decimal)
+def two(
+    between: str = ",", decimal: str = ".", titles: tuple[str, str] = ("", ""), blank: str = "\n"
+) -> str:
+    first = f"time [s]{between}speed [rad/s]\n" + rows(
+        TIME, SPEED, between=between, decimal=decimal
+    )
+    second = f"time [s]{between}current [A]\n" + rows(
+        TIME, CURRENT, between=between, decimal=decimal
+    )
     return f"{titles[0]}{first}{blank}{titles[1]}{second}"
 
 
@@ -40,11 +49,17 @@ def file_of(folder: Path, text: str) -> Path:
 
 @pytest.mark.parametrize(("between", "decimal"), [(",", "."), (";", ","), ("\t", ".")])
 @pytest.mark.parametrize(
-    ("titles", "names"), [(("", ""), ["table 1", "table 2"]), (("Run 1\n", "# Run 2\n"), ["Run 1", "Run 2"])]
+    ("titles", "names"),
+    [(("", ""), ["table 1", "table 2"]), (("Run 1\n", "# Run 2\n"), ["Run 1", "Run 2"])],
 )
 @pytest.mark.parametrize("blank", ["\n", ""])
 def test_each_table_is_a_recording(
-    tmp_path: Path, between: str, decimal: str, titles: tuple[str, str], names: list[str], blank: str
+    tmp_path: Path,
+    between: str,
+    decimal: str,
+    titles: tuple[str, str],
+    names: list[str],
+    blank: str,
 ) -> None:
     path = file_of(tmp_path, two(between, decimal, titles, blank))
     with pytest.raises(LogError, match="several recordings: "):
@@ -72,13 +87,17 @@ def test_a_row_of_units_and_other_columns(tmp_path: Path) -> None:
 def test_a_text_with_one_table_has_no_recordings_to_choose_from(tmp_path: Path) -> None:
     path = file_of(tmp_path, "time [s],speed [rad/s]\n" + rows(TIME, SPEED))
     assert recordings_in(path) == []
-    with pytest.raises(LogError, match="the text is one recording, so it has no 'table 1' for --variable"):
+    with pytest.raises(
+        LogError, match="the text is one recording, so it has no 'table 1' for --variable"
+    ):
         read_table(path, variable="table 1")
 
 
 @pytest.mark.parametrize("line", ["abc,def", "time [s],", "x,y\n1,2"])
 def test_a_wrong_line_is_no_second_table(tmp_path: Path, line: str) -> None:
-    path = file_of(tmp_path, "time [s],speed [rad/s]\n" + rows(TIME, SPEED) + line + "\n" + rows(TIME, SPEED))
+    path = file_of(
+        tmp_path, "time [s],speed [rad/s]\n" + rows(TIME, SPEED) + line + "\n" + rows(TIME, SPEED)
+    )
     try:
         said = str(read_table(path).unreadable)
     except ErclutchError as error:
@@ -97,14 +116,19 @@ def test_text_above_a_table_is_skipped_with_a_word(tmp_path: Path) -> None:
     prose = "This is a test of the clutch.\nIt ran well, and 3 of 4 problems are solved.\nOperator: somebody\n\n"
     table = read_table(file_of(tmp_path, prose + "time [s],speed [rad/s]\n" + rows(TIME, SPEED)))
     np.testing.assert_allclose(table.columns["speed"], SPEED)
-    assert any(n.startswith("text above the table skipped: 'This is a test of the clutch.'") for n in table.notes)
+    assert any(
+        n.startswith("text above the table skipped: 'This is a test of the clutch.'")
+        for n in table.notes
+    )
     assert table.metadata["Operator"] == "somebody"
 
 
 @pytest.mark.slow
 @settings(max_examples=examples(100), deadline=None)
 @given(place=st.integers(0, 5000), damage=st.sampled_from("0x,;.\n\t -\"'#"))
-def test_a_changed_byte_never_moves_a_column(tmp_path_factory: pytest.TempPathFactory, place: int, damage: str) -> None:
+def test_a_changed_byte_never_moves_a_column(
+    tmp_path_factory: pytest.TempPathFactory, place: int, damage: str
+) -> None:
     """Of each table that is read at most one row of a column differs; what is missing is named."""
     text = two()
     place %= len(text)
@@ -127,7 +151,9 @@ def test_a_changed_byte_never_moves_a_column(tmp_path_factory: pytest.TempPathFa
         ("t;disp;force;Error;Speed setpoint", "sec;m;N;-;-"),
     ],
 )
-def test_a_row_of_seconds_and_short_units_names_nothing(tmp_path: Path, names: str, units: str) -> None:
+def test_a_row_of_seconds_and_short_units_names_nothing(
+    tmp_path: Path, names: str, units: str
+) -> None:
     rows = "\n".join(f"{k / 100};{k % 7};{k % 5};{k % 3};{k % 11}" for k in range(20))
     (tmp_path / "a.csv").write_text(f"Test bench 4\n{names}\n{units}\n{rows}\n", encoding="utf-8")
     table = read_table(tmp_path / "a.csv")
@@ -146,17 +172,25 @@ def block(number: int, header: str, time: np.ndarray) -> str:
 
 
 @pytest.mark.parametrize("units", ["in\tlbf\tSec", "mm\tkN\tsec"])
-def test_blocks_of_one_test_are_one_recording_where_the_time_goes_on(tmp_path: Path, units: str) -> None:
+def test_blocks_of_one_test_are_one_recording_where_the_time_goes_on(
+    tmp_path: Path, units: str
+) -> None:
     header = f"Stroke\tLoad\tTime\n{units}\n"
-    text = "MTS793|MPT|ENU|1|2|.|/|:|1|0|0|A\n\n" + "".join(block(each, header, TIME + each / 2) for each in range(4))
+    text = "MTS793|MPT|ENU|1|2|.|/|:|1|0|0|A\n\n" + "".join(
+        block(each, header, TIME + each / 2) for each in range(4)
+    )
     table = read_table(file_of(tmp_path, text))
     assert list(table.columns) == ["Stroke", "Load", "Time"]
     assert [table.units[name] for name in table.columns] == units.split("\t")
-    np.testing.assert_allclose(table.columns["Time"], np.concatenate([TIME + each / 2 for each in range(4)]))
+    np.testing.assert_allclose(
+        table.columns["Time"], np.concatenate([TIME + each / 2 for each in range(4)])
+    )
     assert any("the names stand 4 times in the text" in note for note in table.notes)
 
 
-def test_blocks_whose_time_begins_anew_or_in_other_units_are_recordings_of_their_own(tmp_path: Path) -> None:
+def test_blocks_whose_time_begins_anew_or_in_other_units_are_recordings_of_their_own(
+    tmp_path: Path,
+) -> None:
     header = "Stroke\tLoad\tTime\nmm\tkN\tsec\n"
     anew = "".join(block(each, header, TIME) for each in range(3))
     assert recordings_in(file_of(tmp_path, anew)) == ["table 1", "table 2", "table 3"]
@@ -178,7 +212,9 @@ def test_a_text_of_many_tables_is_searched_once_for_all_of_them(
     monkeypatch.setattr(text_tables, "_headers", counted)
     rows = "\n".join(f"{k / 10},{k % 7},{k % 5}" for k in range(30))
     path = tmp_path / "steps.txt"
-    path.write_text("\n\n".join(f"Step {k}\nt [s],w{k} [rad/s],M [N*m]\n{rows}" for k in range(9)) + "\n")
+    path.write_text(
+        "\n\n".join(f"Step {k}\nt [s],w{k} [rad/s],M [N*m]\n{rows}" for k in range(9)) + "\n"
+    )
     tables = tables_in(path, recordings_in(path))
     assert len(tables) == 9
     assert all(isinstance(table, Table) for table in tables.values())

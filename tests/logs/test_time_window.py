@@ -18,7 +18,15 @@ from erclutch.signals.recording import Recording
 
 @pytest.mark.parametrize(
     ("text", "seconds"),
-    [("2", 2.0), ("2 s", 2.0), ("500ms", 0.5), ("1 min", 60.0), ("-3 s", -3.0), ("0", 0.0), ("1e11", 1e11)],
+    [
+        ("2", 2.0),
+        ("2 s", 2.0),
+        ("500ms", 0.5),
+        ("1 min", 60.0),
+        ("-3 s", -3.0),
+        ("0", 0.0),
+        ("1e11", 1e11),
+    ],
 )
 def test_times_as_people_write_them(text: str, seconds: float) -> None:
     assert seconds_of("from", text) == pytest.approx(seconds, rel=1e-15)
@@ -55,7 +63,12 @@ def log() -> Recording:
     ],
 )
 def test_the_rows_of_a_window(
-    log: Recording, begin: float | None, end: float | None, skip: float | None, first: int, last: int
+    log: Recording,
+    begin: float | None,
+    end: float | None,
+    skip: float | None,
+    first: int,
+    last: int,
 ) -> None:
     found = within(log, begin, end, skip)
     rows = np.arange(first, last + 1)
@@ -86,11 +99,15 @@ def test_a_window_with_too_few_rows(log: Recording, window: dict[str, float], pr
         within(log, **window)
     assert caught.value.problem == problem
     remedy = "The log goes from 5 s to 6.99 s: widen --from, --until or --skip"
-    assert caught.value.remedy == (remedy if "rows" in problem else "Give the time to leave out, 0 or more")
+    assert caught.value.remedy == (
+        remedy if "rows" in problem else "Give the time to leave out, 0 or more"
+    )
     with pytest.raises(SettingError) as caught:
         list(batches_within(in_batches(log, 25, 3), **window))
     assert caught.value.problem == problem
-    assert caught.value.remedy == (remedy if "rows" in problem else "Give the time to leave out, 0 or more")
+    assert caught.value.remedy == (
+        remedy if "rows" in problem else "Give the time to leave out, 0 or more"
+    )
 
 
 def test_ten_rows_are_enough(log: Recording) -> None:
@@ -110,7 +127,9 @@ def in_batches(log: Recording, size: int, margin: int) -> list[Batch]:
     return found
 
 
-@pytest.mark.parametrize("window", [(5.1, 5.3, None), (None, None, 0.05), (5.2, 6.6, 0.5), (None, 6.45, None)])
+@pytest.mark.parametrize(
+    "window", [(5.1, 5.3, None), (None, None, 0.05), (5.2, 6.6, 0.5), (None, 6.45, None)]
+)
 def test_batches_keep_the_rows_that_the_whole_log_keeps(
     log: Recording, window: tuple[float | None, float | None, float | None]
 ) -> None:

@@ -15,10 +15,14 @@ _RANDOM = np.random.default_rng(0)
 BURSTS = np.repeat(np.cumsum(_RANDOM.integers(1, 9, 1000)), _RANDOM.integers(1, 9, 1000)) * 1e-3
 
 
-def clock_of(stamps: np.ndarray, same: list[int] | None = None, hint: float | None = None) -> LogClock:
+def clock_of(
+    stamps: np.ndarray, same: list[int] | None = None, hint: float | None = None
+) -> LogClock:
     alike = np.zeros(len(stamps), dtype=np.bool_)
     alike[same or []] = True
-    return time_stamps.from_stamps(np.asarray(stamps, dtype=np.float64), alike, column="t", hint=hint)
+    return time_stamps.from_stamps(
+        np.asarray(stamps, dtype=np.float64), alike, column="t", hint=hint
+    )
 
 
 PERIODS = (1e-3, 0.2, 1 / 3, 1 / 1024, 3.328e-4, 5e-3)
@@ -26,7 +30,8 @@ PERIODS = (1e-3, 0.2, 1 / 3, 1 / 1024, 3.328e-4, 5e-3)
 
 # From 1970 on, a double cannot hold the shorter periods.
 @pytest.mark.parametrize(
-    ("period", "start"), [(p, s) for p in PERIODS for s in (0.0, 12.5, 1.7e9) if s < 1e9 or p >= 1e-3]
+    ("period", "start"),
+    [(p, s) for p in PERIODS for s in (0.0, 12.5, 1.7e9) if s < 1e9 or p >= 1e-3],
 )
 def test_exact_stamps_stay_as_they_are(period: float, start: float) -> None:
     stamps = start + ROWS * period
@@ -126,7 +131,10 @@ def test_a_period_in_the_header_is_taken_where_the_stamps_agree() -> None:
         (np.arange(1), "only 1 row of data, 10 are needed"),
         (np.arange(9), "only 9 rows of data, 10 are needed"),
         (np.full(50, 3.0), "column t is 3 in all 50 rows"),
-        (np.r_[ROWS[:500], ROWS[400:]] * 1e-3, r"column t runs backwards at data row 501: 0.4 s after 0.499 s"),
+        (
+            np.r_[ROWS[:500], ROWS[400:]] * 1e-3,
+            r"column t runs backwards at data row 501: 0.4 s after 0.499 s",
+        ),
         (BURSTS, "without a pattern"),
     ],
 )
@@ -148,7 +156,10 @@ def test_steps_that_no_logger_makes_are_refused() -> None:
 
 @settings(max_examples=examples(200), deadline=None)
 @given(
-    st.lists(st.floats(-1e6, 1e6, allow_nan=False) | st.sampled_from([0.0, 1e-3, 1e-300, 5e-324]), max_size=40),
+    st.lists(
+        st.floats(-1e6, 1e6, allow_nan=False) | st.sampled_from([0.0, 1e-3, 1e-300, 5e-324]),
+        max_size=40,
+    ),
     st.booleans(),
 )
 def test_any_stamps_give_a_clock_or_a_timing_error(values: list[float], ordered: bool) -> None:
@@ -185,12 +196,17 @@ def test_stamps_since_1970_are_as_fine_as_a_double_lets_them_be(start: float) ->
 
 def test_a_clock_that_begins_anew_begins_a_new_stretch() -> None:
     one = np.arange(300, dtype=np.float64) / 1000.0
-    clock = time_stamps.from_stamps(np.concatenate([one + 5, one, one]), np.zeros(900, np.bool_), column="t")
+    clock = time_stamps.from_stamps(
+        np.concatenate([one + 5, one, one]), np.zeros(900, np.bool_), column="t"
+    )
     assert clock.starts == (0, 300, 600)
     assert clock.uniform
     assert clock.period == pytest.approx(0.001)
     assert np.all(np.diff(clock.time) > 0)
-    assert clock.notes[0] == "t begins anew in data row 301, 601: a new stretch each time, 0.011 s after the last"
+    assert (
+        clock.notes[0]
+        == "t begins anew in data row 301, 601: a new stretch each time, 0.011 s after the last"
+    )
 
 
 def test_a_clock_that_falls_back_a_little_is_refused() -> None:
@@ -226,7 +242,10 @@ def test_stamps_may_wander_by_a_thousandth(share: float, uniform: bool) -> None:
     assert clock.uniform
     assert any("early or late about a steady" in n for n in clock.notes) != uniform
     assert (
-        any("wanders by less than 0.1 % of a period: put on the regular grid of 0.1 s" in n for n in clock.notes)
+        any(
+            "wanders by less than 0.1 % of a period: put on the regular grid of 0.1 s" in n
+            for n in clock.notes
+        )
         == uniform
     )
     np.testing.assert_allclose(clock.time, ROWS * 0.1, atol=1e-4)
@@ -286,18 +305,28 @@ def test_the_period_is_that_of_a_weighted_straight_line() -> None:
     second = np.arange(60) >= 30
     design = np.column_stack([np.arange(60) - 30 * second, ~second, second]) * weight[:, None]
     assert wander > 1.0
-    assert period == pytest.approx(np.linalg.lstsq(design, stamps * weight, rcond=None)[0][0], rel=1e-9)
+    assert period == pytest.approx(
+        np.linalg.lstsq(design, stamps * weight, rcond=None)[0][0], rel=1e-9
+    )
 
 
 def test_the_mean_step_leaves_gaps_out() -> None:
     stamps = np.cumsum([0.0, 1.0, 1.2, 0.8, 1.4, 9.0, 1.0])
-    assert time_stamps._period(stamps, np.zeros(7)) == pytest.approx((1.0 + 1.2 + 0.8 + 1.4 + 1.0) / 5)
+    assert time_stamps._period(stamps, np.zeros(7)) == pytest.approx(
+        (1.0 + 1.2 + 0.8 + 1.4 + 1.0) / 5
+    )
     assert time_stamps._period(stamps, np.full(7, 9.0)) == pytest.approx(stamps[-1] / 6)
 
 
 @pytest.mark.parametrize(
     ("rows", "stray"),
-    [([10], True), ([10, 20], True), ([10, 20, 30], False), ([10, 20, 32], False), ([10, 20, 33], True)],
+    [
+        ([10], True),
+        ([10, 20], True),
+        ([10, 20, 30], False),
+        ([10, 20, 32], False),
+        ([10, 20, 33], True),
+    ],
 )
 def test_repeats_at_equal_distances_are_no_strays(rows: list[int], stray: bool) -> None:
     repeats = np.zeros(100, np.bool_)
@@ -335,7 +364,8 @@ def test_when_a_clock_has_begun_anew() -> None:
     joined, (note,) = time_stamps._restarted(np.concatenate([np.arange(150.0)] * 7), "t")
     assert np.all(np.diff(joined)[149::150] == pytest.approx(11.0))
     assert (
-        note == "t begins anew in data row 151, 301, 451, 601, 751, ...: a new stretch each time, 11 s after the last"
+        note
+        == "t begins anew in data row 151, 301, 451, 601, 751, ...: a new stretch each time, 11 s after the last"
     )
 
 
@@ -351,7 +381,9 @@ def test_the_shortest_step(step: float, fine: bool) -> None:
 def test_backwards_more_than_once_is_counted() -> None:
     stamps = np.arange(50.0)
     stamps[[20, 30]] -= 5.0
-    with pytest.raises(TimingError, match=r"runs backwards at data row 21: 15 s after 19 s \(2 times in all\)"):
+    with pytest.raises(
+        TimingError, match=r"runs backwards at data row 21: 15 s after 19 s \(2 times in all\)"
+    ):
         clock_of(stamps)
 
 

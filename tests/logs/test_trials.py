@@ -26,11 +26,15 @@ def force(level: float) -> Array:
     return (40.0 + 600.0 * level) * np.tanh(SPEED / 0.01)
 
 
-PAGES = np.stack([np.column_stack([TIME, SPEED, force(i), np.full(TIME.size, i)]) for i in LEVELS], axis=2)
+PAGES = np.stack(
+    [np.column_stack([TIME, SPEED, force(i), np.full(TIME.size, i)]) for i in LEVELS], axis=2
+)
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (2, 1, 0), (1, 0, 2)])
-def test_pages_of_an_array_are_trials_whatever_stands_first(tmp_path: Path, order: tuple[int, int, int]) -> None:
+def test_pages_of_an_array_are_trials_whatever_stands_first(
+    tmp_path: Path, order: tuple[int, int, int]
+) -> None:
     path = tmp_path / "log.npz"
     np.savez(path, data=np.transpose(PAGES, order), names=np.array(NAMES))
     assert recordings_in(path) == ["data(1)", "data(2)", "data(3)"]
@@ -40,7 +44,10 @@ def test_pages_of_an_array_are_trials_whatever_stands_first(tmp_path: Path, orde
 
 
 def test_pages_of_matlab_have_the_names_and_units_of_cells(tmp_path: Path) -> None:
-    cells = {"labels": np.array(NAMES, dtype=object), "units": np.array(["s", "m/s", "N", "A"], dtype=object)}
+    cells = {
+        "labels": np.array(NAMES, dtype=object),
+        "units": np.array(["s", "m/s", "N", "A"], dtype=object),
+    }
     savemat(tmp_path / "log.mat", {"data": PAGES, **cells})
     recording = read(tmp_path / "log.mat", variable="data(2)")
     assert recording.units == {"field": "A", "slip": "m/s", "effort": "N"}
@@ -54,7 +61,9 @@ def test_pages_without_names_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["mat", "npz"])
-def test_columns_beside_a_field_with_a_number_for_each_are_trials(tmp_path: Path, kind: str) -> None:
+def test_columns_beside_a_field_with_a_number_for_each_are_trials(
+    tmp_path: Path, kind: str
+) -> None:
     columns: dict[str, Any] = {
         "time": TIME,
         "velocity": np.tile(SPEED[:, None], 3),

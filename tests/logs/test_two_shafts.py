@@ -22,7 +22,13 @@ DRIVING = 50.0 + 5.0 * np.sin(TIME)
 
 def columns_of(driving: str, driven: str, slip: Array, effort: str = "torque") -> dict[str, Array]:
     torque = (0.1 + FIELD) * np.tanh(5.0 * slip)
-    return {"time": TIME, driving: DRIVING, driven: DRIVING - slip, effort: torque, "current": FIELD}
+    return {
+        "time": TIME,
+        driving: DRIVING,
+        driven: DRIVING - slip,
+        effort: torque,
+        "current": FIELD,
+    }
 
 
 def planned(columns: dict[str, Array], name: str = "a.csv", **labels: str) -> Plan:
@@ -45,7 +51,9 @@ PAIRS = [
 
 
 @pytest.mark.parametrize(("driving", "driven"), PAIRS)
-def test_the_slip_is_the_difference_where_the_effort_keeps_to_its_sign(driving: str, driven: str) -> None:
+def test_the_slip_is_the_difference_where_the_effort_keeps_to_its_sign(
+    driving: str, driven: str
+) -> None:
     columns = columns_of(driving, driven, TURNS)
     plan = planned(columns)
     slip = plan.signal("slip")
@@ -57,7 +65,9 @@ def test_the_slip_is_the_difference_where_the_effort_keeps_to_its_sign(driving: 
 
 
 @pytest.mark.parametrize(("driving", "driven"), PAIRS)
-def test_it_is_asked_about_where_nothing_tells_a_clutch_from_a_gear(driving: str, driven: str) -> None:
+def test_it_is_asked_about_where_nothing_tells_a_clutch_from_a_gear(
+    driving: str, driven: str
+) -> None:
     columns = columns_of(driving, driven, 3.0 + TURNS)
     plan = planned(columns)
     assert [question.signal for question in plan.questions] == ["slip"]
@@ -67,7 +77,9 @@ def test_it_is_asked_about_where_nothing_tells_a_clutch_from_a_gear(driving: str
 
 @pytest.mark.parametrize("place", ["name", "column", "header"])
 def test_the_word_clutch_settles_it(place: str) -> None:
-    columns = columns_of("n_in", "n_out", 3.0 + TURNS, "clutch torque" if place == "column" else "torque")
+    columns = columns_of(
+        "n_in", "n_out", 3.0 + TURNS, "clutch torque" if place == "column" else "torque"
+    )
     table = Table("Kupplung 3.csv" if place == "name" else "a.csv", columns, {}, "0" * 64)
     if place == "header":
         table = replace(table, metadata={"Prüfling": "MR-Kupplung"})
@@ -84,7 +96,9 @@ def test_a_difference_is_named_with_a_sign_and_a_unit(tmp_path: Path) -> None:
     np.testing.assert_allclose(recording.signals["slip"], -TURNS * np.pi / 30, atol=1e-9)
     with_units = read(log, slip="a [rpm] - b [rpm]", effort="torque", field="current")
     np.testing.assert_allclose(with_units.signals["slip"], TURNS * np.pi / 30, atol=1e-9)
-    with pytest.raises(MappingError, match=r"pair.csv: .*difference of two units, rpm and rad/s.*one unit"):
+    with pytest.raises(
+        MappingError, match=r"pair.csv: .*difference of two units, rpm and rad/s.*one unit"
+    ):
         read(log, slip="a [rpm] - b [rad/s]", effort="torque", field="current")
     with pytest.raises(MappingError, match="there is no column 'a - c' for slip"):
         read(log, slip="a - c", effort="torque", field="current")
@@ -123,7 +137,11 @@ def test_the_file_is_said_to_have_its_own_columns_alone() -> None:
     assert "n_in - n_out" not in plan.spare
 
 
-@given(st.lists(st.sampled_from(["a", "b", "a - b", "b - a", "c"]), min_size=1, max_size=5, unique=True))
+@given(
+    st.lists(
+        st.sampled_from(["a", "b", "a - b", "b - a", "c"]), min_size=1, max_size=5, unique=True
+    )
+)
 def test_parts_are_two_columns_of_the_file(names: list[str]) -> None:
     columns = {name: np.full(3, float(place)) for place, name in enumerate(names)}
     table = Table("a.csv", columns, {}, "0" * 64)
@@ -133,7 +151,9 @@ def test_parts_are_two_columns_of_the_file(names: list[str]) -> None:
             assert parts is None
         elif parts is not None:
             assert " - ".join(parts) == label
-            np.testing.assert_array_equal(table.planned(label), columns[parts[0]] - columns[parts[1]])
+            np.testing.assert_array_equal(
+                table.planned(label), columns[parts[0]] - columns[parts[1]]
+            )
 
 
 def test_the_angles_of_two_shafts_differ_by_the_angle_of_the_slip() -> None:

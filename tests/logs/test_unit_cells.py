@@ -32,11 +32,17 @@ def log(path: Path, header: str, row: str) -> Path:
     [
         ("time,current,velocity,force", "{t:.2f} s,{i:.1f} A,{v:.6f} m/s,{f:.6f} N", 1.0),
         ("time [s],current,velocity [m/s],force [N]", "{t:.2f},{i:.1f}A,{v:.6f},{f:.6f}", 1.0),
-        ("time [s];current [mA];velocity [m/s];force [N]", "{t:.2f};{i:.1f}mA;{v:.6f};{f:.6f}", 1e-3),
+        (
+            "time [s];current [mA];velocity [m/s];force [N]",
+            "{t:.2f};{i:.1f}mA;{v:.6f};{f:.6f}",
+            1e-3,
+        ),
         ("time\tcurrent\tvelocity\tforce", "{t:.2f}s\t{i:.1f}A\t{v:.6f}m/s\t{f:.6f}N", 1.0),
     ],
 )
-def test_units_of_cells_are_those_of_the_column(tmp_path: Path, header: str, row: str, ampere: float) -> None:
+def test_units_of_cells_are_those_of_the_column(
+    tmp_path: Path, header: str, row: str, ampere: float
+) -> None:
     path = log(tmp_path / "d.csv", header, row)
     assert any("cells hold their units" in note for note in read_table(path).notes)
     recording = read(path)

@@ -38,9 +38,15 @@ def rows(form: str) -> list[str]:
     [
         ([], "{t:.2f},s, {v:.5f},mm/s, {f:.4f},N, {i:g},{u}"),
         (["time,,speed,,force,,current,"], "{t:.2f},s,{v:.5f},mm/s,{f:.4f},N,{i:g},{u}"),
-        (["time;unit;speed;unit;force;unit;current;unit"], "{t:.2f};s;{v:.5f};mm/s;{f:.4f};N;{i:g};{u}"),
+        (
+            ["time;unit;speed;unit;force;unit;current;unit"],
+            "{t:.2f};s;{v:.5f};mm/s;{f:.4f};N;{i:g};{u}",
+        ),
         (["time speed force current"], "{t:.2f} s {v:.5f} mm/s {f:.4f} N {i:g} {u}"),
-        (["bench 3", "time\t\tspeed\t\tforce\t\tcurrent\t"], "{t:.2f}\ts\t{v:.5f}\tmm/s\t{f:.4f}\tN\t{i:g}\t{u}"),
+        (
+            ["bench 3", "time\t\tspeed\t\tforce\t\tcurrent\t"],
+            "{t:.2f}\ts\t{v:.5f}\tmm/s\t{f:.4f}\tN\t{i:g}\t{u}",
+        ),
     ],
 )
 def test_a_unit_in_a_cell_of_its_own_is_that_of_the_number_before_it(
@@ -57,9 +63,17 @@ def test_a_unit_in_a_cell_of_its_own_is_that_of_the_number_before_it(
 @pytest.mark.parametrize(
     "lines",
     [
-        ["time,speed,phase,force", *[f"{t:.2f},{v:.4f},A,{f:.3f}" for t, v, f in zip(TIME, SPEED, FORCE, strict=True)]],
-        ["time,speed,fix,force", *[f"{t:.2f},{v:.4f},V,{f:.3f}" for t, v, f in zip(TIME, SPEED, FORCE, strict=True)]],
-        [f"{t:.2f},{f:.3f},N" for t, f in zip(TIME, FORCE, strict=True)],  # one letter alone may be a flag
+        [
+            "time,speed,phase,force",
+            *[f"{t:.2f},{v:.4f},A,{f:.3f}" for t, v, f in zip(TIME, SPEED, FORCE, strict=True)],
+        ],
+        [
+            "time,speed,fix,force",
+            *[f"{t:.2f},{v:.4f},V,{f:.3f}" for t, v, f in zip(TIME, SPEED, FORCE, strict=True)],
+        ],
+        [
+            f"{t:.2f},{f:.3f},N" for t, f in zip(TIME, FORCE, strict=True)
+        ],  # one letter alone may be a flag
         ["time,value,unit", *[f"{k},{k}.5,{'N' if k % 2 else 'mm'}" for k in range(40)]],
     ],
 )
@@ -94,11 +108,18 @@ def test_the_ends_of_each_range_above_the_rows_are_no_rows(tmp_path: Path, sums:
     assert any("the first 2 rows sum up those below" in note for note in read_back.notes)
 
 
-@pytest.mark.parametrize("words", [("Minimum", "Maximum"), ("Mean", "Std", "Min", "Max"), ("Mittelwert",)])
-def test_words_for_a_summary_above_the_rows_are_no_rows(tmp_path: Path, words: tuple[str, ...]) -> None:
+@pytest.mark.parametrize(
+    "words", [("Minimum", "Maximum"), ("Mean", "Std", "Min", "Max"), ("Mittelwert",)]
+)
+def test_words_for_a_summary_above_the_rows_are_no_rows(
+    tmp_path: Path, words: tuple[str, ...]
+) -> None:
     lines = [f"{k},{t:.2f},{f:.3f}" for k, (t, f) in enumerate(zip(TIME, FORCE, strict=True))]
     table = read_table(
-        written(tmp_path / "log.csv", ["point,time [s],force [N]", *[f"{word},1.0,2.0" for word in words], *lines])
+        written(
+            tmp_path / "log.csv",
+            ["point,time [s],force [N]", *[f"{word},1.0,2.0" for word in words], *lines],
+        )
     )
     assert table.rows == len(TIME)
     assert list(table.columns) == ["point", "time", "force"]
@@ -125,7 +146,10 @@ def test_rows_that_each_begin_with_such_a_word_stay(tmp_path: Path) -> None:
     ],
 )
 def test_units_above_names_and_below_them_in_one_cell(tmp_path: Path, names: list[str]) -> None:
-    lines = [f"{t:.2f},{v * 1e3:.4f},{f:.3f},{i}" for t, v, f, i in zip(TIME, SPEED, FORCE, CURRENT, strict=True)]
+    lines = [
+        f"{t:.2f},{v * 1e3:.4f},{f:.3f},{i}"
+        for t, v, f, i in zip(TIME, SPEED, FORCE, CURRENT, strict=True)
+    ]
     table = read_table(written(tmp_path / "log.csv", [*names, *lines]))
     assert [*table.units.values()] == ["s", "mm/s", "N", "A"]
     assert table.rows == len(TIME)

@@ -57,7 +57,9 @@ CASES = [
 
 
 @pytest.mark.parametrize(("unit", "signal", "factor", "si"), CASES)
-def test_a_unit_becomes_the_first_fitting_si_unit(unit: str, signal: str, factor: float, si: str) -> None:
+def test_a_unit_becomes_the_first_fitting_si_unit(
+    unit: str, signal: str, factor: float, si: str
+) -> None:
     assert units.conversion(unit, SIGNALS[signal], "V") == (pytest.approx(factor, rel=1e-14), si)
 
 
@@ -134,7 +136,9 @@ def test_a_log_in_si_units_does_not_wait_for_pint() -> None:
     assert wanted <= units.COMMON.keys() | {"%"}
 
 
-def test_temperatures_and_lines_of_names_do_not_wait_for_pint(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_temperatures_and_lines_of_names_do_not_wait_for_pint(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     def asked(text: str, spelled: str) -> None:
         raise AssertionError(f"pint is asked for {text}")
 
@@ -146,7 +150,8 @@ def test_temperatures_and_lines_of_names_do_not_wait_for_pint(monkeypatch: pytes
 
 
 @pytest.mark.parametrize(
-    ("written", "means"), [("VDC", "V"), ("mVac", "mV"), ("kVrms", "kV"), ("A DC", "A"), ("mArms", "mA")]
+    ("written", "means"),
+    [("VDC", "V"), ("mVac", "mV"), ("kVrms", "kV"), ("A DC", "A"), ("mArms", "mA")],
 )
 def test_what_kind_of_voltage_or_current_it_is_changes_no_unit(written: str, means: str) -> None:
     assert units.parse(written).factor == units.parse(means).factor

@@ -27,7 +27,17 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
 WIDTHS = tuple(0.01 * k for k in range(12))
-BAND = Band(0.95, 0.01, 5.0, (0.0, 100.0), (-1.0, 1.0), (10.0, 60.0), (0.3,), WIDTHS, tuple(2.0 * w for w in WIDTHS))
+BAND = Band(
+    0.95,
+    0.01,
+    5.0,
+    (0.0, 100.0),
+    (-1.0, 1.0),
+    (10.0, 60.0),
+    (0.3,),
+    WIDTHS,
+    tuple(2.0 * w for w in WIDTHS),
+)
 NUMBERS = st.floats(-1e4, 1e4)
 
 
@@ -46,18 +56,25 @@ def some_model() -> TorqueModel:
     ranges = Range((0.0, 100.0), (-1.0, 1.0), (-1.0, 1.0))
     shape = {s.name: shape.get(s.name, s.lower) for s in structure.shapes(1e-3)}
     gains = {g.name: 0.2 for g in structure.gains()}
-    return TorqueModel(structure, Reference(100.0, 1.0, 1e-3), shape, gains, Units("N*m", "V", "rad/s"), ranges)
+    return TorqueModel(
+        structure, Reference(100.0, 1.0, 1e-3), shape, gains, Units("N*m", "V", "rad/s"), ranges
+    )
 
 
 def _cell_of(field: float, slip: float, followed: float) -> int:
     """The cell, counted as the docstring says: 32 cells of 3.125 V and of 1/16 rad/s, the classes of their centres."""
     centre = 3.125 * (min(max(int(field / 3.125), 0), 31) + 0.5)
     speed = 0.0625 * (min(max(int((slip + 1.0) / 0.0625), 0), 31) + 0.5) - 1.0
-    fields, slips = sum(centre > e for e in BAND.field_edges), sum(abs(speed) > e for e in BAND.slip_edges)
+    fields, slips = (
+        sum(centre > e for e in BAND.field_edges),
+        sum(abs(speed) > e for e in BAND.slip_edges),
+    )
     return (int(abs(field - followed) > BAND.threshold) * 3 + fields) * 2 + slips
 
 
-def _alone(field: Array, slip: Array, spans: tuple[Span, ...] | None = None) -> tuple[list[Element], Clock]:
+def _alone(
+    field: Array, slip: Array, spans: tuple[Span, ...] | None = None
+) -> tuple[list[Element], Clock]:
     n = field.size
     return [Element(field, slip)], Clock(1e-3 * np.arange(float(n)), spans or (Span(0, n, 1e-3),))
 
@@ -68,10 +85,16 @@ def _found(fields: Any, slips: Any, followed: Any) -> list[Any]:
 
 
 @given(st.tuples(NUMBERS, NUMBERS), st.tuples(NUMBERS, NUMBERS), NUMBERS)
-def test_cell_and_leading_element(fields: tuple[float, float], slips: tuple[float, float], followed: float) -> None:
-    found = _found([np.array([f]) for f in fields], [np.array([w]) for w in slips], np.array([followed]))
+def test_cell_and_leading_element(
+    fields: tuple[float, float], slips: tuple[float, float], followed: float
+) -> None:
+    found = _found(
+        [np.array([f]) for f in fields], [np.array([w]) for w in slips], np.array([followed])
+    )
     field, slip, place, switching = (x[0] for x in found)
-    first = int(fields[1] ** 2 > fields[0] ** 2)  # as the C asks: below 1e-162 squares are zero, and the first one wins
+    first = int(
+        fields[1] ** 2 > fields[0] ** 2
+    )  # as the C asks: below 1e-162 squares are zero, and the first one wins
     assert (field, slip) == (fields[first], slips[first])
     assert switching * 6 + place == _cell_of(fields[first], slips[first], followed)
 
@@ -79,7 +102,10 @@ def test_cell_and_leading_element(fields: tuple[float, float], slips: tuple[floa
 @pytest.mark.parametrize("precision", [FLOAT32, FLOAT64])
 def test_the_record_has_the_cells(precision: Precision) -> None:
     rng = np.random.default_rng(0)
-    x = {name: rng.uniform(-100, 100, 5000).astype(precision.dtype) for name in ("E1", "E2", "w1", "w2", "lag")}
+    x = {
+        name: rng.uniform(-100, 100, 5000).astype(precision.dtype)
+        for name in ("E1", "E2", "w1", "w2", "lag")
+    }
     for name in ("w1", "w2"):
         x[name] *= precision.dtype.type(0.01)
     record = Record()
@@ -138,7 +164,9 @@ def test_a_model_keeps_its_band(tmp_path: Path) -> None:
         ("ahead", None),
     ],
 )
-def test_a_band_that_makes_no_sense_is_refused_in_one_line(entry: str, value: Any, tmp_path: Path) -> None:
+def test_a_band_that_makes_no_sense_is_refused_in_one_line(
+    entry: str, value: Any, tmp_path: Path
+) -> None:
     body = replace(some_model(), band=BAND).to_dict()
     body["band"][entry] = value
     refused_as_unfit(body, tmp_path / "m.json")

@@ -19,11 +19,19 @@ free = settings(max_examples=examples(40), deadline=None)
 
 
 def respond(
-    command: Any, clock: Clock, *, delay: Any, rise: Any, fall: Any | None = None, rows: Any = slice(None)
+    command: Any,
+    clock: Clock,
+    *,
+    delay: Any,
+    rise: Any,
+    fall: Any | None = None,
+    rows: Any = slice(None),
 ) -> Any:
     """The field in the fluid that follows a command, by the stage with one time constant or with two."""
     times = (rise,) if fall is None else (rise, fall)
-    return command_lag.CommandLag("", "", fall is not None).respond(command, clock, (delay, *times), rows)
+    return command_lag.CommandLag("", "", fall is not None).respond(
+        command, clock, (delay, *times), rows
+    )
 
 
 def clock_of(*rows: int, period: float = PERIOD, uniform: bool = True, seed: int = 0) -> Clock:
@@ -70,7 +78,11 @@ def test_rise_and_fall_have_their_own_time_constants(rise: float, fall: float, s
 
 
 @free
-@given(samples=st.integers(0, 45), period=st.sampled_from([1e-3, 3.328e-4, 1 / 300, 0.2]), tau=st.floats(0.3, 20.0))
+@given(
+    samples=st.integers(0, 45),
+    period=st.sampled_from([1e-3, 3.328e-4, 1 / 300, 0.2]),
+    tau=st.floats(0.3, 20.0),
+)
 def test_a_delay_of_whole_samples_is_a_shift(samples: int, period: float, tau: float) -> None:
     clock, command = clock_of(150, period=period), steps_of(150, 1)
     prompt = respond(command, clock, delay=0.0, rise=tau * period)
@@ -107,22 +119,32 @@ def test_it_starts_settled_and_a_gap_starts_anew() -> None:
     command = steps_of(140, 3)
     for fall in (None, 2e-3):
         got = respond(command, two, delay=2.4e-3, rise=7e-3, fall=fall)
-        np.testing.assert_allclose(got[:60], respond(command[:60], one, delay=2.4e-3, rise=7e-3, fall=fall), atol=1e-15)
+        np.testing.assert_allclose(
+            got[:60], respond(command[:60], one, delay=2.4e-3, rise=7e-3, fall=fall), atol=1e-15
+        )
         second = Clock(two.time[60:], (Span(0, 80, PERIOD),))
         np.testing.assert_allclose(
             got[60:], respond(command[60:], second, delay=2.4e-3, rise=7e-3, fall=fall), atol=1e-15
         )
         assert got[60] == command[60]
-        np.testing.assert_array_equal(respond(np.full(140, 0.4), two, delay=1e-3, rise=7e-3, fall=fall), 0.4)
+        np.testing.assert_array_equal(
+            respond(np.full(140, 0.4), two, delay=1e-3, rise=7e-3, fall=fall), 0.4
+        )
 
 
 @free
-@given(delay=st.floats(0.0, 0.02), rise=st.floats(2e-4, 0.05), fall=st.none() | st.floats(2e-4, 0.05))
-def test_a_clock_of_stamps_equals_a_uniform_one(delay: float, rise: float, fall: float | None) -> None:
+@given(
+    delay=st.floats(0.0, 0.02), rise=st.floats(2e-4, 0.05), fall=st.none() | st.floats(2e-4, 0.05)
+)
+def test_a_clock_of_stamps_equals_a_uniform_one(
+    delay: float, rise: float, fall: float | None
+) -> None:
     uniform = clock_of(90, 40)
     stamps = Clock(uniform.time, tuple(Span(s.start, s.stop, None) for s in uniform.spans))
     command = steps_of(130, 4)
-    one, two = (respond(command, clock, delay=delay, rise=rise, fall=fall) for clock in (uniform, stamps))
+    one, two = (
+        respond(command, clock, delay=delay, rise=rise, fall=fall) for clock in (uniform, stamps)
+    )
     np.testing.assert_allclose(two, one, atol=1e-9)
 
 
@@ -133,7 +155,9 @@ def test_it_solves_the_differential_equation(rise: float, fall: float, uniform: 
     t, command = clock.time, steps_of(120, 6) - 0.3
     delay, fine = 4.3e-3, 400
     x, grid, states = command[0], [t[0]], [command[0]]
-    for k in range(1, t.size):  # Heun's method, the command held over the sample that ends at its row
+    for k in range(
+        1, t.size
+    ):  # Heun's method, the command held over the sample that ends at its row
         h = (t[k] - t[k - 1]) / fine
         for i in range(fine):
 
@@ -145,7 +169,9 @@ def test_it_solves_the_differential_equation(rise: float, fall: float, uniform: 
             grid.append(t[k - 1] + (i + 1) * h)
             states.append(x)
     prompt = respond(command, clock, delay=0.0, rise=rise, fall=None if rise == fall else fall)
-    crossing = 3e-3 if rise != fall else 1e-5  # where the sign turns inside a sample, one constant holds for all of it
+    crossing = (
+        3e-3 if rise != fall else 1e-5
+    )  # where the sign turns inside a sample, one constant holds for all of it
     np.testing.assert_allclose(prompt, np.array(states)[::fine], atol=crossing)
     late = respond(command, clock, delay=delay, rise=rise, fall=None if rise == fall else fall)
     exact = np.interp(t - delay, grid, states)
@@ -181,7 +207,10 @@ def test_derivatives_by_everything(modes: int, delay: float, uniform: bool) -> N
             continue
         assert np.abs(difference).max() > 0
         np.testing.assert_allclose(
-            np.broadcast_to(partial_of(out, i), 160), difference, rtol=1e-5, atol=1e-5 * np.abs(difference).max()
+            np.broadcast_to(partial_of(out, i), 160),
+            difference,
+            rtol=1e-5,
+            atol=1e-5 * np.abs(difference).max(),
         )
 
 
@@ -189,19 +218,34 @@ def test_the_slope_by_delay_is_continuous_across_whole_samples() -> None:
     clock, command = clock_of(120), steps_of(120, 9)
 
     def slope(delay: float) -> np.ndarray:
-        return np.asarray(partial_of(respond(command, clock, delay=Dual(delay, {0: 1.0}), rise=4e-3), 0))
+        return np.asarray(
+            partial_of(respond(command, clock, delay=Dual(delay, {0: 1.0}), rise=4e-3), 0)
+        )
 
     for samples in (1, 3, 8):
         ahead, behind = slope((samples + 1e-7) * PERIOD), slope((samples - 1e-7) * PERIOD)
         interior = slice(samples + 2, None)
-        np.testing.assert_allclose(ahead[interior], behind[interior], atol=1e-4 * np.abs(ahead).max())
+        np.testing.assert_allclose(
+            ahead[interior], behind[interior], atol=1e-4 * np.abs(ahead).max()
+        )
 
 
 @pytest.mark.parametrize(
     "rows",
     [
-        *(slice(None), slice(10, 90), slice(None, None, 7), slice(3, 120, 5), slice(58, 63), slice(0, 1), slice(0, 0)),
-        *(np.array([0, 3, 59, 60, 61, 129]), np.arange(1, 130)),  # few rows have slopes of their own
+        *(
+            slice(None),
+            slice(10, 90),
+            slice(None, None, 7),
+            slice(3, 120, 5),
+            slice(58, 63),
+            slice(0, 1),
+            slice(0, 0),
+        ),
+        *(
+            np.array([0, 3, 59, 60, 61, 129]),
+            np.arange(1, 130),
+        ),  # few rows have slopes of their own
     ],
     ids=str,
 )
@@ -221,7 +265,10 @@ def test_some_rows_equal_a_slice_of_all(rows: Any, uniform: bool) -> None:
 
 # Signs turn without turning exactly: where |u| = |x|, rounding decides on the mode.
 commands = st.integers(0, 2**32 - 1).map(
-    lambda seed: steps_of(150, seed, shortest=1) * np.where(np.random.default_rng(seed).random(150) < 0.2, -0.83, 1.0)
+    lambda seed: (
+        steps_of(150, seed, shortest=1)
+        * np.where(np.random.default_rng(seed).random(150) < 0.2, -0.83, 1.0)
+    )
 )
 taus = st.floats(-3.7, 0.0).map(lambda e: 10.0**e)
 
@@ -244,7 +291,9 @@ def test_the_search_for_the_modes_equals_the_row_by_row_one(
 ) -> None:
     clock = clock_of(70, 80, uniform=uniform)
     x, _ = command_lag._lag(command, clock, rise, fall)
-    up, down = (np.broadcast_to(command_lag._share(clock, tau), command.shape) for tau in (rise, fall))
+    up, down = (
+        np.broadcast_to(command_lag._share(clock, tau), command.shape) for tau in (rise, fall)
+    )
     expected = row_by_row(command, clock, up, down)
     np.testing.assert_allclose(x, expected, atol=1e-12)
 

@@ -25,7 +25,9 @@ def given_out(state: Tracked, effort: Array) -> Array:
     return np.where(cost < state.account, moved, effort)
 
 
-def ran(efforts: Array, sensor: Callable[[int, Array], Array], state: Tracked = BASE) -> tuple[Array, Array, Tracked]:
+def ran(
+    efforts: Array, sensor: Callable[[int, Array], Array], state: Tracked = BASE
+) -> tuple[Array, Array, Tracked]:
     """Sums of squares of the clipped errors after each row, given out and of the base, and the last state.
 
     Args:
@@ -41,8 +43,13 @@ def ran(efforts: Array, sensor: Callable[[int, Array], Array], state: Tracked = 
         finite = np.isfinite(said)
         with np.errstate(all="ignore"):
             after = TRACKING.after(state, effort, out, said)
-            errors = [np.where(finite, np.clip(said - value, -LIMIT, LIMIT), 0.0) ** 2 for value in (out, effort)]
-        state = Tracked(*(np.where(finite, new, old) for new, old in zip(after, state, strict=True)))
+            errors = [
+                np.where(finite, np.clip(said - value, -LIMIT, LIMIT), 0.0) ** 2
+                for value in (out, effort)
+            ]
+        state = Tracked(
+            *(np.where(finite, new, old) for new, old in zip(after, state, strict=True))
+        )
         mine[k], base[k] = errors
         assert np.all(np.abs(state.gain - 1.0) <= REACH + 1e-12)
         assert np.all(np.abs(state.offset) <= REACH)
@@ -53,7 +60,9 @@ def ran(efforts: Array, sensor: Callable[[int, Array], Array], state: Tracked = 
 def efforts_of(seed: int, rows: int = 3000) -> Array:
     rng = np.random.default_rng(seed)
     t = np.arange(rows) / 1000.0
-    return np.sin(2 * np.pi * rng.uniform(0.3, 5.0) * t) + 0.3 * np.sin(2 * np.pi * rng.uniform(1.0, 9.0) * t)
+    return np.sin(2 * np.pi * rng.uniform(0.3, 5.0) * t) + 0.3 * np.sin(
+        2 * np.pi * rng.uniform(1.0, 9.0) * t
+    )
 
 
 @pytest.mark.slow
@@ -85,7 +94,17 @@ def test_the_adapted_effort_keeps_to_the_limits() -> None:
     assert given_out(state, np.array([-4.0, 4.9])).tolist() == [1.3 * -4.0 + 0.6, 5.0]
 
 
-KINDS = ("stuck", "spikes", "drift", "flipped", "missing", "noise", "jumps", "adversary", "late adversary")
+KINDS = (
+    "stuck",
+    "spikes",
+    "drift",
+    "flipped",
+    "missing",
+    "noise",
+    "jumps",
+    "adversary",
+    "late adversary",
+)
 
 
 def said_of(kind: str, efforts: Array, rng: np.random.Generator) -> tuple[Array, int]:
@@ -114,11 +133,17 @@ def never_worse(kind: str, seeds: range, rows: int) -> float:
     rngs = [np.random.default_rng(seed) for seed in seeds]
     efforts = [efforts_of(seed, rows) for seed in seeds]
     found: list[Any] = [said_of(kind, e, rng) for e, rng in zip(efforts, rngs, strict=True)]
-    effort, said, turn = np.array(efforts).T, np.array([s for s, _ in found]).T, np.array([t for _, t in found])
+    effort, said, turn = (
+        np.array(efforts).T,
+        np.array([s for s, _ in found]).T,
+        np.array([t for _, t in found]),
+    )
 
     def worst(k: int, out: Array) -> Array:
         """Teach a wrong gain while the base is given out, and side with the base once the estimate is."""
-        return np.where((out != effort[k]) & (k >= turn), effort[k] - 1e3 * (out - effort[k]), said[k])
+        return np.where(
+            (out != effort[k]) & (k >= turn), effort[k] - 1e3 * (out - effort[k]), said[k]
+        )
 
     mine, base, _ = ran(effort, worst if "adversary" in kind else lambda k, _: said[k])
     some = base > 1e-9
@@ -132,7 +157,9 @@ def test_a_thousand_hostile_streams_cost_at_most_two_per_cent_after_any_row(kind
 
 
 @settings(max_examples=examples(40), deadline=None)
-@given(st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(allow_nan=True)), min_size=1, max_size=60))
+@given(
+    st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(allow_nan=True)), min_size=1, max_size=60)
+)
 def test_no_stream_at_all_costs_more(rows: list[tuple[float, float]]) -> None:
     efforts, said = np.array(rows).T[:, :, None]
     mine, base, _ = ran(efforts, lambda k, _: said[k])

@@ -61,7 +61,9 @@ def test_a_quick_motion_has_a_wider_band_than_a_slow_one_and_is_told() -> None:
         plain, grown = (band.around(np.zeros(slip.size), elements, clock) for band in (BAND, HASTY))
         wider = (grown[1] - grown[0]) / (plain[1] - plain[0])
         assert np.allclose(wider, haste.factors(slip, clock))
-        assert haste.beyond(slip, clock)[3000:].all() == (wider[3000:] > 1.0).all() == (hertz == 20.0)
+        assert (
+            haste.beyond(slip, clock)[3000:].all() == (wider[3000:] > 1.0).all() == (hertz == 20.0)
+        )
 
 
 def test_noise_is_no_haste_where_the_slip_is_smoothed() -> None:
@@ -104,7 +106,9 @@ def test_a_model_keeps_the_haste_of_its_band(smooth_s: float, tmp_path: Path) ->
         ("smooth_s", -0.1),
     ],
 )
-def test_haste_that_makes_no_sense_is_refused_in_one_line(entry: str, value: Any, tmp_path: Path) -> None:
+def test_haste_that_makes_no_sense_is_refused_in_one_line(
+    entry: str, value: Any, tmp_path: Path
+) -> None:
     body = replace(some_model(), band=replace(SMALL, haste=HASTE)).to_dict()
     body["band"]["haste"][entry] = value
     refused_as_unfit(body, tmp_path / "m.json")

@@ -18,7 +18,13 @@ from erclutch.models.laws.law import Dimension, Gain
 from erclutch.models.load import load_model
 from erclutch.models.model import Range, margins
 from erclutch.models.model_file import digest_of
-from erclutch.models.parameter_units import gain_in_user_units, in_user_units, known_unit, unit_of_gain, unit_text
+from erclutch.models.parameter_units import (
+    gain_in_user_units,
+    in_user_units,
+    known_unit,
+    unit_of_gain,
+    unit_text,
+)
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
@@ -28,12 +34,19 @@ UNITS = Units("N*m", "V", "rad/s")
 
 
 def model_of(
-    specification: str = "hem", device: DeviceName = "single", dynamics: str = "none", extra: bool = True
+    specification: str = "hem",
+    device: DeviceName = "single",
+    dynamics: str = "none",
+    extra: bool = True,
 ) -> TorqueModel:
     """A model whose numbers do not end in a binary fraction."""
-    structure = Structure(device, specification, law_from_name(specification, device), dynamics, extra, extra)
+    structure = Structure(
+        device, specification, law_from_name(specification, device), dynamics, extra, extra
+    )
     shapes, gains = structure.shapes(1e-3), structure.gains()
-    inside = {s.name: s.lower * (s.upper / s.lower) ** 0.4 if s.scale == "log" else 0.37 for s in shapes}
+    inside = {
+        s.name: s.lower * (s.upper / s.lower) ** 0.4 if s.scale == "log" else 0.37 for s in shapes
+    }
     for name, value in {"delay": 2.3e-3, "tau": 7e-3, "tau_rise": 4e-3, "tau_fall": 1.1e-2}.items():
         if name in inside:
             inside[name] = value
@@ -55,7 +68,9 @@ def rows_of(device: DeviceName = "single", rows: int = 300) -> Dataset:
         for _ in range(2 if device == "coaxial" else 1)
     )
     spans = (Span(0, 100, 1e-3), Span(100, rows, 1e-3))
-    return Dataset(device, elements, np.zeros(rows), Clock(np.arange(float(rows)) * 1e-3, spans), UNITS)
+    return Dataset(
+        device, elements, np.zeros(rows), Clock(np.arange(float(rows)) * 1e-3, spans), UNITS
+    )
 
 
 CASES: list[tuple[str, DeviceName, str]] = [
@@ -119,7 +134,9 @@ def _drop_gain(body: dict[str, Any]) -> None:
     del body["gains"]["T_y"]
 
 
-@pytest.mark.parametrize("edit", [_edit_gain, _edit_unit, _edit_about, _add_key, _drop_digest, _drop_gain])
+@pytest.mark.parametrize(
+    "edit", [_edit_gain, _edit_unit, _edit_about, _add_key, _drop_digest, _drop_gain]
+)
 def test_an_edited_file_is_refused(edit: Callable[[dict[str, Any]], None]) -> None:
     body = copy.deepcopy(model_of().to_dict())
     edit(body)
@@ -131,7 +148,9 @@ def test_an_edited_file_is_refused(edit: Callable[[dict[str, Any]], None]) -> No
 def test_another_schema_is_refused(edit: dict[str, Any]) -> None:
     body = {**model_of().to_dict(), **edit}
     with pytest.raises(RunError, match="this version reads schema 1"):
-        model_from_dict({**body, "digest": digest_of({k: v for k, v in body.items() if k != "digest"})})
+        model_from_dict(
+            {**body, "digest": digest_of({k: v for k, v in body.items() if k != "digest"})}
+        )
 
 
 def forged(edit: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
@@ -145,7 +164,9 @@ def forged(edit: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
 def test_a_file_with_the_other_name_of_a_stage_has_the_canonical_one() -> None:
     body = model_of(dynamics="dahl/field").to_dict()
     body = {**body, "dynamics": "dahl-1/field"}
-    back = model_from_dict({**body, "digest": digest_of({k: v for k, v in body.items() if k != "digest"})})
+    back = model_from_dict(
+        {**body, "digest": digest_of({k: v for k, v in body.items() if k != "digest"})}
+    )
     assert back.name == "hem+dahl/field"
     assert back.to_dict()["dynamics"] == "dahl/field"
 
@@ -183,8 +204,18 @@ def test_a_missing_key_is_refused(key: str) -> None:
         ("reference", {"field": 1.0}),
         ("trained_on", {"field": [0.0], "slip": [0.0, 1.0], "effort": [0.0, 1.0]}),
         *(
-            ("trained_on", {"field": [0.0, 1.0], "slip": [0.0, 1.0], "effort": [0.0, 1.0], "near": near})
-            for near in (3, [[0] * 15], [[0] * 16] * 2, [[1 << 16] + [0] * 15], [[-1] + [0] * 15], [[0.5] * 16])
+            (
+                "trained_on",
+                {"field": [0.0, 1.0], "slip": [0.0, 1.0], "effort": [0.0, 1.0], "near": near},
+            )
+            for near in (
+                3,
+                [[0] * 15],
+                [[0] * 16] * 2,
+                [[1 << 16] + [0] * 15],
+                [[-1] + [0] * 15],
+                [[0.5] * 16],
+            )
         ),
     ],
 )
@@ -216,12 +247,17 @@ def test_another_kind_is_refused() -> None:
 @pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999"])
 def test_a_number_that_is_none(tmp_path: Path, number: str) -> None:
     path = tmp_path / "model.json"
-    path.write_text(json.dumps(model_of().to_dict()).replace('"kappa": 0.37', f'"kappa": {number}'), encoding="utf-8")
+    path.write_text(
+        json.dumps(model_of().to_dict()).replace('"kappa": 0.37', f'"kappa": {number}'),
+        encoding="utf-8",
+    )
     with pytest.raises(RunError):
         load_model(path)
 
 
-@pytest.mark.parametrize("edit", [{"law": "from-the-future"}, {"law": "hem/cubic"}, {"about": None}])
+@pytest.mark.parametrize(
+    "edit", [{"law": "from-the-future"}, {"law": "hem/cubic"}, {"about": None}]
+)
 def test_an_unfitting_entry_is_a_run_error(edit: dict[str, Any]) -> None:
     with pytest.raises(RunError):
         model_from_dict(forged(lambda body: body.update(edit)))
@@ -249,17 +285,26 @@ def test_data_in_other_units_or_of_another_device() -> None:
 
 
 @pytest.mark.parametrize(("specification", "device", "dynamics"), CASES)
-def test_steady_is_the_effort_after_settling(specification: str, device: DeviceName, dynamics: str) -> None:
+def test_steady_is_the_effort_after_settling(
+    specification: str, device: DeviceName, dynamics: str
+) -> None:
     model = model_of(specification, device, dynamics)
     rng = np.random.default_rng(2)
     count = model.structure.elements
     for _ in range(5):
-        before, after, slip = rng.uniform(0, 650, count), rng.uniform(0, 650, count), rng.uniform(-30, 30, count)
+        before, after, slip = (
+            rng.uniform(0, 650, count),
+            rng.uniform(0, 650, count),
+            rng.uniform(-30, 30, count),
+        )
         rows = 400
         elements = [
-            Element(np.where(np.arange(rows) < 50, before[i], after[i]), np.full(rows, slip[i])) for i in range(count)
+            Element(np.where(np.arange(rows) < 50, before[i], after[i]), np.full(rows, slip[i]))
+            for i in range(count)
         ]
-        effort = model.effort(elements, Clock(np.arange(float(rows)) * 1e-3, (Span(0, rows, 1e-3),)))
+        effort = model.effort(
+            elements, Clock(np.arange(float(rows)) * 1e-3, (Span(0, rows, 1e-3),))
+        )
         steady = model.steady(list(after), list(slip))
         assert steady.shape == (1,)
         assert effort[-1] == pytest.approx(steady[0], rel=1e-9)
@@ -269,10 +314,26 @@ def test_steady_is_the_effort_after_settling(specification: str, device: DeviceN
 def test_effort_is_gains_times_columns_plus_friction_and_offset() -> None:
     law = law_from_name("bingham/square")
     structure = Structure("coaxial", "bingham/square", law, friction=True, offset=True)
-    assert [g.name for g in structure.gains()] == ["T_y_1", "eta_1", "T_f_1", "T_y_2", "eta_2", "T_f_2", "T_0"]
-    gains = dict(zip([g.name for g in structure.gains()], [0.5, 0.1, 0.03, 0.6, 0.2, 0.05, -0.01], strict=True))
+    assert [g.name for g in structure.gains()] == [
+        "T_y_1",
+        "eta_1",
+        "T_f_1",
+        "T_y_2",
+        "eta_2",
+        "T_f_2",
+        "T_0",
+    ]
+    gains = dict(
+        zip(
+            [g.name for g in structure.gains()],
+            [0.5, 0.1, 0.03, 0.6, 0.2, 0.05, -0.01],
+            strict=True,
+        )
+    )
     anywhere = Range((0, 1), (0, 1), (0, 1))
-    model = TorqueModel(structure, Reference(0.5, 10.0, 1e-3), {"w_s": 1e-3}, gains, UNITS, anywhere)
+    model = TorqueModel(
+        structure, Reference(0.5, 10.0, 1e-3), {"w_s": 1e-3}, gains, UNITS, anywhere
+    )
     # CH1 half on and slipping forward, CH2 off and slipping backward.
     got = model.steady([np.array(0.25), np.array(0.0)], [np.array(20.0), np.array(-5.0)])
     expected = 0.5 * 0.25 + 0.1 * 2 + 0.03 - 0.2 * 0.5 - 0.05 - 0.01
@@ -302,7 +363,9 @@ def test_names_units_and_conversions() -> None:
 def test_a_gain_of_a_further_input_is_an_effort_per_unit_of_that_input() -> None:
     reference = Reference(field=1.0, slip=1.0, period=1e-3, extras=(4.0, 5.0))
     units = {"load": "?", POSITION: "m", "acceleration": "mm/s^2"}
-    gains = [Gain("c", "effort per input", Dimension(effort=1), extra=place) for place in (None, 0, 1, 2)]
+    gains = [
+        Gain("c", "effort per input", Dimension(effort=1), extra=place) for place in (None, 0, 1, 2)
+    ]
     assert [gain_in_user_units(20.0, gain, reference) for gain in gains[:3]] == [20.0, 5.0, 4.0]
     of_gains = [unit_of_gain(gain, Units("N", "A", "m/s"), units) for gain in gains]
     assert of_gains == ["N", "N/?", "N/m", "N/(mm/s^2)"]

@@ -36,19 +36,41 @@ NEAR = [[0, (1 << CELLS) - 1, *[5] * (CELLS - 2)]]
 @pytest.mark.parametrize(
     ("read", "good", "bad"),
     [
-        (mf.number_of, [0, 1.5, -1e18, 1e18], [True, "1", None, 1.01e18, -1.01e18, float("nan"), float("inf"), 10**19]),
+        (
+            mf.number_of,
+            [0, 1.5, -1e18, 1e18],
+            [True, "1", None, 1.01e18, -1.01e18, float("nan"), float("inf"), 10**19],
+        ),
         (lambda v, n: mf.number_of(v, n, positive=True), [1e-18, 1e18, 1], [0.0, 0.99e-18, -1.0]),
         (mf.whole_number_of, [0, -3, 7], [True, 1.0, "1", None]),
         (mf.truth_of, [True, False], [0, 1, "true", None]),
-        (lambda v, n: mf.table_of(v, n, 2), [[1, 2]], [[1], [1, 2, 3], (1, 2), "ab", 3, [1, "b"], [[1], [2]]]),
-        (lambda v, n: mf.table_of(v, n, 1, 2, positive=True), [[[1, 2]]], [[1, 2], [[1, 0]], [[1, 2], [3, 4]]]),
-        (mf.pair_of, [[1, 2], [0.0, 0.0], [-0.0, 0.0], [2, 2]], [[2, 1], [0.0, -0.0], [1], [1, 2, 3]]),
+        (
+            lambda v, n: mf.table_of(v, n, 2),
+            [[1, 2]],
+            [[1], [1, 2, 3], (1, 2), "ab", 3, [1, "b"], [[1], [2]]],
+        ),
+        (
+            lambda v, n: mf.table_of(v, n, 1, 2, positive=True),
+            [[[1, 2]]],
+            [[1, 2], [[1, 0]], [[1, 2], [3, 4]]],
+        ),
+        (
+            mf.pair_of,
+            [[1, 2], [0.0, 0.0], [-0.0, 0.0], [2, 2]],
+            [[2, 1], [0.0, -0.0], [1], [1, 2, 3]],
+        ),
         (mf.name_of, ["a", "x" * 1000, "µ (1)"], ["", "x" * 1001, "a\nb", "\x00", 3, None]),
         (mf.names_of, [[], ["a", "b"], ("a",)], [["a", "a"], ["a", ""], 3]),
-        (mf.specification_of, ["fnn-16", "a/b+c.d e", "x" * 200], ["", "x" * 201, "a*b", "é", "a\n", 3]),
+        (
+            mf.specification_of,
+            ["fnn-16", "a/b+c.d e", "x" * 200],
+            ["", "x" * 201, "a*b", "é", "a\n", 3],
+        ),
         (lambda v, n: mf.device_of({"device": v}), ["single", "coaxial"], ["triple", "", None]),
         (
-            lambda v, n: mf.units_of({"units": dict(zip(("effort", "field", "slip"), v, strict=True))}),
+            lambda v, n: mf.units_of(
+                {"units": dict(zip(("effort", "field", "slip"), v, strict=True))}
+            ),
             [["N*m", "V", "rad/s"], ["?", "", "?"]],
             [["N*m", "V", 3], ["N*m", "*/", "rad/s"], ["N", "V", None]],
         ),
@@ -89,10 +111,16 @@ NEAR = [[0, (1 << CELLS) - 1, *[5] * (CELLS - 2)]]
             [[], [1.0, 2.0], [float(k + 1) for k in range(MOST_EDGES)]],
             [[2.0, 1.0], [1.0, 1.0], [float(k + 1) for k in range(MOST_EDGES + 1)], 3],
         ),
-        (lambda v, n: mf.about_of({"about": v}), [{}, {"a": "b"}], [{"": "b"}, {"a": 3}, {"a": "\x1b"}, []]),
+        (
+            lambda v, n: mf.about_of({"about": v}),
+            [{}, {"a": "b"}],
+            [{"": "b"}, {"a": 3}, {"a": "\x1b"}, []],
+        ),
     ],
 )
-def test_each_entry_from_both_sides(read: Callable[[Any, str], Any], good: list[Any], bad: list[Any]) -> None:
+def test_each_entry_from_both_sides(
+    read: Callable[[Any, str], Any], good: list[Any], bad: list[Any]
+) -> None:
     for value in good:
         found = read(value, "it")
         if isinstance(value, int | float | str | bool):
@@ -107,7 +135,9 @@ def test_what_is_read_is_what_was_there() -> None:
     assert mf.table_of([[1, 2], [3, 4]], "t", 2, 2).tolist() == [[1.0, 2.0], [3.0, 4.0]]
     assert mf.pair_of([1, 2], "p") == (1.0, 2.0)
     assert mf.names_of(["b", "a"], "n") == ("b", "a")
-    assert mf.range_of({"device": "single", "trained_on": {**RANGE, "near": NEAR}}).near == (tuple(NEAR[0]),)
+    assert mf.range_of({"device": "single", "trained_on": {**RANGE, "near": NEAR}}).near == (
+        tuple(NEAR[0]),
+    )
     assert mf.band_of(BAND).to_dict() == BAND
     units = mf.units_of({"units": {"effort": "N", "field": "A", "slip": "m/s"}})
     assert (units.effort, units.field, units.slip) == ("N", "A", "m/s")
@@ -123,14 +153,17 @@ def test_a_seal_is_over_all_but_itself() -> None:
 
 
 @pytest.mark.parametrize(
-    ("found", "newer"), [(2, True), (0, False), ("1", False), (None, False), (True, False), (1.5, False)]
+    ("found", "newer"),
+    [(2, True), (0, False), ("1", False), (None, False), (True, False), (1.5, False)],
 )
 def test_another_schema(found: Any, newer: bool) -> None:
     mf.require_schema(1, 1, "f")
     with pytest.raises(RunError) as caught:
         mf.require_schema(found, 1, "f", older="Make it again")
     assert ("of a newer version" in str(caught.value)) == newer
-    assert caught.value.remedy == ("Update erclutch: pip install --upgrade erclutch" if newer else "Make it again")
+    assert caught.value.remedy == (
+        "Update erclutch: pip install --upgrade erclutch" if newer else "Make it again"
+    )
     with pytest.raises(CheckError):
         mf.require_schema(found, 1, "f", error=CheckError)
 
@@ -181,7 +214,9 @@ def test_files_that_are_no_model(tmp_path: Path) -> None:
         ("rbfn-50/forward", (50,), "forward", "rbfn-50"),
     ],
 )
-def test_names_of_networks(name: str, hidden: tuple[int, ...], centres: str, specification: str) -> None:
+def test_names_of_networks(
+    name: str, hidden: tuple[int, ...], centres: str, specification: str
+) -> None:
     made = network_from_name(name, past=(1, 1000))
     assert (made.hidden, made.centres, made.specification) == (hidden, centres, specification)
     assert is_network(name)
@@ -218,7 +253,16 @@ def test_inputs_in_their_order() -> None:
     assert base_inputs("coaxial", "rbfn") == ("E1-E2", "w1", "w2")
     assert base_inputs("coaxial", "fnn", field=False) == ("theta_dot", "alpha_dot")
     made = network_from_name("fnn-3", "single", past=(2, 5), extras=("D",), dynamics="dahl")
-    assert made.inputs[:8] == ("field", "slip", "field[-2]", "slip[-2]", "D[-2]", "field[-5]", "slip[-5]", "D[-5]")
+    assert made.inputs[:8] == (
+        "field",
+        "slip",
+        "field[-2]",
+        "slip[-2]",
+        "D[-2]",
+        "field[-5]",
+        "slip[-5]",
+        "D[-5]",
+    )
     assert made.inputs[-1] == "D"
 
 
@@ -228,5 +272,7 @@ def test_kernels_of_the_rbfm(kernels: int, fine: bool) -> None:
         made = law_from_name(f"rbfm-{kernels}", "single")
         assert np.isfinite(len(made.name))
     else:
-        with pytest.raises(SettingError, match=f"{kernels} kernels for the RBFM, allowed are 2 to 100"):
+        with pytest.raises(
+            SettingError, match=f"{kernels} kernels for the RBFM, allowed are 2 to 100"
+        ):
             law_from_name(f"rbfm-{kernels}", "single")

@@ -14,7 +14,10 @@ from erclutch.models.stages import shown_stages
 @pytest.mark.parametrize(
     ("name", "title"),
     [
-        ("casson+fnn-16+rise-fall+inertia+effort-lag+dahl-2/field", "Casson law with a network, lags and memory"),
+        (
+            "casson+fnn-16+rise-fall+inertia+effort-lag+dahl-2/field",
+            "Casson law with a network, lags and memory",
+        ),
         ("bingham", "Bingham law"),
         ("bingham/critical/forward+lag", "Bingham law (critical yield) (one direction) with a lag"),
         ("cho-choi-jhon", "Cho-Choi-Jhon law"),

@@ -35,25 +35,35 @@ from tests.support.pinning import Pinned, summed, told
 UNITS, ROWS = Units("N*m", "V", "rad/s"), 160
 T = np.arange(ROWS) / 1000.0
 #: Two stretches, and a row that comes late in the second.
-CLOCK = Clock(np.where(np.arange(ROWS) > 130, T + 0.0004, T), (Span(0, 90, 1e-3), Span(90, ROWS, None)))
+CLOCK = Clock(
+    np.where(np.arange(ROWS) > 130, T + 0.0004, T), (Span(0, 90, 1e-3), Span(90, ROWS, None))
+)
 FIELDS = [np.where(T % 0.05 < 0.03, 500.0, 90.0) * (1.0 + T), np.where(T % 0.05 < 0.03, 0.0, 300.0)]
 SLIPS = [18.0 * np.sin(70.0 * T), 9.0 * np.cos(90.0 * T)]
 EXTRAS = {TEMPERATURE: 300.0 + 200.0 * T, "u": np.sin(50.0 * T), POSITION: 9.0 * np.sin(31.0 * T)}
 
 
-def law_model(name: str, device: Any = "single", dynamics: str = "none", extras: tuple[str, ...] = ()) -> TorqueModel:
-    structure = Structure(device, name, law_from_name(name, device), dynamics, device == "single", True, extras)
+def law_model(
+    name: str, device: Any = "single", dynamics: str = "none", extras: tuple[str, ...] = ()
+) -> TorqueModel:
+    structure = Structure(
+        device, name, law_from_name(name, device), dynamics, device == "single", True, extras
+    )
     shape = {s.name: s.lower * (s.upper / s.lower) ** 0.4 if s.scale == "log" else s.lower + 0.3 * (s.upper - s.lower)
              for s in structure.shapes(1e-3)}  # fmt: skip
     gains = {g.name: 0.1 + 0.07 * i for i, g in enumerate(structure.gains())}
     ranges = Range((0.0, 600.0), (-20.0, 20.0), (-2.0, 2.0), ((0xFF0F,) * 16,) * structure.elements)
     scales = tuple(310.0 if n == TEMPERATURE else 1.7 for n in structure.extras)
-    reference = Reference(600.0, 11.0, 1e-3, scales, 310.0 if TEMPERATURE in structure.extras else 1.0)
+    reference = Reference(
+        600.0, 11.0, 1e-3, scales, 310.0 if TEMPERATURE in structure.extras else 1.0
+    )
     covered = tuple((280.0, 330.0) if n == TEMPERATURE else (-0.5, 0.5) for n in structure.extras)
     return TorqueModel(structure, reference, shape, gains, UNITS, ranges, extra_ranges=covered)
 
 
-def network_model(name: str, device: Any = "single", dynamics: str = "none", **more: Any) -> NetworkModel:
+def network_model(
+    name: str, device: Any = "single", dynamics: str = "none", **more: Any
+) -> NetworkModel:
     structure = network_from_name(name, device, dynamics=dynamics, **more)
     rng, count = np.random.default_rng(7), len(structure.inputs)
     weights = {n: rng.uniform(-0.9, 1.1, shape) for n, shape in table_shapes(structure).items()}
@@ -63,11 +73,15 @@ def network_model(name: str, device: Any = "single", dynamics: str = "none", **m
                for stage in stages_of(dynamics) for p in stage.parameters(1e-3)}  # fmt: skip
     if any(stage.place == "slip" for stage in stages_of(dynamics)):
         numbers |= {"n_m": 1.3, "E_m": 555.5}
-    scale = np.array([300.0 if "E" in n or "field" in n or n in EXTRAS else 20.0 for n in structure.inputs])
+    scale = np.array(
+        [300.0 if "E" in n or "field" in n or n in EXTRAS else 20.0 for n in structure.inputs]
+    )
     ranges = Range((0.0, 600.0), (-20.0, 20.0), (-2.0, 2.0))
     scaling = Scaling(0.01 * scale, scale, 0.013, 0.7)
     limits = np.column_stack([-np.ones(count), scale])
-    return NetworkModel(structure, scaling, weights, numbers, UNITS, ranges, limits, {"seed": "7"}, 1e-3)
+    return NetworkModel(
+        structure, scaling, weights, numbers, UNITS, ranges, limits, {"seed": "7"}, 1e-3
+    )
 
 
 def residual_model() -> ResidualModel:
@@ -95,12 +109,23 @@ def made(name: str) -> Any:
     return law_model(first, device, stages, ("u",) if stages != "none" else ())
 
 
-NETWORKS = ("fnn-4", "fnn-3", "rbfn-3+lag", "fnn-4-2, coaxial", "rbfn-5+rise-fall+dahl, coaxial", "residual")
+NETWORKS = (
+    "fnn-4",
+    "fnn-3",
+    "rbfn-3+lag",
+    "fnn-4-2, coaxial",
+    "rbfn-5+rise-fall+dahl, coaxial",
+    "residual",
+)
 KINDS = (
     *shown_laws(),
     *(f"{name}, coaxial" for name in ladder()),
     *(f"bingham+{name}" for name in stage_names()),
-    *("hem+dahl/field, coaxial", "cho-choi-jhon+bouc-wen-2+arrhenius", "bingham/forward+stops-2+inertia, coaxial"),
+    *(
+        "hem+dahl/field, coaxial",
+        "cho-choi-jhon+bouc-wen-2+arrhenius",
+        "bingham/forward+stops-2+inertia, coaxial",
+    ),
     *NETWORKS,
 )
 
@@ -116,12 +141,24 @@ def test_a_model(name: str, pinned: Pinned) -> None:
     further = {n: EXTRAS[n] for n in model.extras}
     body = model.to_dict()
     found = {
-        "effort": [told(lambda e=e: summed(model.effort(elements, CLOCK, further, exactly=e))) for e in (True, False)],
+        "effort": [
+            told(lambda e=e: summed(model.effort(elements, CLOCK, further, exactly=e)))
+            for e in (True, False)
+        ],
         "steady": summed(model.steady(FIELDS[:count], SLIPS[:count], list(further.values()))),
-        "words": [model.name, model.title, model.signed, model.past, list(model.extras), model.equation()],
+        "words": [
+            model.name,
+            model.title,
+            model.signed,
+            model.past,
+            list(model.extras),
+            model.equation(),
+        ],
         "numbers": {k: summed(v) for k, v in model.numbers.items()},
         "units": list(model.in_units()) if isinstance(model, TorqueModel) else model.times,
-        "file": {k: v for k, v in body.items() if k not in ("digest", "weights", "network", "law_model")},
+        "file": {
+            k: v for k, v in body.items() if k not in ("digest", "weights", "network", "law_model")
+        },
         "margins": [margins(model.trained_on.field), margins((0.0, 0.0)), margins((-2.0, -1.0))],
     }
     if isinstance(model, TorqueModel | NetworkModel):
@@ -135,7 +172,8 @@ def test_laws_in_words(pinned: Pinned) -> None:
     laws = [law_from_name(name) for name in shown_laws()]
     kept = {law.name: [law.title, law.source, equation_latex(law)] for law in laws}
     fields = {
-        name: [told(lambda n=name, d=d: at_one_field(n, d)) for d in ("single", "coaxial")] for name in shown_laws()
+        name: [told(lambda n=name, d=d: at_one_field(n, d)) for d in ("single", "coaxial")]
+        for name in shown_laws()
     }
     wrong = (
         "bingam",
@@ -149,7 +187,15 @@ def test_laws_in_words(pinned: Pinned) -> None:
         "hem/forward/forward",
         "",
     )
-    pinned([kept, fields, {n: told(lambda n=n: law_from_name(n).name) for n in wrong}, sorted(families()), ladder()])
+    pinned(
+        [
+            kept,
+            fields,
+            {n: told(lambda n=n: law_from_name(n).name) for n in wrong},
+            sorted(families()),
+            ladder(),
+        ]
+    )
 
 
 def test_stages_in_words(pinned: Pinned) -> None:
@@ -202,7 +248,9 @@ def test_networks_in_words(pinned: Pinned) -> None:
 WRONG: tuple[Any, ...] = (None, -1, 0, 1e308, "x", True, [], {}, [1, 2], "a*/b", 1e-320)
 
 
-@pytest.mark.parametrize("name", ["hem+rise-fall+dahl, coaxial", "bingham+arrhenius", "fnn-3", "rbfn-3+lag"])
+@pytest.mark.parametrize(
+    "name", ["hem+rise-fall+dahl, coaxial", "bingham+arrhenius", "fnn-3", "rbfn-3+lag"]
+)
 def test_damaged_files(name: str, pinned: Pinned) -> None:
     """Each entry in turn is something else, or is left out."""
     model = made(name)
@@ -210,7 +258,13 @@ def test_damaged_files(name: str, pinned: Pinned) -> None:
     read = model_from_dict if isinstance(model, TorqueModel) else network_from_dict
 
     def entries(part: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-        inner = part.items() if isinstance(part, dict) else enumerate(part[:2]) if isinstance(part, list) else ()
+        inner = (
+            part.items()
+            if isinstance(part, dict)
+            else enumerate(part[:2])
+            if isinstance(part, list)
+            else ()
+        )
         return [path, *(p for key, value in inner for p in entries(value, (*path, key)))]
 
     found: dict[str, str] = {}
@@ -225,7 +279,10 @@ def test_damaged_files(name: str, pinned: Pinned) -> None:
                 del part[path[-1]]
             else:
                 part[path[-1]] = wrong
-            other = {**other, "digest": digest_of({k: v for k, v in other.items() if k != "digest"})}
+            other = {
+                **other,
+                "digest": digest_of({k: v for k, v in other.items() if k != "digest"}),
+            }
             said += "r" if isinstance(told(lambda other=other: read(other)), str) else "t"
         found["/".join(map(str, path))] = said  # taken or refused
     pinned(found)
@@ -248,9 +305,17 @@ BAND = Band(
 
 
 def test_bands(pinned: Pinned) -> None:
-    elements = [[Element(FIELDS[0], SLIPS[0])], [Element(f, w) for f, w in zip(FIELDS, SLIPS, strict=True)]]
+    elements = [
+        [Element(FIELDS[0], SLIPS[0])],
+        [Element(f, w) for f, w in zip(FIELDS, SLIPS, strict=True)],
+    ]
     effort = np.sin(30.0 * T)
-    found: list[Any] = [BAND.shape, BAND.to_dict(), summed(centres(BAND.field)), summed(centres((-3.0, 5.0)))]
+    found: list[Any] = [
+        BAND.shape,
+        BAND.to_dict(),
+        summed(centres(BAND.field)),
+        summed(centres((-3.0, 5.0))),
+    ]
     for each in elements:
         low, high = BAND.around(effort, each, CLOCK)
         found += [summed(BAND.cells(each, CLOCK)), summed(low), summed(high)]
@@ -259,29 +324,49 @@ def test_bands(pinned: Pinned) -> None:
 
 def test_tracking(pinned: Pinned) -> None:
     found: list[Any] = []
-    for gain, offset, noise in ((1.2, 0.0, 0.0), (0.9, 0.1, 0.05), (3.0, 0.0, 0.0), (1.0, 0.0, 1e-6), (-1.0, 0.0, 0.0)):
+    for gain, offset, noise in (
+        (1.2, 0.0, 0.0),
+        (0.9, 0.1, 0.05),
+        (3.0, 0.0, 0.0),
+        (1.0, 0.0, 1e-6),
+        (-1.0, 0.0, 0.0),
+    ):
         tracking, state, given = tracking_of(2.0, (-2.5, 2.5)), BASE, []
         for k, effort in enumerate(2.0 * np.sin(0.05 * np.arange(400.0))):
             own, cost = tracking.moved(state, effort)
             out = own if cost < state.account else effort
             given.append(out)
-            state = tracking.after(state, effort, out, gain * effort + offset + noise * np.sin(k * k))
+            state = tracking.after(
+                state, effort, out, gain * effort + offset + noise * np.sin(k * k)
+            )
         found.append([summed(given), [float(x) for x in state]])
     pinned(found)
 
 
 def test_covered_cells(pinned: Pinned) -> None:
     rng = np.random.default_rng(3)
-    rows: Array = np.hstack([rng.uniform(0.0, 1.0, (3, 200)), rng.uniform(3.0, 4.0, (3, 300)), np.ones((3, 1)) * 9.0])
+    rows: Array = np.hstack(
+        [rng.uniform(0.0, 1.0, (3, 200)), rng.uniform(3.0, 4.0, (3, 300)), np.ones((3, 1)) * 9.0]
+    )
     found: list[Any] = []
     for boxes in (1, 2, 4, 8):
         cells = cells_of(rows, boxes)
         weights = cells.weight(list(rng.uniform(-1.0, 10.0, (3, 100))))
         found.append(
-            [summed(np.sort(cells.low, axis=0)), summed(np.sort(cells.high, axis=0)), cells.reach, summed(weights)]
+            [
+                summed(np.sort(cells.low, axis=0)),
+                summed(np.sort(cells.high, axis=0)),
+                cells.reach,
+                summed(weights),
+            ]
         )
     found.append(
-        [summed(x) for x in (lambda c: (c.low, c.high, c.reach))(cells_of(np.ones((2, 9)) * [[3.0], [0.0]], 8))]
+        [
+            summed(x)
+            for x in (lambda c: (c.low, c.high, c.reach))(
+                cells_of(np.ones((2, 9)) * [[3.0], [0.0]], 8)
+            )
+        ]
     )
     pinned(found)
 
@@ -299,9 +384,23 @@ def test_entries(pinned: Pinned) -> None:
         except (ValueError, TypeError, KeyError) as error:
             return f"{type(error).__name__}: {error}"[:70]
 
-    numbers = (1e18, 1.0000001e18, -1e18, -1.1e18, 0, f.SMALLEST, 0.99 * f.SMALLEST, True, "1", 10**30)
+    numbers = (
+        1e18,
+        1.0000001e18,
+        -1e18,
+        -1.1e18,
+        0,
+        f.SMALLEST,
+        0.99 * f.SMALLEST,
+        True,
+        "1",
+        10**30,
+    )
     found: dict[str, Any] = {
-        "numbers": [[one(lambda v=v, p=p: f.number_of(v, "x", positive=p)) for p in (False, True)] for v in numbers]
+        "numbers": [
+            [one(lambda v=v, p=p: f.number_of(v, "x", positive=p)) for p in (False, True)]
+            for v in numbers
+        ]
     }
     found["whole"] = [one(lambda v=v: f.whole_number_of(v, "x")) for v in (1, 1.0, True, "1")]
     found["truths"] = [one(lambda v=v: f.truth_of(v, "x")) for v in (True, False, 1, None)]
@@ -314,14 +413,18 @@ def test_entries(pinned: Pinned) -> None:
         ([], 0),
     )
     found["tables"] = [one(lambda t=t: f.table_of(t[0], "x", *t[1:]).tolist()) for t in tables]
-    found["pairs"] = [one(lambda v=v: f.pair_of(v, "x")) for v in ([1, 2], [2, 1], [1, 1], [0.0, -0.0], [1, 2, 3])]
+    found["pairs"] = [
+        one(lambda v=v: f.pair_of(v, "x")) for v in ([1, 2], [2, 1], [1, 1], [0.0, -0.0], [1, 2, 3])
+    ]
     texts = ("a" * f._LONGEST_TEXT, "a" * (f._LONGEST_TEXT + 1), "", "a\nb", "é", 3)
     found["names"] = [one(lambda v=v: f.name_of(v, "x")) for v in texts]
     found["several"] = [one(lambda v=v: f.names_of(v, "x")) for v in (["a", "b"], ["a", "a"], [])]
     masks = ([0] * 16, [0] * 15, [0] * 17, [65535] * 16, [65536] * 16, [-1] * 16)
     found["masks"] = [one(lambda v=v: f._masks_of(v)) for v in masks]
     edges = [[1.0 + k for k in range(n)] for n in (0, 1, f.MOST_EDGES, f.MOST_EDGES + 1)]
-    found["edges"] = [one(lambda v=v: f._edges_of(v, "x")) for v in (*edges, [2.0, 1.0], [1.0, 1.0], "x")]
+    found["edges"] = [
+        one(lambda v=v: f._edges_of(v, "x")) for v in (*edges, [2.0, 1.0], [1.0, 1.0], "x")
+    ]
     body = BAND.to_dict()
     for key, value in (
         ("level", 1.0),
@@ -330,12 +433,23 @@ def test_entries(pinned: Pinned) -> None:
         ("behind", [-1e-9, *WIDTHS[1:]]),
         ("behind", [0.0, *WIDTHS[1:]]),
     ):
-        found[f"{key} {str(value)[:9]}"] = one(lambda k=key, v=value: summed(f.band_of({**body, k: v}).behind))
+        found[f"{key} {str(value)[:9]}"] = one(
+            lambda k=key, v=value: summed(f.band_of({**body, k: v}).behind)
+        )
     pinned(found)
 
 
 def test_layers(pinned: Pinned) -> None:
-    names = ("fnn-500", "fnn-501", "rbfn-500", "rbfn-501", "fnn-1-500", "fnn-501-1", "rbfm-30", "rbfm-31")
+    names = (
+        "fnn-500",
+        "fnn-501",
+        "rbfn-500",
+        "rbfn-501",
+        "fnn-1-500",
+        "fnn-501-1",
+        "rbfm-30",
+        "rbfm-31",
+    )
     stages = [f"dahl-{n}" for n in (0, 1, 2, 6, 7, 12, 13, 99, 999, 1000, "03", "0003")]
     pinned(
         [

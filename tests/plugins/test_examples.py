@@ -42,14 +42,24 @@ class Environment:
     @property
     def site(self) -> Path:
         """Where pip puts packages."""
-        (place,) = self.folder.glob("Lib/site-packages" if os.name == "nt" else "lib/python*/site-packages")
+        (place,) = self.folder.glob(
+            "Lib/site-packages" if os.name == "nt" else "lib/python*/site-packages"
+        )
         return place
 
     def run(self, *words: object, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-        environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "COLUMNS")}
+        environment = {
+            key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "COLUMNS")
+        }
         command = [str(self.python), *map(str, words)]
         return subprocess.run(
-            command, cwd=cwd, env=environment, capture_output=True, text=True, timeout=600, check=False
+            command,
+            cwd=cwd,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=600,
+            check=False,
         )
 
     def erclutch(self, *words: object, cwd: Path | None = None) -> str:
@@ -66,7 +76,9 @@ class Environment:
             "        assert main(words) == 0, words\n    printed.append(out.getvalue())\n"
             "print(json.dumps(printed))"
         )
-        done = self.run("-c", code, json.dumps([[str(word) for word in words] for words in commands]))
+        done = self.run(
+            "-c", code, json.dumps([[str(word) for word in words] for words in commands])
+        )
         assert done.returncode == 0, done.stdout + done.stderr
         return json.loads(done.stdout)
 
@@ -92,7 +104,9 @@ def fresh(folder: Path) -> Environment:
     """An environment that sees erclutch and what it depends on, and nothing that is installed in it."""
     venv.create(folder, with_pip=False)
     made = Environment(folder)
-    (made.site / "below.pth").write_text(f"{ROOT / 'src'}\n{sysconfig.get_path('purelib')}\n", encoding="utf-8")
+    (made.site / "below.pth").write_text(
+        f"{ROOT / 'src'}\n{sysconfig.get_path('purelib')}\n", encoding="utf-8"
+    )
     return made
 
 
@@ -108,10 +122,16 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Environment:
 def run(environment: Environment, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run on a log of the TWIN: outside reader, outside law, outside stage."""
     folder = tmp_path_factory.mktemp("run")
-    environment.erclutch("simulate", "tracking-slow", "--seconds", 4, "--out", "twin.csv", cwd=folder)
-    header, *rows = [line for line in (folder / "twin.csv").read_text("utf-8").splitlines() if line[:1] != "#"]
+    environment.erclutch(
+        "simulate", "tracking-slow", "--seconds", 4, "--out", "twin.csv", cwd=folder
+    )
+    header, *rows = [
+        line for line in (folder / "twin.csv").read_text("utf-8").splitlines() if line[:1] != "#"
+    ]
     attributes = [f"@attribute '{label}' numeric" for label in header.split(",")]
-    (folder / "twin.arff").write_text("\n".join(["@relation twin", *attributes, "@data", *rows]), "utf-8")
+    (folder / "twin.arff").write_text(
+        "\n".join(["@relation twin", *attributes, "@data", *rows]), "utf-8"
+    )
     words = ("--device", "coaxial", "--models", "rs", "--lag", "slew-rate", "--out", "run")
     said = environment.erclutch("fit", "twin.arff", *words, cwd=folder)
     assert MODEL in said
@@ -156,12 +176,16 @@ def test_a_run_and_its_report_name_them(environment: Environment, run: Path) -> 
 
 
 @pytest.fixture(scope="module")
-def exports(environment: Environment, run: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def exports(
+    environment: Environment, run: Path, tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Path]:
     """The folder of each target, with what `verify` says of it in a file beside; one Python exports all."""
     place = tmp_path_factory.mktemp("exports")
     folders = {target: place / target for target in TARGETS}
     made = [("export", run, "--to", target, "--out", folder) for target, folder in folders.items()]
-    said = environment.one_after_another(*made, *(("verify", folder, "--json") for folder in folders.values()))
+    said = environment.one_after_another(
+        *made, *(("verify", folder, "--json") for folder in folders.values())
+    )
     for folder, checks in zip(folders.values(), said[len(made) :], strict=True):
         folder.with_suffix(".json").write_text(checks, "utf-8")
     return folders
@@ -196,12 +220,17 @@ def test_live_on_a_rig_with_a_single_device(environment: Environment, tmp_path: 
     done = environment.run("-m", "erclutch", "live", *words, *recorded)
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["frames"] > 3000
-    assert "field = coil current [A], drive = motor torque [N*m], effort = brake torque [N*m]" in done.stderr
+    assert (
+        "field = coil current [A], drive = motor torque [N*m], effort = brake torque [N*m]"
+        in done.stderr
+    )
     (log,) = tmp_path.glob("*.mcap")
     said = environment.erclutch("inspect", log)
     assert "effort <- column effort [N*m] (guessed from its name)" in said
     assert "field2" not in said
-    environment.erclutch("fit", log, "--models", "bingham", "--lag", "lag", "--out", tmp_path / "run")
+    environment.erclutch(
+        "fit", log, "--models", "bingham", "--lag", "lag", "--out", tmp_path / "run"
+    )
     model = tmp_path / "run" / "models" / "bingham+lag.json"
     done = environment.run("-m", "erclutch", "live", *words, "--run", model, "--seconds", 1)
     assert done.returncode == 0, done.stderr
@@ -243,13 +272,17 @@ _BROKEN = {
 @pytest.mark.parametrize("case", _BROKEN)
 def test_what_fails_is_named(run: Path, tmp_path: Path, case: str) -> None:
     kind, text, said = _BROKEN[case]
-    value = "erclutch_law_robertson_stiff" + {"laws": ":LAW", "stages": ":STAGE", "targets": ""}[kind]
+    value = (
+        "erclutch_law_robertson_stiff" + {"laws": ":LAW", "stages": ":STAGE", "targets": ""}[kind]
+    )
     place = fresh(tmp_path / "place")
     # What pip would leave there, without the seconds of its build.
     (place.site / "erclutch_law_robertson_stiff.py").write_text(text, encoding="utf-8")
     info = place.site / "erclutch_law_robertson_stiff-0.2.0.dist-info"
     info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: erclutch-law-robertson-stiff\nVersion: 0.2.0\n")
+    (info / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: erclutch-law-robertson-stiff\nVersion: 0.2.0\n"
+    )
     (info / "entry_points.txt").write_text(f"[erclutch.{kind}]\nrobertson-stiff = {value}\n")
     fit = ("fit", run.parent / "twin.csv", "--device", "coaxial", "--models")
     words = {
@@ -289,7 +322,9 @@ def hasty(tmp_path_factory: pytest.TempPathFactory) -> Environment:
     place = fresh(tmp_path_factory.mktemp("hasty") / "env")
     info = place.site / "erclutch_command_effort_table-0.2.0.dist-info"
     info.mkdir()
-    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: erclutch-command-effort-table\nVersion: 0.2.0\n")
+    (info / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: erclutch-command-effort-table\nVersion: 0.2.0\n"
+    )
     value = "erclutch_command_effort_table:effort_table"
     (info / "entry_points.txt").write_text(f"[erclutch.commands]\neffort-table = {value}\n")
     return place

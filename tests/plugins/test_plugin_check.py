@@ -59,13 +59,19 @@ def test_what_is_wrong_with_a_law_is_said(text: str, said: str, install: Install
         ("print('checked: '); raise ValueError('no')", "no"),
     ],
 )
-def test_a_hostile_package_harms_its_own_process_only(text: str, said: str, install: Install) -> None:
+def test_a_hostile_package_harms_its_own_process_only(
+    text: str, said: str, install: Install
+) -> None:
     install("bench-odd", POINT, text)
-    found = fault_of(registry.find("erclutch.laws", "odd"), seconds=6.0 if "while" in text else 60.0)
+    found = fault_of(
+        registry.find("erclutch.laws", "odd"), seconds=6.0 if "while" in text else 60.0
+    )
     assert said in found if said else found == "", found
 
 
-def test_a_law_with_a_name_of_ours_is_never_loaded(install: Install, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_law_with_a_name_of_ours_is_never_loaded(
+    install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
     from erclutch.cli.plugin_list import list_plugins
 
     install("bench-odd", POINT.replace("odd =", "casson ="), "raise RuntimeError('it was loaded')")
@@ -75,7 +81,9 @@ def test_a_law_with_a_name_of_ours_is_never_loaded(install: Install, capsys: pyt
     assert "it was loaded" not in said
 
 
-def test_the_check_is_of_others_only(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_check_is_of_others_only(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     from erclutch.cli.plugin_list import list_plugins
 
     asked: list[registry.Plugin] = []

@@ -18,7 +18,9 @@ def test_ours_are_files_and_need_no_list() -> None:
     assert {"bingham", "on-off", "rbfm"} <= set(names("erclutch.laws"))
     measured = {"mdf", "tdms", "rosbag", "hdf5", "spreadsheet", "lvm", "jsonl"}
     assert {"mat", "mcap", "parquet", "text", *measured} <= set(names("erclutch.readers"))
-    assert {"lag", "rise-fall", "dahl", "effort-lag", "inertia", "stiffness"} <= set(names("erclutch.stages"))
+    assert {"lag", "rise-fall", "dahl", "effort-lag", "inertia", "stiffness"} <= set(
+        names("erclutch.stages")
+    )
     assert {"c", "python"} <= set(names("erclutch.targets"))
     for group in GROUPS:
         for plugin in plugins(group):
@@ -41,23 +43,40 @@ def test_ours_win_and_that_is_said(install: Install) -> None:
 def test_two_packages_of_one_name_are_refused(install: Install) -> None:
     for package in ("one-law", "two-law"):
         install(package, f"[erclutch.laws]\nmine = {package.replace('-', '_')}:LAW\n", "LAW = 1\n")
-    with pytest.raises(PluginError, match=r"'mine' is in 2 packages: one-law, two-law.*pip uninstall two-law"):
+    with pytest.raises(
+        PluginError, match=r"'mine' is in 2 packages: one-law, two-law.*pip uninstall two-law"
+    ):
         find("erclutch.laws", "mine")
 
 
-@pytest.mark.parametrize("ends", ["raise KeyboardInterrupt", "raise SystemExit(0)", "import sys; sys.exit()"])
-def test_a_plug_in_that_ends_the_program_is_an_error_that_names_it(install: Install, ends: str) -> None:
-    groups = "".join(f"[erclutch.{group}]\nmine = my_plug:THING\n" for group in ("laws", "readers", "commands"))
+@pytest.mark.parametrize(
+    "ends", ["raise KeyboardInterrupt", "raise SystemExit(0)", "import sys; sys.exit()"]
+)
+def test_a_plug_in_that_ends_the_program_is_an_error_that_names_it(
+    install: Install, ends: str
+) -> None:
+    groups = "".join(
+        f"[erclutch.{group}]\nmine = my_plug:THING\n" for group in ("laws", "readers", "commands")
+    )
     install("my-plug", groups, f"def THING(*_):\n    {ends}\n")
     guarded = find("erclutch.commands", "mine")
-    with pytest.raises(PluginError, match=r"'mine' of my-plug 1\.5 failed: (KeyboardInterrupt|SystemExit)"):
+    with pytest.raises(
+        PluginError, match=r"'mine' of my-plug 1\.5 failed: (KeyboardInterrupt|SystemExit)"
+    ):
         guarded.guarded(guarded.value)()
-    with pytest.raises(PluginError, match="the law 'mine'"), find("erclutch.laws", "mine").working():
+    with (
+        pytest.raises(PluginError, match="the law 'mine'"),
+        find("erclutch.laws", "mine").working(),
+    ):
         guarded.value()
 
 
 def test_control_c_and_a_signal_of_the_system_end_a_plug_in_too(install: Install) -> None:
-    install("my-plug", "[erclutch.laws]\nmine = my_plug:LAW\n", "import signal\nLAW = signal.raise_signal\n")
+    install(
+        "my-plug",
+        "[erclutch.laws]\nmine = my_plug:LAW\n",
+        "import signal\nLAW = signal.raise_signal\n",
+    )
     law = find("erclutch.laws", "mine")
     # A shell's background jobs do not hear Control-C, and these tests may run in one.
     at_control_c = signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -80,13 +99,27 @@ def test_a_reader_that_is_too_slow_is_no_faulty_plug_in(install: Install) -> Non
 
 
 def test_what_a_file_needs() -> None:
-    entry = {"group": "erclutch.laws", "name": "mine", "package": "erclutch-law-mine", "version": "2.0"}
+    entry = {
+        "group": "erclutch.laws",
+        "name": "mine",
+        "package": "erclutch-law-mine",
+        "version": "2.0",
+    }
     with pytest.raises(
-        PluginError, match=r"m\.json: the law 'mine' of erclutch-law-mine 2\.0 .*Install the package erclutch-law-mine"
+        PluginError,
+        match=r"m\.json: the law 'mine' of erclutch-law-mine 2\.0 .*Install the package erclutch-law-mine",
     ):
         require([entry], "m.json")
     require([{**entry, "name": "bingham"}], "m.json")
-    for damaged in (5, None, [5], [{}], "x", [{**entry, "package": "x; rm -rf /"}], [{**entry, "group": "os"}]):
+    for damaged in (
+        5,
+        None,
+        [5],
+        [{}],
+        "x",
+        [{**entry, "package": "x; rm -rf /"}],
+        [{**entry, "group": "os"}],
+    ):
         with pytest.raises(PluginError, match="names no plug-in"):
             require(damaged, "m.json")
 
@@ -108,7 +141,11 @@ def test_a_law_of_another_package_is_fitted_only_where_it_is_named(install: Inst
 
     ours = ladder()
     text = "from erclutch.models.laws.bingham import LAW as OURS\nfrom dataclasses import replace\n"
-    install("my-law", "[erclutch.laws]\nmine = my_law:LAW\n", text + "LAW = replace(OURS, ladder={'mine': 35})\n")
+    install(
+        "my-law",
+        "[erclutch.laws]\nmine = my_law:LAW\n",
+        text + "LAW = replace(OURS, ladder={'mine': 35})\n",
+    )
     install("no-law", "[erclutch.laws]\nbroken = no_law:LAW\n", "1 / 0\n")
     assert ladder() == ours
     assert "mine" in names("erclutch.laws")

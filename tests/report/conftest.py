@@ -20,7 +20,9 @@ _NAMES = ("quadratic", "bingham", "fnn-2")
 MODELS = (*_NAMES, *(f"{name}+lag" for name in _NAMES), "bingham+lag+dahl/field")
 
 
-def make_run(folder: Path, *, seconds: float = 4.0, models: tuple[str, ...] = MODELS, lag: str = "none") -> Path:
+def make_run(
+    folder: Path, *, seconds: float = 4.0, models: tuple[str, ...] = MODELS, lag: str = "none"
+) -> Path:
     """Fit a SYNTHETIC log and keep the run."""
     log = folder / "log.csv"
     write_synthetic_log(log, seconds)

@@ -27,7 +27,9 @@ def error_of(run: Path) -> str:
     return message
 
 
-@pytest.mark.parametrize("name", ["run.json", "table.csv", "predictions.parquet", "models/bingham.json"])
+@pytest.mark.parametrize(
+    "name", ["run.json", "table.csv", "predictions.parquet", "models/bingham.json"]
+)
 def test_a_missing_file(run: Path, name: str) -> None:
     (run / name).unlink()
     assert name.rpartition("/")[2] in error_of(run)
@@ -59,7 +61,10 @@ def test_an_edited_number_of_a_model(run: Path) -> None:
 def test_an_older_schema(run: Path) -> None:
     path = run / "run.json"
     path.write_text(json.dumps({**json.loads(path.read_text()), "schema": 1}))
-    assert "schema 1; this version reads schema 2. Fit the log again with this version." in error_of(run)
+    assert (
+        "schema 1; this version reads schema 2. Fit the log again with this version."
+        in error_of(run)
+    )
 
 
 def test_predictions_of_another_run(run: Path) -> None:
@@ -98,7 +103,9 @@ def test_a_folder_that_cannot_be_written(run: Path, monkeypatch: pytest.MonkeyPa
     from erclutch.report.html.report_file import may_write_report
 
     monkeypatch.setattr("erclutch.files.os.access", lambda *_: False)
-    with pytest.raises(RunError, match=r"its folder cannot be written\. Give --out a file in another folder"):
+    with pytest.raises(
+        RunError, match=r"its folder cannot be written\. Give --out a file in another folder"
+    ):
         may_write_report(run / "report.html")
 
 
@@ -124,7 +131,9 @@ def test_what_has_no_digest_or_cannot_be_written(run: Path, value: object) -> No
     assert "run.json" in error_of(run)
 
 
-def test_a_template_that_cannot_be_filled_in_is_told(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_template_that_cannot_be_filled_in_is_told(
+    run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     import jinja2
 
     from erclutch.report.html import report_page
@@ -134,4 +143,6 @@ def test_a_template_that_cannot_be_filled_in_is_told(run: Path, monkeypatch: pyt
     with pytest.raises(RunError) as caught:
         report_page.report_html(material_of(read_run(run)))
     assert "the part verdict of the page cannot be filled in (TemplateNotFound" in str(caught.value)
-    assert str(caught.value).endswith("or fit again with this version if the run is of another one.")
+    assert str(caught.value).endswith(
+        "or fit again with this version if the run is of another one."
+    )

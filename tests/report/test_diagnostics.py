@@ -19,7 +19,15 @@ from erclutch.report.numbers.correlation import autocorrelation, held_out_spans,
 from erclutch.report.numbers.error_map import error_maps
 from erclutch.report.numbers.flow_curves import FlowCurves, grouped, rare_fields
 from erclutch.report.numbers.model_stages import stage_gain
-from erclutch.report.numbers.number_text import chart_scale, number, percent, r2_text, scale_for, share_span, span
+from erclutch.report.numbers.number_text import (
+    chart_scale,
+    number,
+    percent,
+    r2_text,
+    scale_for,
+    share_span,
+    span,
+)
 from erclutch.report.numbers.parity import distributions, parity
 from erclutch.report.numbers.run_material import shown_models
 from erclutch.report.numbers.switching import after_switch, step_responses
@@ -47,7 +55,13 @@ def rows_of(
     n = effort.size
     edges = [0, *cuts, n]
     spans = tuple(Span(a, b, 1 / RATE) for a, b in itertools.pairwise(edges))
-    data = Dataset("single", (Element(field, slip),), effort, Clock(np.arange(n) / RATE, spans), Units("N", "V", "m/s"))
+    data = Dataset(
+        "single",
+        (Element(field, slip),),
+        effort,
+        Clock(np.arange(n) / RATE, spans),
+        Units("N", "V", "m/s"),
+    )
     return RunRows(data, np.arange(n) >= round(0.7 * n), predicted)
 
 
@@ -96,7 +110,8 @@ def test_parity_and_distribution() -> None:
     rows = rows_of(y, y, y, {"right": y, "off": y + 0.5})
     assert np.trace(parity(rows, "right").counts) == np.count_nonzero(rows.test)
     exact, off = distributions(
-        rows_of(y, y, y, {"noisy": y - noise(seed=1), "off": y - noise(seed=2) - 0.5}), ["noisy", "off"]
+        rows_of(y, y, y, {"noisy": y - noise(seed=1), "off": y - noise(seed=2) - 0.5}),
+        ["noisy", "off"],
     )
     assert exact.bias == pytest.approx(0.0, abs=0.05)
     assert off.bias == pytest.approx(0.5, abs=0.05)
@@ -147,7 +162,11 @@ def test_autocorrelation_of_a_known_process(rho: float) -> None:
 def test_nothing_crosses_a_gap() -> None:
     e = noise(1000)
     rows = rows_of(e, e, e, {"m": e * 0}, cuts=(800, 900))
-    assert [(s.start, s.stop) for s in held_out_spans(rows)] == [(700, 800), (800, 900), (900, 1000)]
+    assert [(s.start, s.stop) for s in held_out_spans(rows)] == [
+        (700, 800),
+        (800, 900),
+        (900, 1000),
+    ]
     assert spectrum(rows_of(e, e, e, {"m": e * 0}, cuts=tuple(range(50, 1000, 50))), ["m"]) is None
 
 
@@ -165,7 +184,9 @@ def test_windows_are_held_out_and_rank_as_they_say() -> None:
     # As many windows are better than the typical window as are worse, and none is worse than the worst.
     width = found.worst[1] - found.worst[0]
     errors = {
-        a: float(np.mean(e[a : a + width] ** 2)) for a in range(0, e.size - width) if rows.test[a : a + width].all()
+        a: float(np.mean(e[a : a + width] ** 2))
+        for a in range(0, e.size - width)
+        if rows.test[a : a + width].all()
     }
     typical, worst = errors[found.typical[0]], errors[found.worst[0]]
     others = [v for a, v in errors.items() if not a < 18_000 < a + width]
@@ -176,7 +197,10 @@ def test_windows_are_held_out_and_rank_as_they_say() -> None:
 def test_the_lively_window_is_where_field_and_slip_change() -> None:
     n = 20_000
     field, slip = np.zeros(n), np.ones(n)
-    field[15_000:15_400:2], slip[16_000:16_100:2] = 0.02, -1.0  # small, or faster than any picture shows
+    field[15_000:15_400:2], slip[16_000:16_100:2] = (
+        0.02,
+        -1.0,
+    )  # small, or faster than any picture shows
     field[17_200:17_500] = 1.0
     slip[17_300:17_600] = -1.0
     found = windows(rows_of(field, slip, noise(n), {"m": np.zeros(n)}), "m").lively
@@ -209,15 +233,21 @@ def test_step_responses() -> None:
     lagged = chain("b+rise-fall", delay=0.002, tau_rise=0.01, tau_fall=0.05)
     (step,) = step_responses({"ranking": [chain("a"), lagged]}, ["a", "b+rise-fall"])
     assert step.model == "b+rise-fall"
-    assert step.up(np.array([0.0, 0.001, 0.012])) == pytest.approx([0.0, 0.0, 1 - np.exp(-1)], abs=0.01)
+    assert step.up(np.array([0.0, 0.001, 0.012])) == pytest.approx(
+        [0.0, 0.0, 1 - np.exp(-1)], abs=0.01
+    )
     assert step.down(np.array([0.0, 0.052])) == pytest.approx([1.0, np.exp(-1)], abs=0.01)
     assert step.settled == pytest.approx(0.002 + 0.05 * np.log(100), rel=0.02)
 
 
 def test_step_responses_come_from_the_stages_whatever_the_chain() -> None:
-    slow = chain("a+two-lags+dahl/field+effort-lag", tau_1=0.002, m_1=20.0, p_1=0.5, r_1=0.01, tau_e=0.5)
+    slow = chain(
+        "a+two-lags+dahl/field+effort-lag", tau_1=0.002, m_1=20.0, p_1=0.5, r_1=0.01, tau_e=0.5
+    )
     (step,) = step_responses({"ranking": [slow]}, [slow["name"]])
-    assert float(step.up(np.array([0.01]))[0]) == pytest.approx(1 - 0.5 * np.exp(-5) - 0.5 * np.exp(-0.25), abs=0.01)
+    assert float(step.up(np.array([0.01]))[0]) == pytest.approx(
+        1 - 0.5 * np.exp(-5) - 0.5 * np.exp(-0.25), abs=0.01
+    )
     assert step.settled == pytest.approx(0.04 * np.log(50), rel=0.02)
     alone = chain("a+dahl/field", r_1=0.01)
     assert step_responses({"ranking": [alone]}, [alone["name"]]) == ()
@@ -226,7 +256,9 @@ def test_step_responses_come_from_the_stages_whatever_the_chain() -> None:
 def test_what_iron_keeps_back_does_not_stretch_the_time_of_a_step() -> None:
     brake = chain("a+remanence+lag", r_h=0.12, s_h=1.0, delay=0.0, tau=0.02)
     (step,) = step_responses({"ranking": [brake]}, [brake["name"]])
-    assert step.kept_back == pytest.approx(0.09, abs=0.002)  # the mean of the edges at 0.06 and 0.12
+    assert step.kept_back == pytest.approx(
+        0.09, abs=0.002
+    )  # the mean of the edges at 0.06 and 0.12
     assert step.settled == pytest.approx(0.02 * np.log(91), rel=0.03)
     lagged = chain("a+lag", delay=0.0, tau=0.02)
     (step,) = step_responses({"ranking": [lagged]}, [lagged["name"]])
@@ -252,7 +284,12 @@ def entry(name: str, rmse: float | None, parameters: int) -> dict[str, Any]:
 
 
 def test_which_models_are_shown() -> None:
-    ranking = [entry("fnn-16", 1.0, 65), entry("hem+lag", 1.1, 8), entry("bingham", 2.0, 6), entry("quadratic", 3.0, 4)]
+    ranking = [
+        entry("fnn-16", 1.0, 65),
+        entry("hem+lag", 1.1, 8),
+        entry("bingham", 2.0, 6),
+        entry("quadratic", 3.0, 4),
+    ]
     body = {"ranking": ranking, "recommended": "hem+lag", "best": "fnn-16"}
     assert list(shown_models(body).items()) == [
         ("hem+lag", "recommended"),
@@ -329,7 +366,10 @@ def test_laws_with_the_same_curves_share_a_panel() -> None:
     line = np.linspace(0.0, 1.0, 5)[None, :]
     near = {"a": (0.0, 0.0), "b": (0.9, 0.9), "c": (1.8, 0.9), "d": (0.0, 3.0)}
     curves = [
-        [FlowCurves(name, k, np.zeros(1), line[0], line + shifts[k], ()) for name, shifts in near.items()]
+        [
+            FlowCurves(name, k, np.zeros(1), line[0], line + shifts[k], ())
+            for name, shifts in near.items()
+        ]
         for k in range(2)
     ]
     found = grouped(curves, 1.0)
@@ -341,7 +381,9 @@ def test_laws_with_the_same_curves_share_a_panel() -> None:
 
 def test_the_noise_of_a_signal_is_not_what_moves_slowly() -> None:
     rng, time = np.random.default_rng(3), np.arange(20_000) * 1e-3
-    assert noise_of(5.0 * np.sin(6.0 * time) + rng.normal(0.0, 0.02, time.size)) == pytest.approx(0.02, rel=0.03)
+    assert noise_of(5.0 * np.sin(6.0 * time) + rng.normal(0.0, 0.02, time.size)) == pytest.approx(
+        0.02, rel=0.03
+    )
     assert noise_of(np.repeat([0.0, 1.0], 500)) == noise_of(np.zeros(2)) == 0.0
 
 
@@ -353,7 +395,8 @@ def test_logs_of_different_rates_are_not_mixed() -> None:
     e = np.sin(2 * np.pi * 40.0 * t) + 0.1 * noise(30_000)
     whole = rows_of(e, e, e, {"m": e * 0}, cuts=(25_000,))
     slow = Clock(
-        np.concatenate([t[:25_000], np.arange(5000) / 200.0]), (Span(0, 25_000, 1e-3), Span(25_000, 30_000, 5e-3))
+        np.concatenate([t[:25_000], np.arange(5000) / 200.0]),
+        (Span(0, 25_000, 1e-3), Span(25_000, 30_000, 5e-3)),
     )
     test = np.zeros(30_000, np.bool_)
     test[15_000:] = True
@@ -367,8 +410,12 @@ def test_logs_of_different_rates_are_not_mixed() -> None:
     assert memory.lag[1] == pytest.approx(1e-3)
 
 
-@given(st.lists(st.floats(-100, 100), min_size=1, max_size=60), st.integers(1, 20), st.floats(0, 200))
-def test_a_field_is_still_where_its_last_rows_lie_close(values: list[float], width: int, reach: float) -> None:
+@given(
+    st.lists(st.floats(-100, 100), min_size=1, max_size=60), st.integers(1, 20), st.floats(0, 200)
+)
+def test_a_field_is_still_where_its_last_rows_lie_close(
+    values: list[float], width: int, reach: float
+) -> None:
     from erclutch.report.numbers.flow_curves import _still  # pyright: ignore[reportPrivateUsage]
 
     array = np.array(values)
@@ -388,12 +435,17 @@ def test_fields_without_rows_are_named() -> None:
 def test_rise_and_fall_have_labels_and_lines_of_their_own() -> None:
     from types import SimpleNamespace
 
-    slow: dict[str, Any] = chain("a+rise-fall") | {"dynamics": {"delay": 0.0, "tau_rise": 0.002, "tau_fall": 0.05}}
+    slow: dict[str, Any] = chain("a+rise-fall") | {
+        "dynamics": {"delay": 0.0, "tau_rise": 0.002, "tau_fall": 0.05}
+    }
     found = step_responses({"ranking": [slow]}, [slow["name"]])
     material: Any = SimpleNamespace(shown={slow["name"]: "best"}, titles={slow["name"]: "Slow"})
     panel, _ = _steps(material, found)
     lines = [mark for mark in panel.marks if isinstance(mark, Line)]
-    assert [(line.label, line.dashed) for line in lines] == [("Slow, rise", False), ("Slow, fall", True)]
+    assert [(line.label, line.dashed) for line in lines] == [
+        ("Slow, rise", False),
+        ("Slow, fall", True),
+    ]
 
 
 def test_a_stage_without_numbers_has_no_heading() -> None:
@@ -403,7 +455,13 @@ def test_a_stage_without_numbers_has_no_heading() -> None:
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(0.98765, "0.988"), (-0.00001, "0.000"), (-31.25, "-31.250"), (-6.57e200, "below -1000"), (float("nan"), "nan")],
+    [
+        (0.98765, "0.988"),
+        (-0.00001, "0.000"),
+        (-31.25, "-31.250"),
+        (-6.57e200, "below -1000"),
+        (float("nan"), "nan"),
+    ],
 )
 def test_an_r2_far_below_zero_is_said_to_be_so_and_has_no_digits(value: float, text: str) -> None:
     assert r2_text(value) == text

@@ -33,18 +33,25 @@ def test_section_and_coverage(tmp_path: Path, suffix: str, device: DeviceName) -
         rows = list(csv.DictReader(file))
     effort = EFFORT_OF[device]
     assert len(rows) == 250
-    np.testing.assert_allclose([float(r[effort]) for r in rows], log.signals[effort][500:750], rtol=1e-8)
+    np.testing.assert_allclose(
+        [float(r[effort]) for r in rows], log.signals[effort][500:750], rtol=1e-8
+    )
     with coverage[1].open() as file:
         counts = [int(r["rows"]) for r in csv.DictReader(file)]
     assert sum(counts) == log.rows * len(data.elements)
-    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(p.name for p in (*section, *coverage))
+    assert sorted(p.name for p in tmp_path.iterdir()) == sorted(
+        p.name for p in (*section, *coverage)
+    )
 
 
 @pytest.mark.slow
 def test_the_same_log_gives_the_same_bytes(tmp_path: Path) -> None:
     log = pair_log(1.0)
     for suffix in MAGIC:
-        first, second = (save_plot(describe_section(log), tmp_path / f"{n}{suffix}")[0].read_bytes() for n in "ab")
+        first, second = (
+            save_plot(describe_section(log), tmp_path / f"{n}{suffix}")[0].read_bytes()
+            for n in "ab"
+        )
         assert first == second, suffix
 
 

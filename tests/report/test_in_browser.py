@@ -19,7 +19,13 @@ from erclutch.report.numbers.run_material import Material, material_of
 from erclutch.runs.run_folder import read_run
 
 CHROMIUM = Path("/usr/bin/chromium")
-QUIET = ("--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-sync")
+QUIET = (
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-sync",
+)
 PANELS = ("effort", "residual", "field", "slip")
 
 pytestmark = [
@@ -32,7 +38,9 @@ pytestmark = [
 def browser() -> Generator[Any, None, None]:
     sync: Any = import_module("playwright.sync_api")
     with sync.sync_playwright() as playwright:
-        made = playwright.chromium.launch(executable_path=str(CHROMIUM), args=[*QUIET, "--disable-component-update"])
+        made = playwright.chromium.launch(
+            executable_path=str(CHROMIUM), args=[*QUIET, "--disable-component-update"]
+        )
         yield made
         made.close()
 
@@ -54,7 +62,10 @@ def visit(browser: Any) -> Generator[Callable[..., Any], None, None]:
         page = context.new_page()
         page.on("console", lambda message: said.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: said.append(str(error)))
-        page.on("request", lambda request: said.append(request.url) if request.url != path.as_uri() else None)
+        page.on(
+            "request",
+            lambda request: said.append(request.url) if request.url != path.as_uri() else None,
+        )
         page.goto(path.as_uri())
         page.wait_for_selector("#traces-plot[data-ready=yes]", timeout=20_000)
         return page
@@ -69,7 +80,9 @@ def rows_of(page: Any) -> tuple[int, int]:
     """Rows on screen, once drawing has settled."""
     page.wait_for_timeout(150)
     # What was asked for is drawn in the next frame, which a busy machine may bring later.
-    page.evaluate("() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)))")
+    page.evaluate(
+        "() => new Promise(drawn => requestAnimationFrame(() => requestAnimationFrame(drawn)))"
+    )
     first, last = page.locator("#traces-plot").get_attribute("data-rows").split(",")
     return int(first), int(last)
 
@@ -132,7 +145,10 @@ def test_the_cursor_is_linked_and_reads_the_rows_of_the_run(
     for share in (0.2, 0.55, 0.9):
         row = hover(page, "residual", share)
         lines = page.locator(".panel .u-cursor-x")
-        at = {lines.nth(k).evaluate("e => Math.round(e.getBoundingClientRect().x)") for k in range(lines.count())}
+        at = {
+            lines.nth(k).evaluate("e => Math.round(e.getBoundingClientRect().x)")
+            for k in range(lines.count())
+        }
         assert lines.count() == len(PANELS)
         assert len(at) == 1
         text = shown(page)
@@ -143,7 +159,9 @@ def test_the_cursor_is_linked_and_reads_the_rows_of_the_run(
         name = re.escape(material.title)
         found = re.search(rf"{name} (-?[\d.]+) \S+, off by (-?[\d.]+)", text)
         assert found is not None, text
-        assert float(found[1]) == pytest.approx(material.rows.predicted[material.recommended][row] * factor, abs=close)
+        assert float(found[1]) == pytest.approx(
+            material.rows.predicted[material.recommended][row] * factor, abs=close
+        )
         assert float(found[2]) == pytest.approx(
             material.rows.residual(material.recommended)[row] * factor, abs=2 * close
         )
@@ -152,7 +170,9 @@ def test_the_cursor_is_linked_and_reads_the_rows_of_the_run(
         assert ("held out" in text) == bool(material.rows.test[row])
 
 
-def test_a_heading_sorts_the_ranking(report: Path, material: Material, visit: Callable[..., Any]) -> None:
+def test_a_heading_sorts_the_ranking(
+    report: Path, material: Material, visit: Callable[..., Any]
+) -> None:
     page = visit(report)
     ranking = material.body["ranking"]
 
@@ -163,19 +183,25 @@ def test_a_heading_sorts_the_ranking(report: Path, material: Material, visit: Ca
     best_first = [entry["name"] for entry in RANKING.fill(material)["first"]]
     assert names() == best_first
     page.get_by_role("button", name="Parameters", exact=True).click()
-    assert names() == sorted(best_first, key=lambda name: material.run.entry(name)["parameters_count"])
+    assert names() == sorted(
+        best_first, key=lambda name: material.run.entry(name)["parameters_count"]
+    )
     page.get_by_role("button", name="R²", exact=True).click()
     page.get_by_role("button", name="R²", exact=True).click()
     assert page.locator("th[aria-sort=descending]").all_text_contents() == ["R²"]
     most = max(entry["test"]["r2"][0] for entry in ranking)
-    assert material.run.entry(names()[0])["test"]["r2"][0] == pytest.approx(most, abs=1e-3)  # as it is printed
+    assert material.run.entry(names()[0])["test"]["r2"][0] == pytest.approx(
+        most, abs=1e-3
+    )  # as it is printed
     page.get_by_role("button", name="Model", exact=True).click()
     assert names() == best_first
 
 
 def test_the_title_is_whole_on_a_phone(report: Path, visit: Callable[..., Any]) -> None:
     page = visit(report, 390)
-    page.evaluate("document.querySelector('h1').textContent = 'a-recording-with-a-long-name-2026-11-23T13-42-01Z.mcap'")
+    page.evaluate(
+        "document.querySelector('h1').textContent = 'a-recording-with-a-long-name-2026-11-23T13-42-01Z.mcap'"
+    )
     title = page.evaluate(
         "(e => [e.scrollHeight <= e.clientHeight, e.getBoundingClientRect().top])(document.querySelector('h1'))"
     )
@@ -212,7 +238,9 @@ def test_buttons_and_the_strip(report: Path, material: Material, visit: Callable
     assert (a / n, b / n) == (pytest.approx(0.1, abs=0.02), pytest.approx(0.3, abs=0.02))
 
 
-def test_the_keyboard_is_enough(report: Path, material: Material, visit: Callable[..., Any]) -> None:
+def test_the_keyboard_is_enough(
+    report: Path, material: Material, visit: Callable[..., Any]
+) -> None:
     page = visit(report)
     for _ in range(80):
         page.keyboard.press("Tab")
@@ -236,7 +264,9 @@ def test_the_keyboard_is_enough(report: Path, material: Material, visit: Callabl
     assert "measured" in page.locator("#said").inner_text()
 
 
-def test_a_model_is_added_and_left_out(report: Path, material: Material, visit: Callable[..., Any]) -> None:
+def test_a_model_is_added_and_left_out(
+    report: Path, material: Material, visit: Callable[..., Any]
+) -> None:
     page = visit(report)
     before = shown(page)
     other = next(name for name, title in material.titles.items() if title not in before)
@@ -248,14 +278,17 @@ def test_a_model_is_added_and_left_out(report: Path, material: Material, visit: 
     assert shown(page) == before
 
 
-def test_the_map_reads_its_cells(report: Path, material: Material, visit: Callable[..., Any]) -> None:
+def test_the_map_reads_its_cells(
+    report: Path, material: Material, visit: Callable[..., Any]
+) -> None:
     page = visit(report)
     plot = page.locator("[data-map] svg.plot").first
     plot.scroll_into_view_if_needed()
     box = plot.bounding_box()
     page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
     assert re.search(
-        r"field .+ to .+, slip .+ to .+: (RMSE|no row held out).+ training rows", page.inner_text("#mapread")
+        r"field .+ to .+, slip .+ to .+: (RMSE|no row held out).+ training rows",
+        page.inner_text("#mapread"),
     )
 
 
@@ -273,7 +306,9 @@ def test_light_and_dark(report: Path, visit: Callable[..., Any]) -> None:
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_loops_and_the_constants_of_the_stages(scheme: str, report: Path, visit: Callable[..., Any]) -> None:
+def test_loops_and_the_constants_of_the_stages(
+    scheme: str, report: Path, visit: Callable[..., Any]
+) -> None:
     page = visit(report, scheme=scheme)
     loops = page.locator("#loops figure")
     assert loops.count() >= 2
@@ -300,7 +335,9 @@ def test_nothing_sticks_out(report: Path, visit: Callable[..., Any]) -> None:
 
 
 @pytest.mark.parametrize(("width", "height", "screens"), [(1440, 900, 8), (390, 844, 12)])
-def test_it_is_short(width: int, height: int, screens: int, report: Path, visit: Callable[..., Any]) -> None:
+def test_it_is_short(
+    width: int, height: int, screens: int, report: Path, visit: Callable[..., Any]
+) -> None:
     page = visit(report, width)
     assert page.evaluate("document.documentElement.scrollHeight") <= screens * height
 
@@ -311,9 +348,12 @@ def test_accessible(width: int, scheme: str, report: Path, visit: Callable[..., 
     axe: Any = import_module("axe_playwright_python.sync_playwright")
     page = visit(report, width, scheme)
     page.locator("details").evaluate_all("all => all.forEach(d => d.open = true)")
-    results = axe.Axe().run(page, options={"resultTypes": ["violations"]})  # the others take most of its time
+    results = axe.Axe().run(
+        page, options={"resultTypes": ["violations"]}
+    )  # the others take most of its time
     found = [
-        f"{v['id']}: {v['help']}: {[n['html'][:120] for n in v['nodes'][:3]]}" for v in results.response["violations"]
+        f"{v['id']}: {v['help']}: {[n['html'][:120] for n in v['nodes'][:3]]}"
+        for v in results.response["violations"]
     ]
     assert found == []
 
@@ -346,7 +386,10 @@ def test_five_minutes_stay_small_and_open_at_once(
     assert time.process_time() - began < 6.0
     assert path.stat().st_size < 2_000_000
     page = visit(path)
-    assert page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime") < 2000.0
+    assert (
+        page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime")
+        < 2000.0
+    )
     page.get_by_role("button", name="Held out").click()
     assert rows_of(page) == (203_000, 290_000)
     for _ in range(9):

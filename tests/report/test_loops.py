@@ -37,7 +37,9 @@ def rows_of(phase: float, fields: tuple[float, ...] = (0.0, 1.0, 2.0)) -> RunRow
     field = np.repeat(fields, n)
     effort = (1.0 + field) * np.sin(2 * np.pi * 5 * t + phase)
     spans = tuple(Span(k * n, (k + 1) * n, 1e-3) for k in range(len(fields)))
-    data = Dataset("single", (Element(field, slip),), effort, Clock(t, spans), Units("N", "V", "m/s"))
+    data = Dataset(
+        "single", (Element(field, slip),), effort, Clock(t, spans), Units("N", "V", "m/s")
+    )
     models = {"right": effort, "half": 0.5 * effort, "closed": (1.0 + field) * slip}
     return RunRows(data, np.ones(t.size, np.bool_), models)
 
@@ -56,8 +58,14 @@ def test_windows_are_whole_periods_at_a_field_each() -> None:
 def test_of_several_logs_each_loop_names_its_own() -> None:
     rows = rows_of(0.5)
     assert {loop.log for loop in effort_loops(rows, ["right"])} == {""}
-    logs = replace(rows.data, sources=("a", "b", "c"), source_rows=((0, 2000), (2000, 4000), (4000, 6000)))
-    assert [loop.log for loop in effort_loops(replace(rows, data=logs), ["right"])] == ["a", "b", "c"]
+    logs = replace(
+        rows.data, sources=("a", "b", "c"), source_rows=((0, 2000), (2000, 4000), (4000, 6000))
+    )
+    assert [loop.log for loop in effort_loops(replace(rows, data=logs), ["right"])] == [
+        "a",
+        "b",
+        "c",
+    ]
 
 
 def test_the_area_of_an_ellipse() -> None:
@@ -77,16 +85,27 @@ def test_a_pair_shows_each_clutch_while_the_other_is_free() -> None:
     (own,) = single.data.elements
     first = np.where(np.arange(own.field.size) < 4000, own.field, 0.0)
     pair = (Element(first, own.slip), Element(own.field - first, -own.slip))
-    data = Dataset("coaxial", pair, single.data.effort, single.data.clock, Units("N*m", "", "rad/s"))
+    data = Dataset(
+        "coaxial", pair, single.data.effort, single.data.clock, Units("N*m", "", "rad/s")
+    )
     loops = effort_loops(RunRows(data, single.test, single.predicted), ["right"])
-    assert {(loop.element, loop.fields[1]) for loop in loops} == {(0, 0.0), (0, 1.0), (1, 0.0), (1, 2.0)}
+    assert {(loop.element, loop.fields[1]) for loop in loops} == {
+        (0, 0.0),
+        (0, 1.0),
+        (1, 0.0),
+        (1, 2.0),
+    }
 
 
 def test_no_loop_where_the_slip_never_turns(material: Material) -> None:
     rows = rows_of(0.5)
     (own,) = rows.data.elements
     data = Dataset(
-        "single", (Element(own.field, own.slip * 0 + 3.0),), rows.data.effort, rows.data.clock, rows.data.units
+        "single",
+        (Element(own.field, own.slip * 0 + 3.0),),
+        rows.data.effort,
+        rows.data.clock,
+        rows.data.units,
     )
     still = RunRows(data, rows.test, rows.predicted)
     assert effort_loops(still, ["right"]) == []
@@ -100,7 +119,15 @@ def test_no_loop_where_the_slip_never_turns(material: Material) -> None:
 
 def test_symbols_come_from_their_names() -> None:
     names = ("tau_rise", "zeta_e", "gamma", "lamda_1", "r_1", "delay", "eta_0_1")
-    assert [plain_symbol(name) for name in names] == ["τ_rise", "ζ_e", "γ", "λ_1", "r_1", "delay", "η_0,1"]
+    assert [plain_symbol(name) for name in names] == [
+        "τ_rise",
+        "ζ_e",
+        "γ",
+        "λ_1",
+        "r_1",
+        "delay",
+        "η_0,1",
+    ]
 
 
 def entry(name: str, rmse: float, **more: Any) -> dict[str, Any]:
@@ -109,26 +136,41 @@ def entry(name: str, rmse: float, **more: Any) -> dict[str, Any]:
 
 def test_stages_are_credited_with_their_own_gain_alone() -> None:
     """A network with past samples beside a law with a lag tells nothing of the lag."""
-    assert stage_gain([entry("fnn-16", 1.0), entry("bingham+lag", 2.0), entry("casson", 3.0)]) is None
+    assert (
+        stage_gain([entry("fnn-16", 1.0), entry("bingham+lag", 2.0), entry("casson", 3.0)]) is None
+    )
     found = stage_gain([entry("fnn-16", 1.0), entry("bingham+lag", 2.0), entry("bingham", 3.0)])
     assert found is not None
-    assert (found.richer["name"], found.plainer["name"], found.added) == ("bingham+lag", "bingham", ("lag",))
-    apart = [entry("fnn-16+lag", 1.0, **{APART: "past 5"}), entry("fnn-16", 2.0, **{APART: "past none"})]
+    assert (found.richer["name"], found.plainer["name"], found.added) == (
+        "bingham+lag",
+        "bingham",
+        ("lag",),
+    )
+    apart = [
+        entry("fnn-16+lag", 1.0, **{APART: "past 5"}),
+        entry("fnn-16", 2.0, **{APART: "past none"}),
+    ]
     assert stage_gain(apart) is None
     assert stage_gain([entry("a+lag", 1.0), entry("a+rise-fall", 2.0)]) is None
-    found = stage_gain([entry("bingham+fnn-4+lag", 1.0), entry("bingham", 2.0), entry("bingham+fnn-4", 3.0)])
+    found = stage_gain(
+        [entry("bingham+fnn-4+lag", 1.0), entry("bingham", 2.0), entry("bingham+fnn-4", 3.0)]
+    )
     assert found is not None
     assert (found.richer["name"], found.plainer["name"]) == ("bingham+fnn-4+lag", "bingham+fnn-4")
 
 
 def test_memory_of_the_slip_is_told_from_other_stages() -> None:
     assert remembers_slip({"name": "casson+dahl/field", "dynamics": {"r_1": 0.01}})
-    assert not remembers_slip({"name": "casson+lag+effort-lag", "dynamics": {"delay": 0.0, "tau": 0.1, "tau_e": 0.1}})
+    assert not remembers_slip(
+        {"name": "casson+lag+effort-lag", "dynamics": {"delay": 0.0, "tau": 0.1, "tau_e": 0.1}}
+    )
     assert not remembers_slip({"name": "casson+viscous", "dynamics": {"p": 1.0}})
 
 
 @pytest.fixture(scope="module")
-def long_chain(run_maker: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Material:
+def long_chain(
+    run_maker: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory
+) -> Material:
     lag = LONG.partition("+")[2]
     run = run_maker(tmp_path_factory.mktemp("chain"), seconds=2.0, models=("bingham",), lag=lag)
     return material_of(read_run(run))

@@ -32,10 +32,16 @@ def test_an_exponent_between_two_fields_was_not_measured(material: Material) -> 
     data = replace(material.rows.data, elements=(replace(element, field=switched),))
     two_fields = replace(material, rows=replace(material.rows, data=data))
     exponent = {"name": "n", "value": 4.0, "low": 3.8, "high": 4.0, "at_bound": "upper"}
-    assert "the log dwells at 2 fields (0 V and 2.0 V)" in why_not_measured(two_fields, exponent).replace("\xa0", " ")
+    assert "the log dwells at 2 fields (0 V and 2.0 V)" in why_not_measured(
+        two_fields, exponent
+    ).replace("\xa0", " ")
     assert "upper end of the range" in why_not_measured(two_fields, exponent | {"name": "h_l"})
-    assert "without this part" in why_not_measured(two_fields, exponent | {"name": "T_v", "value": 0.0})
-    assert "other constants" in why_not_measured(two_fields, exponent | {"name": "r", "at_bound": None, "low": None})
+    assert "without this part" in why_not_measured(
+        two_fields, exponent | {"name": "T_v", "value": 0.0}
+    )
+    assert "other constants" in why_not_measured(
+        two_fields, exponent | {"name": "r", "at_bound": None, "low": None}
+    )
     assert why_not_measured(two_fields, exponent | {"at_bound": None}) == ""
 
 
@@ -69,7 +75,9 @@ def test_a_turn_lies_where_the_effort_goes_back(material: Material) -> None:
 
 def test_the_model_stands_before_the_ranking_with_every_constant(material: Material) -> None:
     values = MODEL.fill(material)
-    assert sum(map(len, values["halves"])) == len(material.run.entry(material.recommended)["fit"]["parameters"])
+    assert sum(map(len, values["halves"])) == len(
+        material.run.entry(material.recommended)["fit"]["parameters"]
+    )
     assert len(values["figures"]) == 3
     html = report_html(material)
     assert html.index('id="model"') < html.index('id="ranking"')
@@ -81,12 +89,23 @@ def test_eight_models_are_ranked_and_the_others_folded(material: Material) -> No
     assert len(values["first"]) == min(8, len(names))
     assert sorted(names) == sorted(material.run.names)
     last = replace(material.run, body={**material.body, "recommended": material.run.names[-1]})
-    assert material.run.names[-1] in [entry["name"] for entry in RANKING.fill(replace(material, run=last))["first"]]
+    assert material.run.names[-1] in [
+        entry["name"] for entry in RANKING.fill(replace(material, run=last))["first"]
+    ]
 
 
-def test_figures_of_every_row_stand_in_the_page(material: Material, monkeypatch: pytest.MonkeyPatch) -> None:
-    scores = {entry["name"]: {"test": entry["test"], "train": entry["train"]} for entry in material.body["ranking"]}
-    found = {"rows": 7_654_321, "models": scores, "not_scored": {material.run.names[-1]: "it needs its past rows"}}
+def test_figures_of_every_row_stand_in_the_page(
+    material: Material, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scores = {
+        entry["name"]: {"test": entry["test"], "train": entry["train"]}
+        for entry in material.body["ranking"]
+    }
+    found = {
+        "rows": 7_654_321,
+        "models": scores,
+        "not_scored": {material.run.names[-1]: "it needs its past rows"},
+    }
     monkeypatch.setattr("erclutch.report.html.verdict_section.read_every_row", lambda run: found)
     html = report_html(material)
     assert "On every row" in html
@@ -101,18 +120,31 @@ def test_a_run_without_a_recommendation_shows_the_nearest(material: Material) ->
     assert '<span class="tag">nearest</span>' in html
 
 
-def test_what_is_said_of_a_run_is_kept_and_shown(kept_run: Path, tmp_path: Path, material: Material) -> None:
+def test_what_is_said_of_a_run_is_kept_and_shown(
+    kept_run: Path, tmp_path: Path, material: Material
+) -> None:
     import shutil
 
     run = Path(shutil.copytree(kept_run, tmp_path / "run"))
-    said = ("--device-name", "Brake 7", "--author", "A. Smith", "--note", "after the\n repair", "--date", "2026-07-31")
+    said = (
+        "--device-name",
+        "Brake 7",
+        "--author",
+        "A. Smith",
+        "--note",
+        "after the\n repair",
+        "--date",
+        "2026-07-31",
+    )
     good("report", run, "--title", "Winter test", *said)
     html = (run / "report.html").read_text(encoding="utf-8")
     for text in ("<h1>Winter test</h1>", "Brake 7", "A. Smith", "2026-07-31", "after the repair"):
         assert text in html
     good("report", run, "--note", "")
     assert kept_about(run) == RunAbout("Winter test", "Brake 7", "A. Smith", "2026-07-31")
-    assert "2026-07-31 is no date" not in refused("report", run, "--date", "31.07.2026", cwd=tmp_path)
+    assert "2026-07-31 is no date" not in refused(
+        "report", run, "--date", "31.07.2026", cwd=tmp_path
+    )
     write_about(run, RunAbout())
     assert not (run / "about.json").exists()
     assert read_about(run).date, "the day on which the run was written"
@@ -128,7 +160,9 @@ def test_a_spoilt_about_is_one_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("panels", "four"), [(3, False), (4, True), (6, False)])
-def test_four_curves_of_a_pair_without_a_rival_stand_in_one_row(material: Material, panels: int, four: bool) -> None:
+def test_four_curves_of_a_pair_without_a_rival_stand_in_one_row(
+    material: Material, panels: int, four: bool
+) -> None:
     from erclutch.report.html import report_page
 
     values = MODEL.fill(material)

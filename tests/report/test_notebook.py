@@ -44,7 +44,9 @@ def test_single_settings_may_stand_in_the_call(shown: dict[str, Any]) -> None:
     assert found.settings.test == erclutch.Settings().test
 
 
-def test_a_model_is_exported_and_verified_from_the_top(shown: dict[str, Any], tmp_path: Path) -> None:
+def test_a_model_is_exported_and_verified_from_the_top(
+    shown: dict[str, Any], tmp_path: Path
+) -> None:
     erclutch.export_model(shown["TorqueModel"], tmp_path / "model", "python")
     assert all(check.passed for check in erclutch.verify_export(tmp_path / "model"))
 
@@ -80,7 +82,9 @@ def test_a_line_needs_few_modules() -> None:
     assert done.stdout.split() == []
 
 
-def test_without_the_face_of_the_package_nothing_shows(monkeypatch: pytest.MonkeyPatch, shown: dict[str, Any]) -> None:
+def test_without_the_face_of_the_package_nothing_shows(
+    monkeypatch: pytest.MonkeyPatch, shown: dict[str, Any]
+) -> None:
     from erclutch.signals import shown as module
 
     monkeypatch.setattr(module, "_given", [])
@@ -94,7 +98,9 @@ def test_a_line_is_a_line(shown: dict[str, Any]) -> None:
         assert repr(value).startswith(f"{name}(")
         assert len(repr(value)) < 300
         assert not re.search(r"[\x00-\x1f]", repr(value)), name
-    assert "1200 rows, 1.2 s at 1000 Hz, field [V], slip [rad/s], effort [N*m])" in repr(shown["Recording"])
+    assert "1200 rows, 1.2 s at 1000 Hz, field [V], slip [rad/s], effort [N*m])" in repr(
+        shown["Recording"]
+    )
 
 
 def test_a_recording_goes_out_as_a_frame_and_comes_back(shown: dict[str, Any]) -> None:
@@ -147,7 +153,9 @@ def test_every_public_name_is_listed() -> None:
 
 
 @pytest.mark.slow
-def test_a_plot_leaves_the_notebooks_backend_as_it_set_itself_up(kept_run: Path, tmp_path: Path) -> None:
+def test_a_plot_leaves_the_notebooks_backend_as_it_set_itself_up(
+    kept_run: Path, tmp_path: Path
+) -> None:
     """The inline backend turns interaction on when it is loaded; else the second plot of a session is not shown."""
     backend = "import matplotlib\nfrom matplotlib.backends.backend_agg import *\nmatplotlib.interactive(True)\n"
     (tmp_path / "inline_like.py").write_text(backend)

@@ -57,7 +57,9 @@ def points(tmp_path_factory: pytest.TempPathFactory) -> Material:
     """Points of a rheometer at five fields, SYNTHETIC."""
     field = np.repeat(np.linspace(0.0, 2.0, 5), 25)
     rate = np.tile(np.geomspace(0.1, 300.0, 25), 5)
-    stress = (5 + 200 * field**1.6 + 0.8 * rate) * (1 + np.random.default_rng(2).normal(0, 0.01, rate.size))
+    stress = (5 + 200 * field**1.6 + 0.8 * rate) * (
+        1 + np.random.default_rng(2).normal(0, 0.01, rate.size)
+    )
     return reported(
         tmp_path_factory.mktemp("points"),
         "field [kV/mm],shear rate [1/s],shear stress [Pa]",
@@ -99,7 +101,12 @@ def noise(tmp_path_factory: pytest.TempPathFactory) -> Material:
     """An effort that follows nothing, SYNTHETIC."""
     random = np.random.default_rng(3)
     time = np.arange(4000) / 500
-    columns = (time, random.uniform(0, 2, time.size), 3 * np.sin(np.pi * time), random.normal(0, 0.3, time.size))
+    columns = (
+        time,
+        random.uniform(0, 2, time.size),
+        3 * np.sin(np.pi * time),
+        random.normal(0, 0.3, time.size),
+    )
     header = "time [s],current [A],speed [rad/s],torque [N m]"
     return reported(tmp_path_factory.mktemp("noise"), header, columns, {}, lag="none")
 
@@ -130,11 +137,15 @@ def test_strong_fields_are_read_in_kilovolts_a_millimetre(size: float, unit: str
 
 @pytest.mark.slow
 @pytest.mark.skipif(not CHROMIUM.exists(), reason="needs chromium: apt install chromium")
-def test_long_numbers_stay_in_their_box(without_field: Material, visit: Callable[..., Any], tmp_path: Path) -> None:
+def test_long_numbers_stay_in_their_box(
+    without_field: Material, visit: Callable[..., Any], tmp_path: Path
+) -> None:
     """Figures of 0.0021 N m are wider than those of 53 N: table and colour scale have room for them."""
     page = visit(write_report(without_field, tmp_path / "report.html"))
     box = page.locator("#ranking .scroll").first
     assert box.evaluate("box => box.scrollWidth - box.clientWidth") <= 0
-    swatches = page.locator(".ramps .swatch").evaluate_all("all => all.map(s => s.scrollWidth - s.clientWidth)")
+    swatches = page.locator(".ramps .swatch").evaluate_all(
+        "all => all.map(s => s.scrollWidth - s.clientWidth)"
+    )
     assert max(swatches) <= 0
     assert re.search(r"RMSE", page.locator(".ramps").inner_text())

@@ -20,7 +20,9 @@ def test_what_was_packed_comes_back(values: list[int]) -> None:
     st.lists(st.floats(-1e6, 1e6, allow_subnormal=False), min_size=1, max_size=200),
     st.floats(1e-9, 1e3),
 )
-def test_rounding_is_within_half_a_step_and_fits_16_bits(values: list[float], resolution: float) -> None:
+def test_rounding_is_within_half_a_step_and_fits_16_bits(
+    values: list[float], resolution: float
+) -> None:
     array = np.array(values)
     made = channel(array, resolution)
     integers = rounded(array, made)
@@ -60,7 +62,10 @@ def test_a_part_that_a_longer_layer_holds_is_dropped() -> None:
     packer.add("c", values, 1e-3, 500)
     assert packer.whole("c", 6000, 9000)
     assert packer.whole("c", 0, 9000)
-    assert [(x.start, x.stop, x.bucket) for x in packer.channels["c"].layers] == [(0, 9000, 18), (0, 9000, 1)]
+    assert [(x.start, x.stop, x.bucket) for x in packer.channels["c"].layers] == [
+        (0, 9000, 18),
+        (0, 9000, 1),
+    ]
     assert packer.has("c", 2000, 3000)
 
 

@@ -43,7 +43,9 @@ MARKS = {
     "bars": Bars(X, X[:-1], "recommended", "share"),
     "named": NamedBars(["a & b", "two", "three"], X[1:4], X[:3], X[2:], ["best", "other", "other"]),
     "shade": Shade(1.0, 2.0),
-    "shade between curves": Shade(np.array([1.0, 1.5, 1.0]), np.array([2.0, 2.5, 2.0]), x=np.array([0.0, 1.0, 2.0])),
+    "shade between curves": Shade(
+        np.array([1.0, 1.5, 1.0]), np.array([2.0, 2.5, 2.0]), x=np.array([0.0, 1.0, 2.0])
+    ),
     "level": ReferenceLine(3.0),
     "upright": ReferenceLine(3.0, "x"),
     "cells": Cells(X[:3], X[:3], VALUES, 100.0, "mass", "rows", log=True, crossed=np.isnan(VALUES)),
@@ -61,7 +63,9 @@ def panel_of(*names: str) -> Panel:
 
 
 def parsed(panel: Panel) -> ElementTree.Element:
-    return ElementTree.fromstring(str(svg(panel)).replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1))
+    return ElementTree.fromstring(
+        str(svg(panel)).replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)
+    )
 
 
 @pytest.mark.parametrize("name", MARKS)
@@ -82,19 +86,32 @@ def test_both_painters_draw_each_mark(name: str) -> None:
 
 def test_a_line_lies_where_its_numbers_say() -> None:
     panel = Panel(
-        Axis("x", "", 0.0, 1.0), Axis("y", "", 0.0, 1.0), [Line(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "ref")]
+        Axis("x", "", 0.0, 1.0),
+        Axis("y", "", 0.0, 1.0),
+        [Line(np.array([0.0, 1.0]), np.array([0.0, 1.0]), "ref")],
     )
     (path,) = (p for p in parsed(panel).iter(f"{SVG}path") if p.get("class") == "line ref")
-    assert path.get("d") == "M46.0 264.0L420.0 24.0"  # the corners of the axes in a drawing of 430 x 300
+    assert (
+        path.get("d") == "M46.0 264.0L420.0 24.0"
+    )  # the corners of the axes in a drawing of 430 x 300
 
 
 def test_long_numbers_beside_an_axis_are_not_cut_off() -> None:
     """Of 0.01914 the first digits lay outside of the drawing."""
     ends = np.array([0.0, 1.0])
-    panel = Panel(Axis("x", "", 0.0, 1.0), Axis("y", "", 0.01904, 0.01916), [Line(ends, 0.0191 + 0 * ends, "ref")])
-    marks = [text for text in parsed(panel).iter(f"{SVG}text") if text.get("text-anchor") == "end" and text.text]
+    panel = Panel(
+        Axis("x", "", 0.0, 1.0),
+        Axis("y", "", 0.01904, 0.01916),
+        [Line(ends, 0.0191 + 0 * ends, "ref")],
+    )
+    marks = [
+        text
+        for text in parsed(panel).iter(f"{SVG}text")
+        if text.get("text-anchor") == "end" and text.text
+    ]
     longest = max(
-        (text for text in marks if text.text and text.text.startswith("0.019")), key=lambda t: len(t.text or "")
+        (text for text in marks if text.text and text.text.startswith("0.019")),
+        key=lambda t: len(t.text or ""),
     )
     assert len(longest.text or "") >= 7
     assert float(longest.get("x", "0")) > 6.0 * len(longest.text or "")
@@ -102,11 +119,19 @@ def test_long_numbers_beside_an_axis_are_not_cut_off() -> None:
 
 def test_named_bars_lie_from_the_top_and_end_at_their_values() -> None:
     panel = Panel(Axis("x", "", 0.0, 4.0), Axis("", "", -0.6, 2.6), [MARKS["named"]])
-    first, second, third = (r for r in parsed(panel).iter(f"{SVG}rect") if "bars" in (r.get("class") or ""))
-    assert [r.get("class") for r in (first, second, third)] == ["bars best", "bars other", "bars other"]
+    first, second, third = (
+        r for r in parsed(panel).iter(f"{SVG}rect") if "bars" in (r.get("class") or "")
+    )
+    assert [r.get("class") for r in (first, second, third)] == [
+        "bars best",
+        "bars other",
+        "bars other",
+    ]
     assert float(first.get("y", "")) < float(second.get("y", "")) < float(third.get("y", ""))
     width = (430 - 46 - 10) / 4.0  # of one unit of x
-    assert [float(r.get("width", "")) for r in (first, second)] == pytest.approx([width, 2 * width], abs=0.1)
+    assert [float(r.get("width", "")) for r in (first, second)] == pytest.approx(
+        [width, 2 * width], abs=0.1
+    )
     words = [text.text for text in parsed(panel).iter(f"{SVG}text")]
     assert {"a & b", "two"} <= set(words)
     assert "0.5" not in words  # rows have names in place of numbers
@@ -114,7 +139,9 @@ def test_named_bars_lie_from_the_top_and_end_at_their_values() -> None:
 
 def test_a_gap_breaks_a_line_and_what_leaves_the_axes_is_cut() -> None:
     gap = Line(X, np.array([0.0, 1.0, np.nan, 3.0, 4.0]), "ref")
-    assert str(svg(Panel(Axis("x"), Axis("y"), [gap]))).count("M") > str(svg(panel_of("line"))).count("M")
+    assert str(svg(Panel(Axis("x"), Axis("y"), [gap]))).count("M") > str(
+        svg(panel_of("line"))
+    ).count("M")
     tall = Panel(Axis("x"), Axis("y", "", 0.0, 1.0), [MARKS["line"]])
     assert len(list(parsed(tall).iter(f"{SVG}svg"))) == 2
 
@@ -154,7 +181,11 @@ def test_the_table_is_the_one_described(tmp_path: Path) -> None:
     bars = NamedBars(["one", "two"], X[1:3], X[:2], X[2:4], ["best", "other"])
     paths = save_plot(Plot([Panel(Axis("x"), Axis(""), [bars])], table, 2.0), tmp_path / "p.png")
     assert [p.name for p in paths] == ["p.png", "p.csv"]
-    assert list(csv.reader(paths[1].read_text().splitlines())) == [["a", "b"], ["1", "2"], ["3", "0.1"]]
+    assert list(csv.reader(paths[1].read_text().splitlines())) == [
+        ["a", "b"],
+        ["1", "2"],
+        ["3", "0.1"],
+    ]
 
 
 def test_the_page_shows_the_panels_of_the_figures(material: Material) -> None:
@@ -172,17 +203,26 @@ def test_panels_of_a_row_name_their_axis_alike() -> None:
     """One of them stands over another axis, so both keep their numbers."""
     time, rate = Axis("time", "s", 0.0, 1.0), Axis("rate", "Hz", 0.0, 1.0)
     y = Axis("value", "", 0.0, 1.0)
-    plot = Plot([Panel(x, y, []) for x in (rate, rate, rate, time)], PlotTable((), ()), 4.0, columns=2)
+    plot = Plot(
+        [Panel(x, y, []) for x in (rate, rate, rate, time)], PlotTable((), ()), 4.0, columns=2
+    )
     with style():
         figure = new_figure(plot.height, plot.width)
         paint(figure, plot)
         FigureCanvasAgg(figure).draw()
-        assert [axis.get_xlabel() for axis in figure.axes] == ["Rate [Hz]", "Rate [Hz]", "Rate [Hz]", "Time [s]"]
+        assert [axis.get_xlabel() for axis in figure.axes] == [
+            "Rate [Hz]",
+            "Rate [Hz]",
+            "Rate [Hz]",
+            "Time [s]",
+        ]
 
 
 def test_titles_below_narrow_panels_do_not_meet_and_the_badge_stands_once() -> None:
     x, y = Axis("field", "units as logged", 0.0, 1.0), Axis("value")
-    plot = Plot([Panel(x, y, []) for _ in range(3)], PlotTable((), ()), 4.0, columns=3, badge="TWIN")
+    plot = Plot(
+        [Panel(x, y, []) for _ in range(3)], PlotTable((), ()), 4.0, columns=3, badge="TWIN"
+    )
     with style():
         figure = new_figure(plot.height, plot.width)
         paint(figure, plot)

@@ -38,7 +38,9 @@ def run_of(folder: Path, recording: Recording, *models: str, test: float = 0.3) 
 @pytest.fixture(scope="module")
 def runs(recording: Recording, tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, Run]:
     folder = tmp_path_factory.mktemp("runs")
-    return run_of(folder / "a", recording, "quadratic"), run_of(folder / "b", recording, "bingham", "quadratic")
+    return run_of(folder / "a", recording, "quadratic"), run_of(
+        folder / "b", recording, "bingham", "quadratic"
+    )
 
 
 def test_the_same_rows(runs: tuple[Run, Run]) -> None:
@@ -66,7 +68,9 @@ def test_the_same_model_does_not_differ(runs: tuple[Run, Run]) -> None:
     assert found.same[0].share.value == 0.0
 
 
-def test_only_rows_that_all_held_out_count(recording: Recording, runs: tuple[Run, Run], tmp_path: Path) -> None:
+def test_only_rows_that_all_held_out_count(
+    recording: Recording, runs: tuple[Run, Run], tmp_path: Path
+) -> None:
     found = pair([runs[0], run_of(tmp_path / "half", recording, "quadratic", test=0.5)])
     assert found.rows == 1200
     assert not found.whole
@@ -75,9 +79,14 @@ def test_only_rows_that_all_held_out_count(recording: Recording, runs: tuple[Run
     assert "no pictures of them together" in path.read_text()
 
 
-def test_another_log_is_refused(recording: Recording, runs: tuple[Run, Run], tmp_path: Path) -> None:
+def test_another_log_is_refused(
+    recording: Recording, runs: tuple[Run, Run], tmp_path: Path
+) -> None:
     other = run_of(tmp_path / "other", replace(recording, digest="of another file"), "quadratic")
-    with pytest.raises(ErclutchError, match=r"only 0 rows were held out by all runs.*erclutch score LOG --run RUN RUN"):
+    with pytest.raises(
+        ErclutchError,
+        match=r"only 0 rows were held out by all runs.*erclutch score LOG --run RUN RUN",
+    ):
         pair([runs[0], other])
     twice = {name: 2.0 * v if name == "effort" else v for name, v in recording.signals.items()}
     scaled = run_of(tmp_path / "scaled", replace(recording, signals=twice), "quadratic")
@@ -132,7 +141,9 @@ def test_what_changed_is_said_and_a_lag_gets_no_credit_for_a_network(
     assert "past samples (none there, 5 and 20 here)" in text
 
 
-def test_a_lag_alone_gets_its_credit(recording: Recording, runs: tuple[Run, Run], tmp_path: Path) -> None:
+def test_a_lag_alone_gets_its_credit(
+    recording: Recording, runs: tuple[Run, Run], tmp_path: Path
+) -> None:
     made = compare(build_dataset(recording), Settings(models=("quadratic",), lag="lag"))
     lagged = read_run(write_run(tmp_path / "lagged", made, [recording], reading={}))
     found = pair([runs[0], lagged])
@@ -143,7 +154,14 @@ def test_a_lag_alone_gets_its_credit(recording: Recording, runs: tuple[Run, Run]
 def test_settings_that_differ_are_said_as_a_user_would() -> None:
     def body(offset: bool | None, test: float, past: list[str]) -> dict[str, Any]:
         settings = {"offset": offset, "test": test, "past": past}
-        rest: dict[str, Any] = {"reading": {}, "units": {}, "versions": {}, "logs": [], "train_rows": 7, "test_rows": 3}
+        rest: dict[str, Any] = {
+            "reading": {},
+            "units": {},
+            "versions": {},
+            "logs": [],
+            "train_rows": 7,
+            "test_rows": 3,
+        }
         return {"device": "single", "settings": settings, **rest}
 
     found = differing_settings([body(None, 0.3, []), body(False, 0.30000000000000004, ["5ms"])])

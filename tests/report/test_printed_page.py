@@ -15,7 +15,9 @@ from erclutch.report.html.report_page import report_html
 from erclutch.report.numbers.run_material import Material
 from tests.support.page_fill import page_fills
 
-needs_browser = pytest.mark.skipif(printed_page.browser() is None, reason="needs chromium: apt install chromium")
+needs_browser = pytest.mark.skipif(
+    printed_page.browser() is None, reason="needs chromium: apt install chromium"
+)
 
 
 def fake_browser(folder: Path, script: str) -> Path:
@@ -63,7 +65,9 @@ def test_a_last_page_that_would_be_half_empty_is_filled_by_a_chapter(
     material: Material, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The first way that fills it is taken, and no further one is tried."""
-    program = says_where_it_ends(tmp_path, 'grep -q \'id="residual" class="chapter onpaper"\'', 300, 600)
+    program = says_where_it_ends(
+        tmp_path, 'grep -q \'id="residual" class="chapter onpaper"\'', 300, 600
+    )
     monkeypatch.setattr(printed_page, "browser", lambda: str(program))
     printed = print_report(material, tmp_path / "report.pdf").read_bytes()
     assert printed_page.last_page_fill(printed) == pytest.approx(1 - 300 / 840)
@@ -79,14 +83,18 @@ def test_where_nothing_fills_the_last_page_the_fullest_is_kept(
     assert printed_page.last_page_fill(printed) == pytest.approx(1 - 500 / 840)
 
 
-def test_the_page_for_print_has_traces_and_the_constants_of_the_recommended_model(material: Material) -> None:
+def test_the_page_for_print_has_traces_and_the_constants_of_the_recommended_model(
+    material: Material,
+) -> None:
     page = report_html(material)
     traces = page.partition('<section id="traces"')[2].partition("</section>")[0]
     assert traces.partition('class="print figures"')[2].count('<svg class="plot') == 3
     model = page.partition('<section id="model"')[2].partition("</section>")[0]
     assert material.title in model
     assert "<details" not in model, "a folded part is not printed"
-    assert model.count('<th scope="row">') == len(material.run.entry(material.recommended)["fit"]["parameters"])
+    assert model.count('<th scope="row">') == len(
+        material.run.entry(material.recommended)["fit"]["parameters"]
+    )
 
 
 def test_without_a_browser_it_says_how_to_print(

@@ -10,7 +10,13 @@ import pytest
 
 from erclutch.errors import SettingError
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.printed_table import PRINTERS, PaperTable, parameter_table, ranking_table, rounded
+from erclutch.report.printed_table import (
+    PRINTERS,
+    PaperTable,
+    parameter_table,
+    ranking_table,
+    rounded,
+)
 
 
 @pytest.mark.parametrize(
@@ -38,7 +44,8 @@ def test_foreign_text_stays_text_in_each_format() -> None:
     hostile = PaperTable(("Model", "x"), [(name, 1)], f"Of {name}.")
     text = PRINTERS["latex"](hostile)
     assert (
-        r"{a\_b\textbackslash{}end\{tabular\}\textbar{}\textless{}b\textgreater{}\%\$1 \& x\textasciicircum{}2" in text
+        r"{a\_b\textbackslash{}end\{tabular\}\textbar{}\textless{}b\textgreater{}\%\$1 \& x\textasciicircum{}2"
+        in text
     )
     assert text.count(r"\end{tabular}") == 1
     assert "<b>" not in PRINTERS["html"](hostile)
@@ -49,7 +56,9 @@ def test_foreign_text_stays_text_in_each_format() -> None:
 def test_the_ranking_for_siunitx_and_for_a_program(material: Material) -> None:
     run = material.run
     text = PRINTERS["latex"](ranking_table(run, 2))
-    assert re.search(r"\\begin\{tabular\}\{(l|>.*?linewidth\})( S\[table-format=\d+\.\d+\]){7}\}", text)
+    assert re.search(
+        r"\\begin\{tabular\}\{(l|>.*?linewidth\})( S\[table-format=\d+\.\d+\]){7}\}", text
+    )
     assert f"{len(run.names) - 2} more models are left out." in text
     assert "Data: SYNTHETIC." in text
     body = [line for line in text.splitlines() if line.endswith(r"\\")][1:]
@@ -63,6 +72,8 @@ def test_parameters_of_a_law_and_of_a_network(material: Material) -> None:
     run = material.run
     law = next(name for name in run.names if name.startswith("bingham"))
     table = parameter_table(run, law)
-    assert [row[0] for row in table.rows] == [p["name"] for p in run.entry(law)["fit"]["parameters"]]
+    assert [row[0] for row in table.rows] == [
+        p["name"] for p in run.entry(law)["fit"]["parameters"]
+    ]
     with pytest.raises(SettingError, match="weights mean nothing"):
         parameter_table(run, "fnn-2")

@@ -107,13 +107,18 @@ def test_all_sections_are_there(html: str) -> None:
 
 def test_the_verdict_says_what_the_run_says(html: str, material: Material) -> None:
     entry = material.run.entry(material.recommended)
-    assert f"<b>{entry['title']}</b> errs by <b>{material.effort.of(entry['test']['rmse'][0])}</b>" in html
+    assert (
+        f"<b>{entry['title']}</b> errs by <b>{material.effort.of(entry['test']['rmse'][0])}</b>"
+        in html
+    )
     for other in material.body["ranking"]:
         assert f'<span class="name">{other["title"]}' in html
         assert material.effort.band(other["test"]["rmse"]) in html
 
 
-def test_where_no_fit_is_sound_the_nearest_model_is_not_called_recommended(material: Material) -> None:
+def test_where_no_fit_is_sound_the_nearest_model_is_not_called_recommended(
+    material: Material,
+) -> None:
     unsound = [{**entry, "sound": False} for entry in material.body["ranking"]]
     run = replace(material.run, body={**material.body, "ranking": unsound})
     doubtful = report_html(replace(material, run=run))
@@ -138,7 +143,11 @@ def test_the_folder_alone_is_enough(html: str, kept_run: Path, tmp_path: Path) -
 def test_packed_rows_are_those_of_the_run(html: str, material: Material) -> None:
     traces = json.loads(Tags(html).scripts[0])["traces"]
     rows = material.rows
-    truth = {"measured": rows.data.effort, "field0": rows.data.elements[0].field, "slip0": rows.data.elements[0].slip}
+    truth = {
+        "measured": rows.data.effort,
+        "field0": rows.data.elements[0].field,
+        "slip0": rows.data.elements[0].slip,
+    }
     truth |= {f"estimate:{n}": rows.predicted[n] for n in material.run.names}
     assert set(truth) < set(traces["channels"])
     for name, values in truth.items():
@@ -176,7 +185,12 @@ def test_names_cannot_become_code(tmp_path: Path, kept_run: Path) -> None:
 
 @pytest.mark.parametrize(
     ("origins", "badge"),
-    [(["TWIN"], "TWIN"), (["SYNTHETIC", "SYNTHETIC"], "SYNTHETIC"), ([""], "RECORDING"), (["", "TWIN"], "MIXED")],
+    [
+        (["TWIN"], "TWIN"),
+        (["SYNTHETIC", "SYNTHETIC"], "SYNTHETIC"),
+        ([""], "RECORDING"),
+        (["", "TWIN"], "MIXED"),
+    ],
 )
 def test_the_badge_comes_from_the_logs(origins: list[str], badge: str) -> None:
     assert badge_of({"logs": [{"origin": origin} for origin in origins]}) == badge
@@ -193,13 +207,27 @@ def test_a_synthetic_run_says_so(html: str) -> None:
 def test_the_command_repeats_the_run(material: Material) -> None:
     command = command_of(material.body)
     models = "quadratic bingham fnn-2 quadratic+lag bingham+lag fnn-2+lag bingham+lag+dahl/field"
-    assert command == f"erclutch fit log.csv --field 'field [V]' --models {models} --lag none --out RUN"
+    assert (
+        command
+        == f"erclutch fit log.csv --field 'field [V]' --models {models} --lag none --out RUN"
+    )
 
 
 def test_every_setting_gets_into_the_command(material: Material) -> None:
-    settings = {**material.body["settings"], "models": ["all"], "lag": "none", "test": ["b*", "c"], "blocks": 3}
+    settings = {
+        **material.body["settings"],
+        "models": ["all"],
+        "lag": "none",
+        "test": ["b*", "c"],
+        "blocks": 3,
+    }
     settings |= {"friction": False, "offset": True, "seed": 4, "past": [1, 2], "polish": True}
-    reading = {"device": "coaxial", "e1": "-A [V]", "input": ["D [cm]", "A"], "name_pattern": "{x}mm"}
+    reading = {
+        "device": "coaxial",
+        "e1": "-A [V]",
+        "input": ["D [cm]", "A"],
+        "name_pattern": "{x}mm",
+    }
     command = command_of({**material.body, "settings": settings, "reading": reading})
     assert command == (
         "erclutch fit log.csv --device coaxial '--E1=-A [V]' --input 'D [cm]' --input A --name-pattern '{x}mm' "
@@ -215,10 +243,16 @@ def test_recordings_of_one_file_are_that_file_in_the_command(material: Material)
     assert command.startswith("erclutch fit two.xlsx 'a: b.csv' --variable all --models ")
 
 
-def test_a_fit_that_is_proposed_says_where_it_runs(material: Material, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fit_that_is_proposed_says_where_it_runs(
+    material: Material, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A run keeps names of logs, no paths: in another folder the command found no log."""
     monkeypatch.setitem(material.body["settings"], "lag", "none")
-    (step,) = [step for step in next_steps(material) if step["text"].startswith("No model with a lag was tried.")]
+    (step,) = [
+        step
+        for step in next_steps(material)
+        if step["text"].startswith("No model with a lag was tried.")
+    ]
     assert step["text"].endswith("Fit again, in the folder of the log:")
     assert step["code"].startswith("erclutch fit log.csv ")
 
@@ -228,7 +262,9 @@ def test_a_run_from_python_has_no_command(material: Material) -> None:
 
 
 @pytest.mark.slow
-def test_the_printed_command_gives_the_same_run(tmp_path: Path, run_maker: Callable[..., Path]) -> None:
+def test_the_printed_command_gives_the_same_run(
+    tmp_path: Path, run_maker: Callable[..., Path]
+) -> None:
     """Byte for byte, as the report says."""
     import os
     import subprocess
@@ -236,10 +272,14 @@ def test_the_printed_command_gives_the_same_run(tmp_path: Path, run_maker: Calla
 
     run = run_maker(tmp_path, models=("quadratic",), lag="none")
     command = (
-        command_of(read_run(run).body).replace("RUN", "again").replace("erclutch", f"{sys.executable} -m erclutch")
+        command_of(read_run(run).body)
+        .replace("RUN", "again")
+        .replace("erclutch", f"{sys.executable} -m erclutch")
     )
     # The run was read by guesses; the option given agrees with them.
-    subprocess.run(["sh", "-c", command], cwd=tmp_path, check=True, capture_output=True, env=dict(os.environ))
+    subprocess.run(
+        ["sh", "-c", command], cwd=tmp_path, check=True, capture_output=True, env=dict(os.environ)
+    )
     for path in run.rglob("*"):
         if path.is_file() and path.name != "run.json":
             assert (tmp_path / "again" / path.relative_to(run)).read_bytes() == path.read_bytes()
@@ -272,7 +312,9 @@ def test_an_earlier_report_is_replaced(tmp_path: Path, material: Material) -> No
 # --- axes -------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-1910.0, 1863.0), (1e-5, 3e-5), (-0.5, 0.0)])
+@pytest.mark.parametrize(
+    ("low", "high"), [(0.0, 1.0), (-1910.0, 1863.0), (1e-5, 3e-5), (-0.5, 0.0)]
+)
 def test_ticks_are_round_and_inside(low: float, high: float) -> None:
     ticks = round_ticks(low, high, 6)
     assert 2 <= len(ticks) <= 7
@@ -305,7 +347,9 @@ def test_the_next_step_is_the_controller(material: Material, tmp_path: Path) -> 
     assert (tmp_path / folder / name).is_file()
 
 
-@pytest.mark.parametrize("name", ["$(touch stolen)", "`touch stolen`", "a b;c", "it's", "x\x1b[31m\u202ey\nz", '"'])
+@pytest.mark.parametrize(
+    "name", ["$(touch stolen)", "`touch stolen`", "a b;c", "it's", "x\x1b[31m\u202ey\nz", '"']
+)
 def test_a_command_to_copy_is_one_command_whatever_the_folder_is_called(
     material: Material, name: str, tmp_path: Path
 ) -> None:
@@ -315,7 +359,11 @@ def test_a_command_to_copy_is_one_command_whatever_the_folder_is_called(
     run = replace(material.run, folder=tmp_path / name)
     codes = [step["code"] for step in VERDICT.fill(replace(material, run=run))["next"]]
     assert all(code.isprintable() for code in codes)
-    shell = [shlex.split(code) for code in codes if code.startswith(("erclutch export", "erclutch excite"))]
+    shell = [
+        shlex.split(code)
+        for code in codes
+        if code.startswith(("erclutch export", "erclutch excite"))
+    ]
     assert len(shell) > 0
     for words in shell:
         assert printable(name) in words
@@ -328,7 +376,9 @@ def test_each_law_has_its_equation(html: str, material: Material) -> None:
     laws = [e["name"] for e in material.body["ranking"] if not e["fit"]["weights"]]
     assert len(laws) > 1
     for name in laws:
-        (equation,) = re.findall(rf'aria-label="Equation of {re.escape(name)}">(.*?)</div>', html, re.DOTALL)
+        (equation,) = re.findall(
+            rf'aria-label="Equation of {re.escape(name)}">(.*?)</div>', html, re.DOTALL
+        )
         symbols = unescape(re.sub(r"<[^>]+>", "", equation))
         for p in material.run.entry(name)["fit"]["parameters"]:
             if p["name"] in ("T_y", "eta", "T_f", "T_0"):
@@ -371,7 +421,9 @@ def test_the_error_over_rows_in_motion(still: float, tmp_path: Path) -> None:
     field = np.repeat(rng.choice([0.0, 1.0, 2.0], n // 100), 100)
     effort = field * np.tanh(slip / 0.3) + rng.normal(size=n) * np.abs(slip)
     units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
-    log = recording_from_arrays({"field": field, "slip": slip, "effort": effort}, units, rate=1000.0)
+    log = recording_from_arrays(
+        {"field": field, "slip": slip, "effort": effort}, units, rate=1000.0
+    )
     found = compare(build_dataset(log), Settings(models=("bingham",), lag="none"))
     made = material_of(read_run(write_run(tmp_path / "run", found, [log])))
     moving = found.test & ~found.data.at_rest
@@ -379,7 +431,9 @@ def test_the_error_over_rows_in_motion(still: float, tmp_path: Path) -> None:
     values = VERDICT.fill(made)
     assert (values["facts"][0][:2] == ("RMSE in motion", made.effort.of(rmse))) == (still > 0.1)
     assert (values["headline"]["error"] == made.effort.of(rmse)) == (still > 0.1)
-    assert any("at rest" in text and made.effort.of(rmse) in text for text in values["worries"]) == (still > 0.1)
+    assert any(
+        "at rest" in text and made.effort.of(rmse) in text for text in values["worries"]
+    ) == (still > 0.1)
 
 
 @pytest.mark.parametrize("mass", [0.05, -0.05])
@@ -393,10 +447,14 @@ def test_a_negative_inertia_is_explained(mass: float, tmp_path: Path) -> None:
     field = np.repeat(np.random.default_rng(0).choice([0.0, 1.0, 2.0], 30), 100)
     effort = field * np.tanh(slip / 0.3) + slip + mass * 1000 * np.gradient(slip)
     units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
-    log = recording_from_arrays({"field": field, "slip": slip, "effort": effort}, units, rate=1000.0)
+    log = recording_from_arrays(
+        {"field": field, "slip": slip, "effort": effort}, units, rate=1000.0
+    )
     found = compare(build_dataset(log), Settings(models=("bingham+inertia",), lag="none"))
     html = report_html(material_of(read_run(write_run(tmp_path / "run", found, [log]))))
-    assert html.count("is negative. No mass is negative") == (2 if mass < 0 else 0)  # a worry, and below its table
+    assert html.count("is negative. No mass is negative") == (
+        2 if mass < 0 else 0
+    )  # a worry, and below its table
 
 
 def test_both_clutches_of_a_pair_have_flow_curves(tmp_path: Path) -> None:
@@ -417,7 +475,9 @@ def test_both_clutches_of_a_pair_have_flow_curves(tmp_path: Path) -> None:
     }
     units = {"E1": "", "E2": "", "theta_dot": "rad/s", "alpha_dot": "rad/s", "T": "N*m"}
     log = recording_from_arrays(signals, units, rate=1000.0, device="coaxial")
-    found = compare(build_dataset(log, device="coaxial"), Settings(models=("bingham/forward",), lag="none"))
+    found = compare(
+        build_dataset(log, device="coaxial"), Settings(models=("bingham/forward",), lag="none")
+    )
     made = material_of(read_run(write_run(tmp_path / "run", found, [log])))
     values = FLOW_CURVES.fill(made)
     assert values is not None
@@ -426,7 +486,13 @@ def test_both_clutches_of_a_pair_have_flow_curves(tmp_path: Path) -> None:
 
 def test_a_single_model_that_explains_nothing_is_not_recommended() -> None:
     figures = {"share": [1.2, 1.1, 1.3], "r2": [-0.4, -0.6, -0.2]}
-    entry = {"name": "bingham", "sound": True, "test": figures, "excess_over_best": [0.0, 0.0, 0.0], "notes": []}
+    entry = {
+        "name": "bingham",
+        "sound": True,
+        "test": figures,
+        "excess_over_best": [0.0, 0.0, 0.0],
+        "notes": [],
+    }
     body = {"best": "bingham", "recommended": "bingham", "ranking": [entry], "findings": []}
     run = SimpleNamespace(names=["bingham"], entry=lambda name: entry)
     told = choice(cast(Any, SimpleNamespace(body=body, run=run, recommended="bingham")))
@@ -438,7 +504,19 @@ def test_a_single_model_that_explains_nothing_is_not_recommended() -> None:
 @pytest.mark.slow
 def test_a_log_without_a_field_has_no_curve_over_the_field(tmp_path: Path) -> None:
     write_synthetic_log(tmp_path / "log.csv", 2.0)
-    good("fit", "log.csv", "--field", "none", "--models", "bingham", "--lag", "none", "--out", "run", cwd=tmp_path)
+    good(
+        "fit",
+        "log.csv",
+        "--field",
+        "none",
+        "--models",
+        "bingham",
+        "--lag",
+        "none",
+        "--out",
+        "run",
+        cwd=tmp_path,
+    )
     good("report", "run", cwd=tmp_path)
     text = unescape((tmp_path / "run" / "report.html").read_text(encoding="utf-8"))
     model = text[text.index('id="model"') : text.index('id="ranking"')]

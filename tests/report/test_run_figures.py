@@ -67,8 +67,13 @@ def test_no_text_is_cut_off_or_left_as_tex(name: str, material: Material) -> Non
 )
 def test_a_long_name_in_a_legend_is_not_cut_off(label: str, material: Material) -> None:
     plot = describe_trace(material)
-    named = [replace(mark, label=label) if isinstance(mark, Line) else mark for mark in plot.panels[0].marks[:-1]]
-    nothing_is_cut_off(replace(plot, panels=[replace(plot.panels[0], marks=[*named, plot.panels[0].marks[-1]])]))
+    named = [
+        replace(mark, label=label) if isinstance(mark, Line) else mark
+        for mark in plot.panels[0].marks[:-1]
+    ]
+    nothing_is_cut_off(
+        replace(plot, panels=[replace(plot.panels[0], marks=[*named, plot.panels[0].marks[-1]])])
+    )
 
 
 def nothing_is_cut_off(plot: Plot) -> None:
@@ -80,7 +85,12 @@ def nothing_is_cut_off(plot: Plot) -> None:
         figure.canvas.draw()
         named = [axis.get_legend() for axis in figure.axes]
         texts = [text for legend in named if legend for text in legend.get_texts()]
-        labels = [one.label for axis in figure.axes for one in (axis.xaxis, axis.yaxis) if one.label.get_text()]
+        labels = [
+            one.label
+            for axis in figure.axes
+            for one in (axis.xaxis, axis.yaxis)
+            if one.label.get_text()
+        ]
         for text in (*texts, *labels):
             box = text.get_window_extent()
             assert -1 <= box.x0 <= box.x1 <= figure.bbox.width + 1, text
@@ -96,13 +106,22 @@ def test_the_title_of_a_panel_does_not_lie_on_its_legend(material: Material) -> 
         FigureCanvasAgg(figure)
         paint(figure, plot)
         figure.canvas.draw()
-        titles = [text for text in figure.findobj(Text) if text.get_text().endswith(("over slip", "over the field"))]
+        titles = [
+            text
+            for text in figure.findobj(Text)
+            if text.get_text().endswith(("over slip", "over the field"))
+        ]
         assert len(titles) == len(plot.panels)
         for axis in figure.axes:
             legend = axis.get_legend()
             assert legend is not None
             names = [text.get_window_extent() for text in legend.get_texts()]
-            assert not [title for title in titles for name in names if title.get_window_extent().overlaps(name)]
+            assert not [
+                title
+                for title in titles
+                for name in names
+                if title.get_window_extent().overlaps(name)
+            ]
 
 
 def test_a_ranking_says_what_it_leaves_out(material: Material) -> None:
@@ -130,7 +149,9 @@ def test_a_trace_holds_the_rows_that_were_asked_for(material: Material, tmp_path
     assert (time.min(), time.max(), time.size) == (1.0, 1.1, 101)
     at = header.index("effort")
     data = material.rows.data
-    assert [float(row[at]) for row in rows] == pytest.approx(data.effort[1000:1101].tolist(), rel=1e-8)
+    assert [float(row[at]) for row in rows] == pytest.approx(
+        data.effort[1000:1101].tolist(), rel=1e-8
+    )
     with pytest.raises(SettingError, match=r"The log reaches from 0 to 3\.999 s"):
         write_figure("trace", material, tmp_path, start=50.0)
 

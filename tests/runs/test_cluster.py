@@ -74,10 +74,15 @@ def test_two_clusters_of_one_machine_at_once_are_heard_on_the_loopback_alone() -
     with task_pool("local", 1) as one, task_pool("local", 1) as other:
         # A worker that was dead as Dask looked, 15 s after it had died before, got no successor.
         assert config.get("distributed.deploy.lost-worker-timeout") == "1 day"
-        assert [list(in_order(pool, math.sqrt, [4.0, 9.0])) for pool in (one, other)] == [[2.0, 3.0]] * 2
+        assert [list(in_order(pool, math.sqrt, [4.0, 9.0])) for pool in (one, other)] == [
+            [2.0, 3.0]
+        ] * 2
         here = psutil.Process()
         ears = [
-            c.laddr for p in (here, *here.children(recursive=True)) for c in p.net_connections("tcp") if not c.raddr
+            c.laddr
+            for p in (here, *here.children(recursive=True))
+            for c in p.net_connections("tcp")
+            if not c.raddr
         ]
     assert len(ears) >= 4
     assert {ear.ip for ear in ears} == {"127.0.0.1"}
@@ -97,7 +102,9 @@ def test_an_answer_of_a_worker_that_nobody_can_read_is_an_error() -> None:
     async def task() -> bytes:
         return pickle.dumps(lies(""))
 
-    with pytest.raises(WorkerLostError, match=r"answer cannot be read \(ValueError\)\. Start workers with the same"):
+    with pytest.raises(
+        WorkerLostError, match=r"answer cannot be read \(ValueError\)\. Start workers with the same"
+    ):
         fetched(task())
 
 
@@ -124,7 +131,9 @@ def test_a_cluster_whose_workers_are_all_gone_is_an_error(monkeypatch: pytest.Mo
     monkeypatch.setattr(cluster, "_LOOK", 0.01)
     monkeypatch.setattr(cluster, "_NO_WORKER", 0.05)
     pool = TaskPool(Waits(), 2, workers=lambda: next(counts, 0))
-    with pytest.raises(WorkerLostError, match=r"no worker for 0 s\. Start workers, then the same command"):
+    with pytest.raises(
+        WorkerLostError, match=r"no worker for 0 s\. Start workers, then the same command"
+    ):
         list(finished(pool, math.sqrt, [4.0]))
     assert next(counts, None) is None
 

@@ -23,7 +23,14 @@ from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.reading import Reading
 from erclutch.logs.synthetic import synthetic_log
 from erclutch.runs.every_row import PartSums, predictions, score_every_row
-from erclutch.runs.every_row_folder import FILE, FOLDER, KeptParts, read_every_row, unfinished_plan, write_every_row
+from erclutch.runs.every_row_folder import (
+    FILE,
+    FOLDER,
+    KeptParts,
+    read_every_row,
+    unfinished_plan,
+    write_every_row,
+)
 from erclutch.runs.run_folder import read_run
 from erclutch.runs.scoring_plan import HeldOut, Part, plan_of
 from erclutch.runs.tasks import Tasks, tasks_on
@@ -39,7 +46,9 @@ def log_file(path: Path) -> Path:
     """60 s of the SYNTHETIC log, with a gap after each 20 s."""
     columns = synthetic_log(ROWS / 1000.0)
     time = columns["time"][1] + np.arange(ROWS) // 20_000
-    named = {f"{name} [{unit}]": values for name, (unit, values) in columns.items() if name != "time"}
+    named = {
+        f"{name} [{unit}]": values for name, (unit, values) in columns.items() if name != "time"
+    }
     pq.write_table(pa.table({"time [s]": time, **named}), path, row_group_size=16_384)
     return path
 
@@ -89,10 +98,14 @@ def test_blocks_are_predicted_as_all_rows_at_once(
         for name, effort in predicted.items():
             in_blocks[name].append(effort)
     for name, efforts in in_blocks.items():
-        np.testing.assert_allclose(np.concatenate(efforts), at_once[name], rtol=0, atol=1e-9, err_msg=name)
+        np.testing.assert_allclose(
+            np.concatenate(efforts), at_once[name], rtol=0, atol=1e-9, err_msg=name
+        )
 
 
-def test_figures_are_those_of_all_rows(fitted: tuple[RowsOfLogs, Comparison], whole: Dataset) -> None:
+def test_figures_are_those_of_all_rows(
+    fitted: tuple[RowsOfLogs, Comparison], whole: Dataset
+) -> None:
     rows, comparison = fitted
     plan = plan_of(rows, comparison)
     assert len(plan.parts) == 3
@@ -106,7 +119,9 @@ def test_figures_are_those_of_all_rows(fitted: tuple[RowsOfLogs, Comparison], wh
             wanted, found = score(whole.effort[mask], predicted[mask]), of[name]
             assert found.rows == wanted.rows
             for figure in ("mse", "rmse", "share", "r2", "largest"):
-                assert getattr(found, figure).value == pytest.approx(getattr(wanted, figure).value, rel=1e-9)
+                assert getattr(found, figure).value == pytest.approx(
+                    getattr(wanted, figure).value, rel=1e-9
+                )
             assert found.bias == pytest.approx(wanted.bias, abs=1e-12)
             assert found.rmse.low < found.rmse.value < found.rmse.high
             wide, narrow = (x.rmse.high - x.rmse.low for x in (found, wanted))
@@ -161,7 +176,9 @@ def kept_run(folder: Path, fitted: tuple[RowsOfLogs, Comparison]) -> Any:
     return read_run(write_run(folder, comparison, rows.logs, reading={}))
 
 
-def test_a_scoring_that_was_interrupted_goes_on(tmp_path: Path, fitted: tuple[RowsOfLogs, Comparison]) -> None:
+def test_a_scoring_that_was_interrupted_goes_on(
+    tmp_path: Path, fitted: tuple[RowsOfLogs, Comparison]
+) -> None:
     rows, comparison = fitted
     models = models_of(comparison)
     run = kept_run(tmp_path / "run", fitted)
@@ -174,8 +191,14 @@ def test_a_scoring_that_was_interrupted_goes_on(tmp_path: Path, fitted: tuple[Ro
             raise StoppedError
 
     with pytest.raises(StoppedError):
-        score_every_row(plan, models, Reading(), Tasks(None), kept=KeptParts(run.folder, plan), progress=stop)
-    assert sorted(path.name for path in (run.folder / FOLDER).iterdir()) == ["part-0.npz", "part-1.npz", "plan.json"]
+        score_every_row(
+            plan, models, Reading(), Tasks(None), kept=KeptParts(run.folder, plan), progress=stop
+        )
+    assert sorted(path.name for path in (run.folder / FOLDER).iterdir()) == [
+        "part-0.npz",
+        "part-1.npz",
+        "plan.json",
+    ]
 
     again = unfinished_plan(read_run(run.folder))
     assert again == plan
@@ -183,7 +206,12 @@ def test_a_scoring_that_was_interrupted_goes_on(tmp_path: Path, fitted: tuple[Ro
     names = {name: run.model(name) for name in run.names}
     kept = KeptParts(run.folder, again)
     figures = score_every_row(
-        again, names, Reading(), Tasks(None), kept=kept, progress=lambda done, total: seen.append(done)
+        again,
+        names,
+        Reading(),
+        Tasks(None),
+        kept=kept,
+        progress=lambda done, total: seen.append(done),
     )
     assert min(seen) > 40_000  # only the last part was read
     assert figures.to_dict() == whole
@@ -194,7 +222,9 @@ def test_a_scoring_that_was_interrupted_goes_on(tmp_path: Path, fitted: tuple[Ro
         unfinished_plan(run)
 
 
-def test_a_plan_that_does_not_fit_is_refused(tmp_path: Path, log: Path, fitted: tuple[RowsOfLogs, Comparison]) -> None:
+def test_a_plan_that_does_not_fit_is_refused(
+    tmp_path: Path, log: Path, fitted: tuple[RowsOfLogs, Comparison]
+) -> None:
     rows, comparison = fitted
     run = kept_run(tmp_path / "run", fitted)
     with pytest.raises(RunError, match="no scoring of every row was begun here"):
@@ -204,8 +234,14 @@ def test_a_plan_that_does_not_fit_is_refused(tmp_path: Path, log: Path, fitted: 
     changed.write_bytes(log.read_bytes()[:-1])
     for other, problem in (
         (replace(plan, run="another"), "belongs to another run"),
-        (replace(plan, logs=(replace(plan.logs[0], path=str(tmp_path / "gone.parquet")),)), "gone.parquet: cannot be"),
-        (replace(plan, logs=(replace(plan.logs[0], path=str(changed)),)), "changed since it was fitted"),
+        (
+            replace(plan, logs=(replace(plan.logs[0], path=str(tmp_path / "gone.parquet")),)),
+            "gone.parquet: cannot be",
+        ),
+        (
+            replace(plan, logs=(replace(plan.logs[0], path=str(changed)),)),
+            "changed since it was fitted",
+        ),
     ):
         KeptParts(run.folder, other)
         with pytest.raises(RunError, match=problem):
@@ -256,14 +292,20 @@ def test_a_worker_that_lies_is_told(fitted: tuple[RowsOfLogs, Comparison], said:
     plan, models = plan_of(rows, comparison), models_of(comparison)
 
     class Lying(Tasks):
-        def __call__(self, of: Callable[[Part], Any], items: Iterable[Part]) -> Iterator[tuple[Part, PartSums]]:
+        def __call__(
+            self, of: Callable[[Part], Any], items: Iterable[Part]
+        ) -> Iterator[tuple[Part, PartSums]]:
             return (LIES[said](*of(part)) for part in items)
 
-    with pytest.raises(RunError, match=rf"log\.parquet: .* do not fit what was asked for: .*{said}"):
+    with pytest.raises(
+        RunError, match=rf"log\.parquet: .* do not fit what was asked for: .*{said}"
+    ):
         score_every_row(plan, models, Reading(), Lying(None))
 
 
-def test_kept_sums_that_do_not_fit_are_made_again(tmp_path: Path, fitted: tuple[RowsOfLogs, Comparison]) -> None:
+def test_kept_sums_that_do_not_fit_are_made_again(
+    tmp_path: Path, fitted: tuple[RowsOfLogs, Comparison]
+) -> None:
     rows, comparison = fitted
     plan, models = plan_of(rows, comparison), models_of(comparison)
     kept = KeptParts(tmp_path, plan)
@@ -272,10 +314,14 @@ def test_kept_sums_that_do_not_fit_are_made_again(tmp_path: Path, fitted: tuple[
     assert score_every_row(plan, models, Reading(), Tasks(None), kept=kept).to_dict() == right
 
 
-def test_figures_of_another_run_are_refused(tmp_path: Path, fitted: tuple[RowsOfLogs, Comparison]) -> None:
+def test_figures_of_another_run_are_refused(
+    tmp_path: Path, fitted: tuple[RowsOfLogs, Comparison]
+) -> None:
     rows, comparison = fitted
     run = kept_run(tmp_path / "run", fitted)
-    figures = score_every_row(plan_of(rows, comparison, "another"), models_of(comparison), Reading(), Tasks(None))
+    figures = score_every_row(
+        plan_of(rows, comparison, "another"), models_of(comparison), Reading(), Tasks(None)
+    )
     write_every_row(run.folder, figures)
     with pytest.raises(RunError, match="belongs to another run"):
         read_every_row(run)

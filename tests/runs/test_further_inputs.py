@@ -40,7 +40,9 @@ def with_spring(recording: Recording, name: str) -> Dataset:
     """
     data = build_dataset(recording)
     (clutch,) = data.elements
-    lagged = lfilter([0.125], [1.0, -0.875], clutch.field / clutch.field.max())  # 8 rows behind the command
+    lagged = lfilter(
+        [0.125], [1.0, -0.875], clutch.field / clutch.field.max()
+    )  # 8 rows behind the command
     torque = 0.5 * lagged**1.5 * np.tanh(clutch.slip / 0.5) + 0.003 * clutch.slip
     travel = np.sin(9.0 * data.clock.time)
     noise = np.random.default_rng(1).normal(size=data.rows)
@@ -63,7 +65,9 @@ def test_both_are_kept_and_read_back(recording: Recording, tmp_path: Path, colum
     back = read_run(folder)
     for entry in made.entries:
         assert np.array_equal(back.model(entry.name).predict(made.data), entry.predicted)
-    assert all(path.name.isascii() and len(path.name) < 200 for path in (folder / "models").iterdir())
+    assert all(
+        path.name.isascii() and len(path.name) < 200 for path in (folder / "models").iterdir()
+    )
     titles = [entry["title"] for entry in back.body["ranking"]]
     assert len(set(titles)) == len(titles)
     gained = stage_gain(back.body["ranking"])
@@ -75,11 +79,15 @@ def test_the_report_opens(recording: Recording, tmp_path: Path) -> None:
     good("report", str(folder))
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "with travel" in page
-    assert "<mi>c</mi>" in page  # the equation has the term of the input, not the table of numbers alone
+    assert (
+        "<mi>c</mi>" in page
+    )  # the equation has the term of the input, not the table of numbers alone
     assert "<mtext>travel</mtext>" in page
 
 
-def test_the_report_says_what_a_network_with_a_further_input_adds(recording: Recording, tmp_path: Path) -> None:
+def test_the_report_says_what_a_network_with_a_further_input_adds(
+    recording: Recording, tmp_path: Path
+) -> None:
     """Its rows kept no further inputs, and the report ended in an error."""
     data = with_spring(recording, "travel")
     made = compare(data, Settings(models=("bingham+fnn-2",), lag="none"))
@@ -91,13 +99,21 @@ def test_the_report_says_what_a_network_with_a_further_input_adds(recording: Rec
 
 
 def test_names_that_no_file_can_have_are_kept_apart() -> None:
-    names = ["a@with x:y", "a@with x;y", "a@with " + 300 * "x", "a@with " + 301 * "x", "bingham/power+lag"]
+    names = [
+        "a@with x:y",
+        "a@with x;y",
+        "a@with " + 300 * "x",
+        "a@with " + 301 * "x",
+        "bingham/power+lag",
+    ]
     files = [file_name(name) for name in names]
     assert len(set(files)) == len(files)
     assert files[-1] == "bingham_power+lag"
 
 
-def test_a_further_input_beyond_the_training_rows_is_a_guess_as_in_the_exported_step(recording: Recording) -> None:
+def test_a_further_input_beyond_the_training_rows_is_a_guess_as_in_the_exported_step(
+    recording: Recording,
+) -> None:
     """`predict` said 0 % where the exported C raised its flag in most rows: the oil was hotter than in training."""
     data = with_spring(recording, "travel")
     model = compare(data, Settings(models=("rbfn-4",), lag="none")).entries[0].outcome.model

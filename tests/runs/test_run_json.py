@@ -44,8 +44,16 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def run(log: Path) -> Path:
     recording = read(log)
-    found = compare(build_dataset(recording), Settings(models=("bingham", "bingham+lag", "fnn-4"), lag="none"))
-    reading = {"device": "single", "invalid": "drop", "constant": [], "cutoff": 100.0, "derivative": "lowpass"}
+    found = compare(
+        build_dataset(recording), Settings(models=("bingham", "bingham+lag", "fnn-4"), lag="none")
+    )
+    reading = {
+        "device": "single",
+        "invalid": "drop",
+        "constant": [],
+        "cutoff": 100.0,
+        "derivative": "lowpass",
+    }
     return write_run(log.parent / "run", found, [recording], reading=reading)
 
 
@@ -63,7 +71,9 @@ def body_of(run: Path) -> dict[str, Any]:
 def placed(body: dict[str, Any], folder: Path, like: Path) -> Path:
     """A run of another body, with its digest made anew."""
     body.pop("digest", None)
-    text = json.dumps({**body, "digest": digest_of(json.loads(json.dumps(body).replace("Infinity", "0")))})
+    text = json.dumps(
+        {**body, "digest": digest_of(json.loads(json.dumps(body).replace("Infinity", "0")))}
+    )
     if not folder.exists():
         folder.mkdir()
         for path in like.iterdir():
@@ -75,7 +85,13 @@ def placed(body: dict[str, Any], folder: Path, like: Path) -> Path:
 
 def places(part: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
     """Every place in a body."""
-    pairs = part.items() if isinstance(part, dict) else enumerate(part) if isinstance(part, list) else ()
+    pairs = (
+        part.items()
+        if isinstance(part, dict)
+        else enumerate(part)
+        if isinstance(part, list)
+        else ()
+    )
     for key, inner in pairs:
         yield (*at, key)
         yield from places(inner, (*at, key))
@@ -106,12 +122,16 @@ def use(run: Path, beside: Path, log: Path) -> None:
 @pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None)
 @given(st.data())
-def test_one_change_of_run_json_is_refused_or_harmless(run: Path, log: Path, data: st.DataObject) -> None:
+def test_one_change_of_run_json_is_refused_or_harmless(
+    run: Path, log: Path, data: st.DataObject
+) -> None:
     body = body_of(run)
     del body["digest"]
     of_a_form: dict[tuple[Any, ...], list[tuple[Any, ...]]] = {}
     for place in places(body):
-        of_a_form.setdefault(tuple("#" if isinstance(key, int) else key for key in place), []).append(place)
+        of_a_form.setdefault(
+            tuple("#" if isinstance(key, int) else key for key in place), []
+        ).append(place)
     place = data.draw(st.sampled_from(data.draw(st.sampled_from(list(of_a_form.values())))))
     change(body, place, data.draw(st.sampled_from(VALUES)))
     folder = placed(body, log.parent / "changed", run)
@@ -122,13 +142,29 @@ def test_one_change_of_run_json_is_refused_or_harmless(run: Path, log: Path, dat
 @pytest.mark.parametrize(
     ("place", "value", "said"),
     [
-        (("ranking", 0, "test", "share"), _GONE, "ranking[0].test.share is missing, not a list of 3"),
+        (
+            ("ranking", 0, "test", "share"),
+            _GONE,
+            "ranking[0].test.share is missing, not a list of 3",
+        ),
         (("ranking", 0, "test", "rmse", 1), None, "ranking[0].test.rmse is [0."),
-        (("ranking", 1, "train", "rmse"), True, "ranking[1].train.rmse is True, not a number with its band, or nulls"),
-        (("ranking", 0, "fit", "parameters", 2, "value"), _GONE, "fit.parameters[2].value is missing, not a finite"),
+        (
+            ("ranking", 1, "train", "rmse"),
+            True,
+            "ranking[1].train.rmse is True, not a number with its band, or nulls",
+        ),
+        (
+            ("ranking", 0, "fit", "parameters", 2, "value"),
+            _GONE,
+            "fit.parameters[2].value is missing, not a finite",
+        ),
         (("ranking", 0, "fit", "weights"), 999, "ranking[0].parameters_count is "),
         (("ranking", 0, "criteria", "aic"), 10**400, "ranking[0].criteria.aic is 1000"),
-        (("ranking", 0, "file"), "../model.json", "ranking[0].file is '../model.json', not that of 'bingham"),
+        (
+            ("ranking", 0, "file"),
+            "../model.json",
+            "ranking[0].file is '../model.json', not that of 'bingham",
+        ),
         (("ranking",), 1e9, "ranking is 1000000000.0, not a list of 1 or more"),
         (("findings",), None, "findings is None, not a list"),
         (("units",), "x", "units is 'x', not an object"),
@@ -176,7 +212,9 @@ def test_dynamics_that_are_not_the_models_are_refused(run: Path, tmp_path: Path)
 
 
 @pytest.mark.parametrize("other", [{"test_rows": 599, "train_rows": 1401}, {"device": "coaxial"}])
-def test_rows_that_are_not_the_runs_are_refused(run: Path, tmp_path: Path, other: dict[str, Any]) -> None:
+def test_rows_that_are_not_the_runs_are_refused(
+    run: Path, tmp_path: Path, other: dict[str, Any]
+) -> None:
     folder = placed({**body_of(run), **other}, tmp_path / "changed", run)
     with pytest.raises(RunError, match=r"predictions\.parquet: does not fit run\.json"):
         read_rows(read_run(folder))
@@ -184,7 +222,14 @@ def test_rows_that_are_not_the_runs_are_refused(run: Path, tmp_path: Path, other
 
 def test_further_keys_of_a_newer_version_are_let_be(run: Path, tmp_path: Path) -> None:
     body = body_of(run)
-    parts = (body, body["settings"], body["reading"], body["logs"][0], body["ranking"][0], body["ranking"][0]["fit"])
+    parts = (
+        body,
+        body["settings"],
+        body["reading"],
+        body["logs"][0],
+        body["ranking"][0],
+        body["ranking"][0]["fit"],
+    )
     for part in (*parts, body["files"], body["units"], body["ranking"][0]["test"]):
         part["further"] = {"new": [None]}
     assert read_run(placed(body, tmp_path / "newer", run)).names
@@ -198,5 +243,8 @@ def test_a_recalibrated_run_opens(recalibrated_run: Path, log: Path) -> None:
 def test_a_run_in_place_of_a_log_and_a_log_in_place_of_a_run(run: Path, log: Path) -> None:
     with pytest.raises(LogError, match=r"run: this is the folder of a run\. Give a log"):
         read(run)
-    with pytest.raises(RunError, match=r"log\.csv: not a run: run\.json lies in the folder of a run, and this is a fi"):
+    with pytest.raises(
+        RunError,
+        match=r"log\.csv: not a run: run\.json lies in the folder of a run, and this is a fi",
+    ):
         read_run(log)

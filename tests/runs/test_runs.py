@@ -40,7 +40,9 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
 
 @pytest.fixture(scope="module")
 def compared(recording: Recording) -> Comparison:
-    return compare(build_dataset(recording), Settings(models=("quadratic", "bingham/square"), lag="none"))
+    return compare(
+        build_dataset(recording), Settings(models=("quadratic", "bingham/square"), lag="none")
+    )
 
 
 @pytest.fixture
@@ -50,7 +52,10 @@ def run(tmp_path: Path, compared: Comparison, recording: Recording) -> Path:
 
 def bytes_of(folder: Path) -> dict[str, str]:
     files = sorted(path for path in folder.rglob("*") if path.is_file())
-    return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
+    return {
+        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in files
+    }
 
 
 def test_the_files_of_a_run(run: Path) -> None:
@@ -65,7 +70,9 @@ def test_the_files_of_a_run(run: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_same_log_and_settings_give_the_same_bytes(tmp_path: Path, recording: Recording) -> None:
+def test_the_same_log_and_settings_give_the_same_bytes(
+    tmp_path: Path, recording: Recording
+) -> None:
     folders = []
     for workers in (1, 2, 2):
         settings = Settings(models=("quadratic", "bingham"), workers=workers, blocks=2)
@@ -130,9 +137,16 @@ def test_predictions_hold_the_rows_exactly(run: Path, compared: Comparison) -> N
 
     table = pq.read_table(run / "predictions.parquet")
     element = compared.data.elements[0]
-    columns = {"field": element.field, "slip": element.slip, "effort": compared.data.effort, "test": compared.test}
+    columns = {
+        "field": element.field,
+        "slip": element.slip,
+        "effort": compared.data.effort,
+        "test": compared.test,
+    }
     predicted = [f"effort:{entry.name}" for entry in compared.entries]
-    assert table.column_names == ["time", *columns, *predicted], "one log needs no column that names it"
+    assert table.column_names == ["time", *columns, *predicted], (
+        "one log needs no column that names it"
+    )
     for name, values in columns.items():
         assert np.array_equal(table[name].to_numpy(), values)
     for entry in compared.entries:
@@ -176,7 +190,9 @@ def test_predictions_of_several_logs_name_them(tmp_path: Path, recording: Record
     assert names == ["log.csv"] * 2000 + ["other.csv"] * 2000
 
 
-def test_figures_that_are_not_finite_are_null(tmp_path: Path, compared: Comparison, recording: Recording) -> None:
+def test_figures_that_are_not_finite_are_null(
+    tmp_path: Path, compared: Comparison, recording: Recording
+) -> None:
     from erclutch.fit.choice.scoring import score
 
     wild = score(compared.data.effort[:100], np.full(100, np.inf))
@@ -194,7 +210,9 @@ def error_of(call: Callable[[], object]) -> str:
     return str(caught.value)
 
 
-def test_a_run_is_not_overwritten_unless_forced(run: Path, compared: Comparison, recording: Recording) -> None:
+def test_a_run_is_not_overwritten_unless_forced(
+    run: Path, compared: Comparison, recording: Recording
+) -> None:
     before = bytes_of(run)
     message = error_of(lambda: write_run(run, compared, [recording]))
     assert message == f"{run}: there is a run already. Give --out another name, or --force."
@@ -228,7 +246,9 @@ def test_what_is_no_run_is_never_replaced(
         assert target.read_text() == "mine"
 
 
-def test_a_missing_parent_is_not_made(tmp_path: Path, compared: Comparison, recording: Recording) -> None:
+def test_a_missing_parent_is_not_made(
+    tmp_path: Path, compared: Comparison, recording: Recording
+) -> None:
     message = error_of(lambda: write_run(tmp_path / "no" / "run", compared, [recording]))
     assert message.endswith(f"its parent folder does not exist. Make {tmp_path / 'no'} first.")
     assert not (tmp_path / "no").exists()
@@ -250,7 +270,9 @@ def test_a_parent_that_cannot_be_written(
 
 
 @pytest.mark.parametrize("writer", ["write_json", "_write_table", "_write_predictions"])
-@pytest.mark.parametrize("error", [OSError(28, "No space left on device"), KeyboardInterrupt(), MemoryError()])
+@pytest.mark.parametrize(
+    "error", [OSError(28, "No space left on device"), KeyboardInterrupt(), MemoryError()]
+)
 @pytest.mark.parametrize("existing", [False, True])
 def test_nothing_is_left_after_a_failure_in_the_middle(
     tmp_path: Path,
@@ -285,7 +307,11 @@ def test_nothing_is_left_after_a_failure_in_the_middle(
     ],
 )
 def test_a_failed_move_keeps_the_old_run(
-    run: Path, compared: Comparison, recording: Recording, monkeypatch: pytest.MonkeyPatch, error: BaseException
+    run: Path,
+    compared: Comparison,
+    recording: Recording,
+    monkeypatch: pytest.MonkeyPatch,
+    error: BaseException,
 ) -> None:
     before = bytes_of(run)
 
@@ -305,14 +331,21 @@ def test_a_failed_move_keeps_the_old_run(
 
 @pytest.mark.parametrize(
     ("old", "new"),
-    [('"recommended": "', '"recommended": "x'), ('"train_rows": 1', '"train_rows": 2'), ('"rmse"', '"Rmse"')],
+    [
+        ('"recommended": "', '"recommended": "x'),
+        ('"train_rows": 1', '"train_rows": 2'),
+        ('"rmse"', '"Rmse"'),
+    ],
 )
 def test_an_edited_run_is_refused(run: Path, old: str, new: str) -> None:
     path = run / "run.json"
     text = path.read_text()
     assert old in text
     path.write_text(text.replace(old, new, 1))
-    assert error_of(lambda: read_run(run)) == f"{run}: run.json was changed after the run. Fit the log again."
+    assert (
+        error_of(lambda: read_run(run))
+        == f"{run}: run.json was changed after the run. Fit the log again."
+    )
 
 
 def test_reformatting_is_no_change(run: Path) -> None:
@@ -360,7 +393,9 @@ def test_no_folder_another_schema_a_missing_model(tmp_path: Path, run: Path) -> 
     assert "no readable model" in error_of(lambda: read_run(run).model("quadratic"))
     body = json.loads((run / "run.json").read_text())
     (run / "run.json").write_text(json.dumps({**body, "schema": 99}))
-    assert "schema 99, of a newer version of erclutch; this version reads schema 2" in error_of(lambda: read_run(run))
+    assert "schema 99, of a newer version of erclutch; this version reads schema 2" in error_of(
+        lambda: read_run(run)
+    )
 
 
 def test_run_json_that_is_no_text(tmp_path: Path) -> None:
@@ -374,7 +409,12 @@ def test_a_run_written_from_python_keeps_how_its_log_was_read(tmp_path: Path) ->
     path = tmp_path / "plain.csv"
     write_synthetic_log(path, seconds=3.0)
     path.write_text("q0,q1,q2,q3\n" + path.read_text().split("\n", 2)[2])
-    columns: dict[str, Any] = {"time": "q0 [s]", "field": "q1 [A]", "slip": "q2 [rad/s]", "effort": "q3 [N*m]"}
+    columns: dict[str, Any] = {
+        "time": "q0 [s]",
+        "field": "q1 [A]",
+        "slip": "q2 [rad/s]",
+        "effort": "q3 [N*m]",
+    }
     log = read(path, **columns, begin=0.5)
     made = compare(build_dataset(log), Settings(models=("bingham",), lag="none"))
     run = read_run(write_run(tmp_path / "run", made, [log]))

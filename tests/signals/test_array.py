@@ -14,4 +14,6 @@ def test_each_window_gives_its_largest_row(rows: int) -> None:
     values = np.random.default_rng(rows).normal(size=100)
     expected = sliding_window_view(values, rows).max(axis=1)
     np.testing.assert_array_equal(largest_of_windows(values, rows), expected)
-    np.testing.assert_array_equal(-largest_of_windows(-values, rows), sliding_window_view(values, rows).min(axis=1))
+    np.testing.assert_array_equal(
+        -largest_of_windows(-values, rows), sliding_window_view(values, rows).min(axis=1)
+    )

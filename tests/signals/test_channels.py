@@ -14,7 +14,14 @@ from erclutch.signals.units import is_written_well
 
 def test_a_damper_has_one_field_one_slip_and_one_effort() -> None:
     found = {c.name: c.unit for c in channels_of("single", Units("N", "V", "m/s"), motor=False)}
-    assert found == {"position": "m", "slip": "m/s", "field": "V", "effort": "N", "estimate": "N", "reference": ""}
+    assert found == {
+        "position": "m",
+        "slip": "m/s",
+        "field": "V",
+        "effort": "N",
+        "estimate": "N",
+        "reference": "",
+    }
     assert channels_of("single", Units("N", "V", "m/s"))[3].unit == "N"  # what drives it pulls
 
 
@@ -23,14 +30,18 @@ def test_the_words_of_a_rig() -> None:
     found = named("single", words)
     assert found.units == Units("?", "A", "rad/s")
     assert (found.motor, found.sensor) == (True, False)
-    texts = [str(channel) for channel in found.of(channels_of("single", found.units, motor=found.motor))]
+    texts = [
+        str(channel) for channel in found.of(channels_of("single", found.units, motor=found.motor))
+    ]
     assert texts[0] == "position = flywheel angle [rad]"
     assert texts[2:4] == ["field = coil current [A]", "drive = motor [N*m]"]
     assert texts[4] == "estimate [?]"  # no sensor: no effort
 
 
 def test_a_drive_keeps_its_unit_where_the_effort_has_another() -> None:
-    found = named("single", {"effort": "force [N]", "drive": "motor torque [N*m]", "field": "coil [A]"})
+    found = named(
+        "single", {"effort": "force [N]", "drive": "motor torque [N*m]", "field": "coil [A]"}
+    )
     units = {c.name: c.unit for c in found.of(channels_of("single", found.units))}
     assert (units["effort"], units["drive"]) == ("N", "N*m")
 

@@ -64,7 +64,9 @@ def test_speeds_there_and_back(device: str) -> None:
     [(Derivative("central"), 1), (Derivative("difference"), 1), (Derivative("savgol", window=9), 9),
      (Derivative("lowpass", cutoff=30.0), None), (Derivative("kalman", cutoff=30.0), None)],
 )  # fmt: skip
-def test_a_speed_depends_on_no_row_beyond_its_reach(derivative: Derivative, rows: int | None) -> None:
+def test_a_speed_depends_on_no_row_beyond_its_reach(
+    derivative: Derivative, rows: int | None
+) -> None:
     far = reach(derivative, 1e-3)
     assert rows in (None, far)
     n = 2 * far + 200

@@ -8,7 +8,8 @@ from erclutch.signals.device import elements_of
 def test_slips_of_the_coaxial_pair_are_equations_5_and_6() -> None:
     theta_dot, alpha_dot = np.array([10.0, 10.0, -2.0]), np.array([0.0, 4.0, 3.0])
     first, second = elements_of(
-        "coaxial", {"E1": np.ones(3), "E2": np.zeros(3), "theta_dot": theta_dot, "alpha_dot": alpha_dot}
+        "coaxial",
+        {"E1": np.ones(3), "E2": np.zeros(3), "theta_dot": theta_dot, "alpha_dot": alpha_dot},
     )
     np.testing.assert_array_equal(first.slip, [10.0, 6.0, -5.0])
     np.testing.assert_array_equal(second.slip, [-10.0, -14.0, -1.0])
@@ -22,7 +23,9 @@ def test_signs_where_the_motor_is_faster_than_the_output() -> None:
     theta_dot = rng.uniform(1, 20, 100)
     alpha_dot = theta_dot * rng.uniform(-1, 1, 100)
     zero = np.zeros(100)
-    first, second = elements_of("coaxial", {"E1": zero, "E2": zero, "theta_dot": theta_dot, "alpha_dot": alpha_dot})
+    first, second = elements_of(
+        "coaxial", {"E1": zero, "E2": zero, "theta_dot": theta_dot, "alpha_dot": alpha_dot}
+    )
     assert np.all(first.slip >= 0)
     assert np.all(second.slip <= 0)
     np.testing.assert_allclose(first.slip + second.slip, -2 * alpha_dot, atol=1e-12)
@@ -39,7 +42,8 @@ def test_a_signed_field_drives_one_clutch_at_a_time() -> None:
 def test_two_fields_come_before_a_signed_one() -> None:
     zero = np.zeros(2)
     first, _ = elements_of(
-        "coaxial", {"E1": zero + 0.3, "E2": zero, "E": zero - 1, "theta_dot": zero, "alpha_dot": zero}
+        "coaxial",
+        {"E1": zero + 0.3, "E2": zero, "E": zero - 1, "theta_dot": zero, "alpha_dot": zero},
     )
     np.testing.assert_array_equal(first.field, 0.3)
 

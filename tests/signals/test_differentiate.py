@@ -11,7 +11,15 @@ from scipy.linalg import solve_discrete_are
 
 from erclutch.errors import SettingError
 from erclutch.signals.clock import Clock, Span
-from erclutch.signals.speed import CAUSAL, DERIVATIVES, Derivative, DerivativeName, _gains, differentiate, live
+from erclutch.signals.speed import (
+    CAUSAL,
+    DERIVATIVES,
+    Derivative,
+    DerivativeName,
+    _gains,
+    differentiate,
+    live,
+)
 from tests.support.examples import examples
 
 PERIOD = 1e-3
@@ -22,7 +30,9 @@ def clock_of(*rows: int, uniform: bool = True) -> Clock:
     time = np.arange(float(edges[-1])) * PERIOD
     if not uniform:
         time = time + 0.3 * PERIOD * np.sin(np.arange(time.size))
-    spans = tuple(Span(int(a), int(b), PERIOD if uniform else None) for a, b in itertools.pairwise(edges))
+    spans = tuple(
+        Span(int(a), int(b), PERIOD if uniform else None) for a, b in itertools.pairwise(edges)
+    )
     return Clock(time, spans)
 
 
@@ -37,15 +47,22 @@ def test_savgol_is_exact_on_parabolas_everywhere_and_central_inside() -> None:
     clock = clock_of(60)
     t = clock.time
     x, slope = 1 - 2 * t + 300 * t**2, -2 + 600 * t
-    np.testing.assert_allclose(differentiate(x, clock, Derivative("savgol", window=7)), slope, rtol=1e-8, atol=1e-8)
-    np.testing.assert_allclose(differentiate(x, clock, Derivative())[1:-1], slope[1:-1], rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(
+        differentiate(x, clock, Derivative("savgol", window=7)), slope, rtol=1e-8, atol=1e-8
+    )
+    np.testing.assert_allclose(
+        differentiate(x, clock, Derivative())[1:-1], slope[1:-1], rtol=1e-8, atol=1e-8
+    )
 
 
 def test_central_needs_no_equal_steps() -> None:
     clock = clock_of(80, uniform=False)
     t = clock.time
     np.testing.assert_allclose(
-        differentiate(5 * t**2, clock, Derivative("central"))[1:-1], 10 * t[1:-1], rtol=1e-8, atol=1e-10
+        differentiate(5 * t**2, clock, Derivative("central"))[1:-1],
+        10 * t[1:-1],
+        rtol=1e-8,
+        atol=1e-10,
     )
 
 
@@ -63,7 +80,10 @@ def test_difference_is_half_a_sample_late() -> None:
     clock = clock_of(100)
     t = clock.time
     np.testing.assert_allclose(
-        differentiate(t**2, clock, Derivative("difference"))[1:], 2 * (t[1:] - PERIOD / 2), rtol=1e-9, atol=1e-12
+        differentiate(t**2, clock, Derivative("difference"))[1:],
+        2 * (t[1:] - PERIOD / 2),
+        rtol=1e-9,
+        atol=1e-12,
     )
 
 
@@ -104,7 +124,9 @@ def test_the_cutoff_is_that_of_the_filter(name: DerivativeName, cutoff: float) -
     g, h = _gains(Derivative(name, cutoff=cutoff), PERIOD)
     if name == "kalman":
         poles = np.roots([1.0, g + h - 2.0, 1.0 - g])
-        assert np.abs(np.log(poles.astype(complex)))[0] / (2 * np.pi * PERIOD) == pytest.approx(cutoff, rel=0.05)
+        assert np.abs(np.log(poles.astype(complex)))[0] / (2 * np.pi * PERIOD) == pytest.approx(
+            cutoff, rel=0.05
+        )
     else:
         z = np.exp(-2j * np.pi * cutoff * PERIOD)
         assert abs(h / (1 - (1 - h) * z)) == pytest.approx(np.sqrt(0.5), rel=0.01)
@@ -160,4 +182,6 @@ def test_a_window_longer_than_a_segment() -> None:
 @pytest.mark.parametrize("name", sorted(set(DERIVATIVES) - {"central"}))
 def test_filters_that_need_equal_steps(name: str) -> None:
     with pytest.raises(SettingError, match="needs equal time steps"):
-        differentiate(np.arange(40.0), clock_of(40, uniform=False), Derivative(cast(DerivativeName, name)))
+        differentiate(
+            np.arange(40.0), clock_of(40, uniform=False), Derivative(cast(DerivativeName, name))
+        )

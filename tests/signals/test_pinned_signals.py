@@ -81,7 +81,11 @@ TEXTS = (
 def test_units(pinned: Pinned) -> None:
     found: dict[str, Any] = {}
     for text in TEXTS:
-        found[text] = [units.is_unit(text), units.is_written_well(text), told(lambda t=text: units.parse(t).factor)]
+        found[text] = [
+            units.is_unit(text),
+            units.is_written_well(text),
+            told(lambda t=text: units.parse(t).factor),
+        ]
         for kind in ("field", "slip", "position", "effort"):
             signal = SIGNALS[kind]
             found[text].append(told(lambda t=text, s=signal: units.fits(t, s.si_units)))
@@ -109,7 +113,9 @@ def test_speeds(name: Any, pinned: Pinned) -> None:
         for x, at in ((X, clock), (X, uneven), (X[:4], short)):
             found.append(told(lambda x=x, at=at, f=filter_: differentiate(x, at, f)[::7].tolist()))
         found.append(told(lambda f=filter_: reach(f, 0.002)))
-        found.append(told(lambda f=filter_: [f_.step(v) for f_ in [live(f, 0.002)] for v in X[:12]]))
+        found.append(
+            told(lambda f=filter_: [f_.step(v) for f_ in [live(f, 0.002)] for v in X[:12]])
+        )
     wrong: Any = (
         ("x",),
         (name, 0.0),
@@ -126,21 +132,38 @@ def test_clocks(pinned: Pinned) -> None:
     spans = (Span(0, 4, 0.1), Span(4, 5, 0.1), Span(5, 9, None))
     cuts = [(a, b) for a in range(10) for b in range(a, 10)]
     masks = [np.array([(k >> i) & 1 for i in range(5)], np.bool_) for k in range(32)]
-    parts = [[[tuple(vars(s).values()) for s in cut(spans, a, b)] for a, b in cuts] for cut in (within, cut_spans)]
+    parts = [
+        [[tuple(vars(s).values()) for s in cut(spans, a, b)] for a, b in cuts]
+        for cut in (within, cut_spans)
+    ]
     first = np.zeros(2)
     Carry([np.array([1.0, 2.0])], 3).into(first)
     pinned([parts, [stretches(mask) for mask in masks], first])
 
 
 def test_devices_and_channels(pinned: Pinned) -> None:
-    pair = {"E": np.array([0.3, -0.2]), "theta_dot": np.array([5.0, 1.0]), "alpha_dot": np.array([2.0, -3.0])}
+    pair = {
+        "E": np.array([0.3, -0.2]),
+        "theta_dot": np.array([5.0, 1.0]),
+        "alpha_dot": np.array([2.0, -3.0]),
+    }
     both = {**pair, "E1": np.array([0.1, 0.2]), "E2": np.array([0.3, 0.4])}
-    found: list[Any] = [[[e.field, e.slip] for e in elements_of("coaxial", signals)] for signals in (pair, both)]
-    found += [slips_of("coaxial", [5.0, 2.0]), speeds_of("coaxial", [3.0, -7.0]), slips_of("single", [5.0])]
+    found: list[Any] = [
+        [[e.field, e.slip] for e in elements_of("coaxial", signals)] for signals in (pair, both)
+    ]
+    found += [
+        slips_of("coaxial", [5.0, 2.0]),
+        speeds_of("coaxial", [3.0, -7.0]),
+        slips_of("single", [5.0]),
+    ]
     for device in ("single", "coaxial"):
         for own in (None, Units("N", "A", "m/s"), Units("?", "", "1/s")):
             found.append(
-                [str(c) + c.role + c.slot for motor in (True, False) for c in channels_of(device, own, motor=motor)]
+                [
+                    str(c) + c.role + c.slot
+                    for motor in (True, False)
+                    for c in channels_of(device, own, motor=motor)
+                ]
             )
         found.append(wired(device))
         texts = (
@@ -152,6 +175,8 @@ def test_devices_and_channels(pinned: Pinned) -> None:
             {"torque": "T"},
         )
         for text in texts:
-            found.append(told(lambda d=device, t=text: [str(c) for c in named(d, t).of(channels_of(d))]))
+            found.append(
+                told(lambda d=device, t=text: [str(c) for c in named(d, t).of(channels_of(d))])
+            )
     found += [Units(*u).text() for u in (("N*m", "", "?"), ("?", "V", "rad/s"))]
     pinned(found)

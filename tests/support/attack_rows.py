@@ -52,7 +52,10 @@ def at_once(
     """
     spawn = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(CORES, mp_context=spawn, initializer=begin) as pool:
-        shared = [pool.submit(_in_its_time, work, task, until, len(tasks) - place) for place, task in enumerate(tasks)]
+        shared = [
+            pool.submit(_in_its_time, work, task, until, len(tasks) - place)
+            for place, task in enumerate(tasks)
+        ]
         for each in shared:
             yield each.result()
 
@@ -73,7 +76,9 @@ def joined(rows: Iterator[Row]) -> Iterator[Row]:
         yield whole
 
 
-def _in_its_time(work: Callable[..., Row], task: tuple[object, ...], until: float, waiting: int) -> Row:
+def _in_its_time(
+    work: Callable[..., Row], task: tuple[object, ...], until: float, waiting: int
+) -> Row:
     now = time.monotonic()
     try:
         return work(*task, until=now + (until - now) * min(CORES / waiting, 1.0))

@@ -33,7 +33,10 @@ def give_way() -> None:
 def run(marks: str, flags: Sequence[str]) -> bool:
     """Whether all tests of these marks pass. What the timed ones say comes in one piece, behind the others."""
     chosen = f" and ({marks})" if marks else ""
-    with tempfile.TemporaryDirectory() as folder, tempfile.TemporaryFile("w+", encoding="utf-8") as said:
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        tempfile.TemporaryFile("w+", encoding="utf-8") as said,
+    ):
         alone = [*_PYTEST, "-m", f"timed{chosen}", "-o", f"cache_dir={folder}", *flags]
         together = [*_PYTEST, *_IN_PARALLEL, "-m", f"not timed{chosen}", *flags]
         with subprocess.Popen(together, preexec_fn=give_way) as others:

@@ -29,7 +29,9 @@ def packed_fields(path: Path) -> None:
     """MATLAB 5: zeros in the fields of a struct, whose size the head of the variable does not tell."""
     from scipy.io import savemat
 
-    savemat(path, {"s": {"t": np.zeros(50_000_000), "u": np.zeros(50_000_000)}}, do_compression=True)
+    savemat(
+        path, {"s": {"t": np.zeros(50_000_000), "u": np.zeros(50_000_000)}}, do_compression=True
+    )
 
 
 def unwritten_values(path: Path, start: str = "") -> None:
@@ -71,7 +73,9 @@ def many_sets(path: Path) -> None:
 
 def new_names(path: Path) -> None:
     """JSON: a new name in each row."""
-    path.write_text("".join(json.dumps({f"n{row}": row}) + "\n" for row in range(30_000)), encoding="utf-8")
+    path.write_text(
+        "".join(json.dumps({f"n{row}": row}) + "\n" for row in range(30_000)), encoding="utf-8"
+    )
 
 
 def sparse_names(path: Path) -> None:
@@ -130,7 +134,9 @@ def packed_cells(path: Path) -> None:
 def far_corner(path: Path) -> None:
     """Excel: two cells, in the first and the last place that a sheet has."""
     cells = '<row r="1"><c r="A1"><v>1</v></c></row><row r="1048576"><c r="XFD1048576"><v>2</v></c></row>'
-    _workbook(path, lambda file: file.writestr("xl/worksheets/sheet1.xml", _SHEET + cells + _SHEET_END))
+    _workbook(
+        path, lambda file: file.writestr("xl/worksheets/sheet1.xml", _SHEET + cells + _SHEET_END)
+    )
 
 
 def one_long_text(path: Path) -> None:
@@ -151,7 +157,9 @@ def packed_columns(path: Path) -> None:
     from pyarrow import parquet
 
     zeros = np.zeros(1_000_000)
-    parquet.write_table(pa.table({f"c{place}": zeros for place in range(100)}), path, compression="zstd")
+    parquet.write_table(
+        pa.table({f"c{place}": zeros for place in range(100)}), path, compression="zstd"
+    )
 
 
 def long_words(path: Path) -> None:
@@ -160,7 +168,9 @@ def long_words(path: Path) -> None:
     from pyarrow import parquet
 
     words = pa.DictionaryArray.from_arrays(np.zeros(100_000, np.int32), ["x" * 65_536])
-    parquet.write_table(pa.table({"t": np.arange(100_000) / 1e3, "word": words}), path, store_schema=False)
+    parquet.write_table(
+        pa.table({"t": np.arange(100_000) / 1e3, "word": words}), path, store_schema=False
+    )
 
 
 def packed_chunk(path: Path) -> None:
@@ -182,14 +192,20 @@ BOMBS: dict[str, tuple[str, Callable[[Path], None]]] = {
     "mat zeros": ("zeros.mat", packed_zeros),
     "mat as many as allowed": ("allowed.mat", lambda path: packed_zeros(path, 26_000_000)),
     "mat fields": ("fields.mat", packed_fields),
-    "mat 7.3 unwritten": ("unwritten.mat", lambda path: unwritten_values(path, "MATLAB 7.3 MAT-file")),
+    "mat 7.3 unwritten": (
+        "unwritten.mat",
+        lambda path: unwritten_values(path, "MATLAB 7.3 MAT-file"),
+    ),
     "mat 7.3 links": ("links.mat", repeated_links),
     "hdf5 unwritten": ("unwritten.h5", unwritten_values),
     "hdf5 sets": ("sets.h5", many_sets),
     "json names": ("names.jsonl", new_names),
     "json sparse": ("sparse.jsonl", sparse_names),
     "csv digits": ("digits.csv", lambda path: long_number(path, "7" * 20_000)),
-    "csv decimals": ("decimals.csv", lambda path: long_number(path, f"{'7' * 20_000}.{'1' * 20_000}")),
+    "csv decimals": (
+        "decimals.csv",
+        lambda path: long_number(path, f"{'7' * 20_000}.{'1' * 20_000}"),
+    ),
     "csv groups": ("groups.csv", lambda path: long_number(path, '"' + "7,777" * 4_000 + '"')),
     "csv columns": ("columns.csv", wide_row),
     "csv packed": ("packed.csv.gz", packed_rows),
@@ -236,7 +252,11 @@ def read_alone(path: Path, seconds: float = 240.0) -> Taken:
     """
     try:
         done = subprocess.run(
-            [sys.executable, "-c", _READ, str(path)], capture_output=True, text=True, timeout=seconds, check=False
+            [sys.executable, "-c", _READ, str(path)],
+            capture_output=True,
+            text=True,
+            timeout=seconds,
+            check=False,
         )
     except subprocess.TimeoutExpired:
         return Taken("", 0.0, seconds)

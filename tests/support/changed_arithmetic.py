@@ -68,7 +68,12 @@ OPTIONS = (
 #: C++ without that macro, gcc 12 gives wrong numbers under it; with it, the file is refused.
 ALWAYS_TOLD_IN_CPP = ("-O2 -mfpmath=both",)
 #: Laws with tanh and power, networks, stages; a compiler that does not know an option refuses, too.
-MODELS = ("bingham, single", "herschel-bulkley, single", "fnn-3+rise-fall, single", "rbfn-13+lag, single")
+MODELS = (
+    "bingham, single",
+    "herschel-bulkley, single",
+    "fnn-3+rise-fall, single",
+    "rbfn-13+lag, single",
+)
 PRECISIONS = ("float64", "float32")
 
 
@@ -78,7 +83,9 @@ def written(model: Model, folder: Path, precision: str = "float64") -> Path:
     return folder
 
 
-def answer(compiler: Compiler, folder: Path, options: Sequence[str], language: Sequence[str] = C) -> int:
+def answer(
+    compiler: Compiler, folder: Path, options: Sequence[str], language: Sequence[str] = C
+) -> int:
     """Of the tiny main, with the file compiled and linked under the options; a compiler's error is a refusal.
 
     The tiny main computes with bits alone, so no option changes it: it is compiled once, without any.

@@ -23,7 +23,11 @@ class Done(NamedTuple):
 def run(*words: object, cwd: Path | None = None) -> Done:
     """Run ``erclutch WORDS`` in a folder."""
     out, error = io.StringIO(), io.StringIO()
-    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(out), contextlib.redirect_stderr(error):
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(error),
+    ):
         if cwd is not None:
             patch.chdir(cwd)
         code = main([str(word) for word in words])

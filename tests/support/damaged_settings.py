@@ -30,7 +30,21 @@ from tests.support.log_formats import mutated
 KINDS = ("model", "sidecar", "rig", "mapping", "plan")
 _MODELS = ("bingham, single", "casson+lag, single", "fnn-3+rise-fall, single")
 _ENTRIES: tuple[Any, ...] = (
-    *(None, True, -1, 0, 3, 1e-300, 1e300, 10**400, "x", "<script>", "../../x", "\u202e", "bingham" * 99),
+    *(
+        None,
+        True,
+        -1,
+        0,
+        3,
+        1e-300,
+        1e300,
+        10**400,
+        "x",
+        "<script>",
+        "../../x",
+        "\u202e",
+        "bingham" * 99,
+    ),
     *([], {}, [[]], [1e18], [0.0] * 10_000, {"a": 1}),
 )
 _VALUES = (
@@ -62,7 +76,9 @@ def make_settings(folder: Path) -> None:
     write_rig(folder / "rig.toml", default_rig())
     for kind in ("mapping", "sidecar"):
         (folder / f"{kind}.toml").write_text(_MAPPING, encoding="utf-8")
-    plan_of(read_table(folder / "log.csv"), ColumnMap.from_toml(folder / "mapping.toml")).save(folder / "plan.toml")
+    plan_of(read_table(folder / "log.csv"), ColumnMap.from_toml(folder / "mapping.toml")).save(
+        folder / "plan.toml"
+    )
     for place, name in enumerate(_MODELS):
         text = json.dumps(MODELS[name].to_dict())
         (folder / f"model-{place}.json").write_text(text, encoding="utf-8")
@@ -77,7 +93,11 @@ def fault_of(kind: str, number: int, folder: Path) -> str:
         if kind == "model":
             return _fault_of_model(number, folder, seed)
         whole = (folder / f"{kind}.toml").read_bytes()
-        damaged = folder / "beside" / "log.csv.toml" if kind == "sidecar" else folder / f"damaged-{kind}.toml"
+        damaged = (
+            folder / "beside" / "log.csv.toml"
+            if kind == "sidecar"
+            else folder / f"damaged-{kind}.toml"
+        )
         damaged.write_bytes(_damaged(whole, seed))
         if kind == "rig":
             load_rig(damaged)
@@ -98,7 +118,9 @@ def _fault_of_model(number: int, folder: Path, seed: tuple[int, int]) -> str:
     damaged.write_bytes(_with_another_entry(whole, seed) if number % 2 else mutated(whole, seed))
     model = load_model(damaged)
     rows = np.linspace(-2.0, 2.0, 50)
-    effort = model.effort([Element(rows, rows[::-1])], Clock(np.linspace(0.0, 0.049, 50), (Span(0, 50, 1e-3),)))
+    effort = model.effort(
+        [Element(rows, rows[::-1])], Clock(np.linspace(0.0, 0.049, 50), (Span(0, 50, 1e-3),))
+    )
     return "" if np.isfinite(effort).all() else f"model {number}: an effort that is not finite"
 
 

@@ -18,5 +18,7 @@ def damaged(whole: bytes, rng: np.random.Generator) -> bytes:
         elif kind == 2:
             text[start:start] = text[start : start + length]
         else:
-            text[start:start] = rng.choice([b"nan", b"-1", b"1e999", b"{}", b"[[", b'"', b"0x10", b"\x00", b"= true"])
+            text[start:start] = rng.choice(
+                [b"nan", b"-1", b"1e999", b"{}", b"[[", b'"', b"0x10", b"\x00", b"= true"]
+            )
     return bytes(text)

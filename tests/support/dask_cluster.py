@@ -19,10 +19,34 @@ from distributed import Client
 def dask_cluster(folder: Path, workers: int) -> Generator[tuple[str, int]]:
     """A scheduler and workers as processes; gives address and the scheduler's process."""
     python, where = sys.executable, folder / "scheduler.json"
-    scheduler = [python, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
+    scheduler = [
+        python,
+        "-m",
+        "distributed.cli.dask_scheduler",
+        "--host",
+        "127.0.0.1",
+        "--port",
+        "0",
+    ]
     scheduler += ["--no-dashboard", "--scheduler-file", str(where)]
-    worker = [python, "-m", "distributed.cli.dask_worker", "--scheduler-file", str(where), "--host", "127.0.0.1"]
-    worker += ["--nworkers", "1", "--nthreads", "1", "--no-dashboard", "--local-directory", str(folder)]
+    worker = [
+        python,
+        "-m",
+        "distributed.cli.dask_worker",
+        "--scheduler-file",
+        str(where),
+        "--host",
+        "127.0.0.1",
+    ]
+    worker += [
+        "--nworkers",
+        "1",
+        "--nthreads",
+        "1",
+        "--no-dashboard",
+        "--local-directory",
+        str(folder),
+    ]
     quiet: Any = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     begun = [subprocess.Popen(scheduler, **quiet)]
     try:

@@ -12,10 +12,14 @@ BEHIND = ("Extend", "Decisions and measurements")
 def parts(docs: Path) -> dict[str, list[Path]]:
     """Pages by the caption of their part."""
     found: dict[str, list[Path]] = {}
-    for block in re.findall(r"```{toctree}\n(.*?)```", (docs / "index.md").read_text("utf-8"), re.DOTALL):
+    for block in re.findall(
+        r"```{toctree}\n(.*?)```", (docs / "index.md").read_text("utf-8"), re.DOTALL
+    ):
         caption = re.search(r":caption: (.+)", block)
         assert caption is not None
-        names = [line.strip() for line in block.splitlines() if line.strip() and not line.startswith(":")]
+        names = [
+            line.strip() for line in block.splitlines() if line.strip() and not line.startswith(":")
+        ]
         found[caption[1]] = [path for name in names for path in sorted(docs.glob(f"{name}.md"))]
     found["Look up"] = [*found.get("Look up", []), *sorted((docs / "api").glob("[!i]*.md"))]
     return found
@@ -24,7 +28,12 @@ def parts(docs: Path) -> dict[str, list[Path]]:
 def users_way(docs: Path) -> list[Path]:
     """The pages that a user may meet on the way to a model, the first page too."""
     return [
-        *(page for caption, pages in parts(docs).items() if caption not in BEHIND for page in pages),
+        *(
+            page
+            for caption, pages in parts(docs).items()
+            if caption not in BEHIND
+            for page in pages
+        ),
         docs / "index.md",
     ]
 

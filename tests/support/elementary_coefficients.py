@@ -50,9 +50,13 @@ def allowed(x: float) -> float:
     return 1.0 - 0.4 * min(1.0, max(0.0, (x - 0.3) / 2.0))
 
 
-def rational_tanh(above: int = 3, below: int = 4, rounds: int = 12, nodes: int = 50) -> tuple[list[float], list[float]]:
+def rational_tanh(
+    above: int = 3, below: int = 4, rounds: int = 12, nodes: int = 50
+) -> tuple[list[float], list[float]]:
     """P, Q with tanh(x) ~ x P(x^2) / Q(x^2) up to FLAT, the highest coefficient of Q one, as float32 with NUDGES."""
-    x = [FLAT / 2 * (1 - mp.cos(mp.pi * (2 * i + 1) / (2 * nodes))) for i in range(nodes - 1)] + [FLAT]
+    x = [FLAT / 2 * (1 - mp.cos(mp.pi * (2 * i + 1) / (2 * nodes))) for i in range(nodes - 1)] + [
+        FLAT
+    ]
     f = [mp.tanh(t) / t for t in x]
     u = [(t / FLAT) ** 2 for t in x]
     share = [allowed(float(t)) for t in x]
@@ -69,7 +73,9 @@ def rational_tanh(above: int = 3, below: int = 4, rounds: int = 12, nodes: int =
             right[i] = s * f[i]
         c = list(mp.lu_solve(rows.T * rows, rows.T * right))
         p = [sum(c[j] * u[i] ** j for j in range(above + 1)) for i in range(nodes)]
-        q = [1 + sum(c[above + 1 + j] * u[i] ** (j + 1) for j in range(below)) for i in range(nodes)]
+        q = [
+            1 + sum(c[above + 1 + j] * u[i] ** (j + 1) for j in range(below)) for i in range(nodes)
+        ]
         error = [abs(p[i] / q[i] / f[i] - 1) / share[i] for i in range(nodes)]
         worst = max(error)
         if best is None or worst < best[0]:

@@ -31,7 +31,15 @@ UNITS = Units("N*m", "V", "rad/s")
 LARGEST = 2000.0 / 3
 TIMES = {"delay": 2.3e-3, "tau": 7e-3, "tau_rise": 4e-3, "tau_fall": 1.1e-2}
 #: Of stages on slip and effort, and of the strength of the field in the memory of a network.
-MEMORY = {"r_1": 0.021, "r_2": 0.33, "tau_e": 3.3e-3, "n_m": 1.3, "E_m": 555.5, "w_t": 0.4, "t_w": 0.3}
+MEMORY = {
+    "r_1": 0.021,
+    "r_2": 0.33,
+    "tau_e": 3.3e-3,
+    "n_m": 1.3,
+    "E_m": 555.5,
+    "w_t": 0.4,
+    "t_w": 0.3,
+}
 CHAIN = "rise-fall+dahl-2/field+inertia+effort-lag"
 #: All stages that are not in the chain.
 OTHERS = "two-lags+stops-2+bouc-wen-2+lugre/field+hysteretic-tanh+stiffness+effort-second-order"
@@ -52,7 +60,9 @@ def law_model(
     shape: dict[str, float] = {}
     for parameter in structure.shapes(1e-3):
         low, high = parameter.lower, parameter.upper
-        shape[parameter.name] = low * (high / low) ** 0.4 if parameter.scale == "log" else min(0.37, high)
+        shape[parameter.name] = (
+            low * (high / low) ** 0.4 if parameter.scale == "log" else min(0.37, high)
+        )
     shape |= {name: number for name, number in {**TIMES, **MEMORY}.items() if name in shape}
     gains: dict[str, float] = {}
     for i, gain in enumerate(structure.gains()):
@@ -68,7 +78,11 @@ def law_model(
         ranges.append((280.0, 360.0) if warm else (-2.5, 2.5))
     temperature = 320.0 if TEMPERATURE in structure.extras else 1.0
     reference = Reference(LARGEST, 17.1, 1e-3, tuple(usual), temperature)
-    return _true_range(TorqueModel(structure, reference, shape, gains, UNITS, trained_on, extra_ranges=tuple(ranges)))
+    return _true_range(
+        TorqueModel(
+            structure, reference, shape, gains, UNITS, trained_on, extra_ranges=tuple(ranges)
+        )
+    )
 
 
 def network_model(
@@ -79,10 +93,15 @@ def network_model(
     extras: tuple[str, ...] = (),
 ) -> NetworkModel:
     """A network with weights of the size that fits find."""
-    structure = network_from_name(specification, device, dynamics=dynamics, past=past, extras=extras)
+    structure = network_from_name(
+        specification, device, dynamics=dynamics, past=past, extras=extras
+    )
     rng = np.random.default_rng(7)
     count = len(structure.inputs)
-    weights = {name: rng.normal(size=shape) / np.sqrt(shape[-1]) for name, shape in table_shapes(structure).items()}
+    weights = {
+        name: rng.normal(size=shape) / np.sqrt(shape[-1])
+        for name, shape in table_shapes(structure).items()
+    }
     if structure.kind == "rbfn":
         weights["centres"] = rng.uniform(-1.0, 1.0, (structure.hidden[0], count))
         weights["spreads"] = rng.uniform(0.4, 1.2, structure.hidden[0])
@@ -95,13 +114,19 @@ def network_model(
     limits = np.column_stack([-scale, scale])
     ranges = Range((0.0, LARGEST), (-30.1, 30.1), (-1.1, 1.1))
     scaling = Scaling(0.01 * scale, scale, 0.013, 0.7)
-    return _true_range(NetworkModel(structure, scaling, weights, times, UNITS, ranges, limits, {"seed": "7"}))
+    return _true_range(
+        NetworkModel(structure, scaling, weights, times, UNITS, ranges, limits, {"seed": "7"})
+    )
 
 
-def residual_model(law: TorqueModel, specification: str, past: tuple[int, ...] = (), *, limit: float) -> ResidualModel:
+def residual_model(
+    law: TorqueModel, specification: str, past: tuple[int, ...] = (), *, limit: float
+) -> ResidualModel:
     """A law and a network of its size on the residual, over two boxes with a gap between them."""
     device, dynamics = law.structure.device, law.structure.dynamics
-    network = network_from_name(specification, device, dynamics=dynamics, past=past, extras=("temperature",))
+    network = network_from_name(
+        specification, device, dynamics=dynamics, past=past, extras=("temperature",)
+    )
     rng = np.random.default_rng(5)
     count = len(network.inputs)
     weights = {name: rng.normal(size=shape) for name, shape in table_shapes(network).items()}
@@ -111,13 +136,17 @@ def residual_model(law: TorqueModel, specification: str, past: tuple[int, ...] =
     scale[of_strength] = 0.8
     scaling = Scaling(0.01 * scale, scale, 0.013, 1.5 * limit)
     ranges = np.column_stack([-scale, scale])
-    residual = NetworkModel(network, scaling, weights, law.times, law.units, law.trained_on, ranges, {}, law.period)
+    residual = NetworkModel(
+        network, scaling, weights, law.times, law.units, law.trained_on, ranges, {}, law.period
+    )
 
     # Two boxes: the first up to a field of zero, the second from a tenth of the largest field on.
     start_of_second = np.r_[0.1, np.full(count - 1, 0.7)]
     low = np.array([-0.9 * scale, start_of_second * scale])
     high = np.array([np.r_[0.0, scale[1:]], scale])
-    return ResidualModel(law, BoundedResidual(residual, limit, CoveredCells(low, high, 0.37 * scale)))
+    return ResidualModel(
+        law, BoundedResidual(residual, limit, CoveredCells(low, high, 0.37 * scale))
+    )
 
 
 def _true_range(model: Any) -> Any:
@@ -151,13 +180,17 @@ def _with_gaps(model: Any) -> Any:
 def with_law(network: NetworkModel, specification: str = "bingham") -> NetworkModel:
     """The network with a law beyond its rows, that has the network's further inputs."""
     device, extras = network.structure.device, network.structure.extras
-    structure = Structure(device, specification, law_from_name(specification, device), "none", True, True, extras)
+    structure = Structure(
+        device, specification, law_from_name(specification, device), "none", True, True, extras
+    )
     numbers = {"n": 1.4, "w_s": 0.05}
     shape = {parameter.name: numbers[parameter.name] for parameter in structure.shapes(1e-3)}
     gains = {gain.name: 0.3 + 0.07 * i for i, gain in enumerate(structure.gains())}
     reference = Reference(LARGEST, 17.1, 1e-3, (1.7,) * len(extras))
     ranges = tuple(network.extras[name] for name in extras)
-    law = TorqueModel(structure, reference, shape, gains, UNITS, network.trained_on, extra_ranges=ranges)
+    law = TorqueModel(
+        structure, reference, shape, gains, UNITS, network.trained_on, extra_ranges=ranges
+    )
     return _true_range(replace(network, beyond=law))
 
 
@@ -209,7 +242,9 @@ MODELS: dict[str, Model] = {
         law_model("herschel-bulkley", "single", OTHERS),
         with_law(_at_some_slips(network_model("fnn-16", "coaxial", CHAIN))),
         residual_model(law_model("bingham", "single"), "fnn-3", limit=0.02),
-        residual_model(law_model("bingham", "single", "lag+effort-lag"), "fnn-4", (1, 3), limit=0.02),
+        residual_model(
+            law_model("bingham", "single", "lag+effort-lag"), "fnn-4", (1, 3), limit=0.02
+        ),
         residual_model(law_model("hem", "coaxial", "lag"), "rbfn-5", limit=0.02),
     )
 }
@@ -270,7 +305,9 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     """A test with an argument ``model`` runs for every model, for some of them in the fast tests."""
     if "model" in metafunc.fixturenames:
         slow = {label: () if label in QUICK_MODELS else pytest.mark.slow for label in MODELS}
-        values = [pytest.param(model, id=label, marks=slow[label]) for label, model in MODELS.items()]
+        values = [
+            pytest.param(model, id=label, marks=slow[label]) for label, model in MODELS.items()
+        ]
         metafunc.parametrize("model", values)
 
 

@@ -22,13 +22,19 @@ def printed(entry: dict[str, str], data: Path) -> str:
     with tempfile.TemporaryDirectory() as folder:
         if "needs" in entry:
             if not (data / entry["needs"]).is_file():
-                raise SystemExit(f"{data / entry['needs']} is not there: name the folder of recordings with --data")
+                raise SystemExit(
+                    f"{data / entry['needs']} is not there: name the folder of recordings with --data"
+                )
             shutil.copy(data / entry["needs"], folder)
         path = os.pathsep.join((str(Path(sys.executable).parent), os.environ["PATH"]))
         shown = {"COLUMNS": "160", "NO_COLOR": "1", "PYTHONUTF8": "1"}
         surroundings = {**os.environ, "PATH": path, "PROJECT": str(HERE), **shown}
         done = subprocess.run(
-            ["bash", "-c", entry["command"]], cwd=folder, env=surroundings, stdout=subprocess.PIPE, text=True
+            ["bash", "-c", entry["command"]],
+            cwd=folder,
+            env=surroundings,
+            stdout=subprocess.PIPE,
+            text=True,
         )
     if done.returncode:
         raise SystemExit(f"{entry['command']}\nended with exit code {done.returncode}")
@@ -41,7 +47,9 @@ def moved(old: str, new: str) -> list[str]:
     """Lines that came, went or changed, but for blanks. Of a line whose words are the same, the numbers: old -> new."""
     before, after = ([" ".join(line.split()) for line in text.splitlines()] for text in (old, new))
     said = []
-    for kind, a, b, c, d in difflib.SequenceMatcher(None, before, after, autojunk=False).get_opcodes():
+    for kind, a, b, c, d in difflib.SequenceMatcher(
+        None, before, after, autojunk=False
+    ).get_opcodes():
         gone, come = before[a:b], after[c:d]
         if kind == "replace" and len(gone) == len(come):
             said += [_changed(*pair) for pair in zip(gone, come, strict=True)]

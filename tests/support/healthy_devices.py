@@ -60,7 +60,18 @@ DRIFTS: Mapping[str, tuple[float, float]] = {
     "screw.viscous": (0.5, 2.0),
 }
 MODELS = ("bingham", "bingham", "hem", "fnn-16")
-BANDWIDTHS = (30.0, 45.0, 60.0, 80.0, 110.0, 150.0, 200.0, 250.0, 300.0, 400.0)  # Hz, of the speeds' filter
+BANDWIDTHS = (
+    30.0,
+    45.0,
+    60.0,
+    80.0,
+    110.0,
+    150.0,
+    200.0,
+    250.0,
+    300.0,
+    400.0,
+)  # Hz, of the speeds' filter
 OBSERVERS: tuple[ObserverOption, ...] = ("none", "sensor", "motion", "off")
 
 
@@ -108,9 +119,13 @@ def _programs(
     named = NamedChannels({}, Units("N*m", "", "rad/s"), motor=True, sensor=True)
     twin = ServedRig("twin", "TWIN", {"kind": "twin"}, named)
     options = RigOptions(seed=noise % 1000), control
-    offered = settings_of(twin, device, model, channels_of_rig(twin, device, model), rig, options, {}, None)
+    offered = settings_of(
+        twin, device, model, channels_of_rig(twin, device, model), rig, options, {}, None
+    )
     single = device == "single"
-    for number in rng.choice(len(offered.programs), min(4, len(offered.programs)), replace=False).tolist():
+    for number in rng.choice(
+        len(offered.programs), min(4, len(offered.programs)), replace=False
+    ).tolist():
         program = offered.programs[number]
         settings = replace(offered, programs=(program,))
         run = AcceleratedRun(settings, model.library, now, seed=noise, single=single, locked=single)
@@ -119,7 +134,9 @@ def _programs(
         trip = int(at[0]) if at.size else -1
         bits = int(np.bitwise_or.reduce(events[max(trip - 20, 0) : trip + 1])) if at.size else 0
         said = tuple(event for event, bit in EVENT_BITS.items() if bits & bit)
-        yield HealthySession(f"{words}, {program.name}, meter needed {control.meter_needed}", trip, said)
+        yield HealthySession(
+            f"{words}, {program.name}, meter needed {control.meter_needed}", trip, said
+        )
 
 
 def _rig(rng: np.random.Generator) -> RigParameters:

@@ -16,11 +16,15 @@ from erclutch.wings.live.settings import LoopSettings
 from erclutch.wings.rig.twin.parameters import default_rig
 
 
-def sessions(device: DeviceName, model: LiveModel, **control: Any) -> Iterator[tuple[LoopSettings, str]]:
+def sessions(
+    device: DeviceName, model: LiveModel, **control: Any
+) -> Iterator[tuple[LoopSettings, str]]:
     """Settings of ``erclutch live`` for each program that it offers on the TWIN, and the program's name."""
     named = NamedChannels({}, Units("N*m", "", "rad/s"), motor=True, sensor=True)
     twin = ServedRig("twin", "TWIN", {"kind": "twin"}, named)
     options = RigOptions(seed=1), ControlOptions(**control)
-    offered = settings_of(twin, device, model, channels_of_rig(twin, device, model), default_rig(), options, {}, None)
+    offered = settings_of(
+        twin, device, model, channels_of_rig(twin, device, model), default_rig(), options, {}, None
+    )
     for program in offered.programs:
         yield replace(offered, programs=(program,)), program.name

@@ -33,7 +33,9 @@ PATIENCE = 120.0  # s, of a machine that does other work
 RUNS = 20_000  # in one folder of the app; 10^5 take a disk minutes to make
 
 
-def bad_end(words: Sequence[object], cwd: Path, environment: dict[str, str] | None = None, most: int = 0) -> str:
+def bad_end(
+    words: Sequence[object], cwd: Path, environment: dict[str, str] | None = None, most: int = 0
+) -> str:
     """How a program of erclutch ended wrongly; "" where it did its work, or gave one error with a remedy.
 
     Args:
@@ -66,7 +68,11 @@ def bad_end(words: Sequence[object], cwd: Path, environment: dict[str, str] | No
 
 def _wrong(words: Sequence[object], code: int, said: str) -> str:
     told = code == 0 or (code == 2 and said.startswith("error: ")) or code == 1
-    return "" if told and "Traceback" not in said else f"{' '.join(map(str, words))}: code {code}: {said[-300:]}"
+    return (
+        ""
+        if told and "Traceback" not in said
+        else f"{' '.join(map(str, words))}: code {code}: {said[-300:]}"
+    )
 
 
 def _fitted(folder: Path, lag: str = "none") -> None:
@@ -78,7 +84,10 @@ def no_place_to_write(folder: Path) -> Outcome:
     """Commands whose place takes no file, whose HOME does not either, and whose disk is full."""
     _fitted(folder)
     wrong: list[str] = []
-    nowhere = {name: "/proc/none" for name in ("HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME")}
+    nowhere = {
+        name: "/proc/none"
+        for name in ("HOME", "XDG_CACHE_HOME", "XDG_CONFIG_HOME", "XDG_DATA_HOME")
+    }
     tries = [
         bad_end((*words, place), folder, nowhere)
         for place in ("/proc/none", "/dev/null/none")
@@ -93,7 +102,11 @@ def no_place_to_write(folder: Path) -> Outcome:
         bad_end((*words, f"small-{place}"), folder, most=most)
         for most in (0x400, 0x4000)
         for place, words in enumerate(
-            ((*FIT, "none", "--out"), ("report", "run", "--out"), ("export", "run", "--to", "c", "--out"))
+            (
+                (*FIT, "none", "--out"),
+                ("report", "run", "--out"),
+                ("export", "run", "--to", "c", "--out"),
+            )
         )
     ]
     wrong += filter(None, tries)
@@ -135,7 +148,9 @@ def broken_plug_ins(folder: Path) -> Outcome:
         about = package / f"{name}_plug-1.0.dist-info"
         about.mkdir(parents=True)
         (package / f"{name}_plug.py").write_text(text, encoding="utf-8")
-        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}-plug\nVersion: 1.0\n", encoding="utf-8")
+        (about / "METADATA").write_text(
+            f"Metadata-Version: 2.1\nName: {name}-plug\nVersion: 1.0\n", encoding="utf-8"
+        )
         groups = ("laws", "readers", "stages", "targets", "commands", "rigs")
         points = "".join(f"[erclutch.{group}]\n{name} = {name}_plug:THING\n" for group in groups)
         (about / "entry_points.txt").write_text(points, encoding="utf-8")
@@ -193,16 +208,25 @@ def float32_on_a_long_run(folder: Path) -> Outcome:
         off = np.abs(efforts[1] - efforts[0]) / np.max(np.abs(efforts[0]))
         first, last = np.max(off[:10_000]), np.max(off[-10_000:])
         if not (np.max(off) < 1e-4 and last < 10.0 * first + 1e-6):
-            wrong.append(f"{label}: {np.max(off):.1e} of the largest effort; first {first:.1e}, last {last:.1e}")
+            wrong.append(
+                f"{label}: {np.max(off):.1e} of the largest effort; first {first:.1e}, last {last:.1e}"
+            )
     return len(labels), wrong
 
 
 def damaged_pairs_of_logs(folder: Path) -> Outcome:
     """`align` of a log beside a damaged copy."""
     write_synthetic_log(folder / "a.csv", seconds=4.0)
-    whole, rng, wrong, count = (folder / "a.csv").read_bytes(), np.random.default_rng(8), list[str](), 30
+    whole, rng, wrong, count = (
+        (folder / "a.csv").read_bytes(),
+        np.random.default_rng(8),
+        list[str](),
+        30,
+    )
     for number in range(count):
-        (folder / "b.csv").write_bytes(damaged(whole, rng) if number % 3 else damaged(whole[: 200 * number + 100], rng))
+        (folder / "b.csv").write_bytes(
+            damaged(whole, rng) if number % 3 else damaged(whole[: 200 * number + 100], rng)
+        )
         words = ("align", "a.csv", "b.csv", "--on", "torque", "--out", f"{number}.csv")
         done = run(*words, cwd=folder)
         wrong.append(_wrong(words, done.code, done.error))

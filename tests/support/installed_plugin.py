@@ -23,7 +23,9 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Generator[Instal
         (tmp_path / f"{module}.py").write_text(text, encoding="utf-8")
         about = tmp_path / f"{module}-1.5.dist-info"
         about.mkdir()
-        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.5\n", encoding="utf-8")
+        (about / "METADATA").write_text(
+            f"Metadata-Version: 2.1\nName: {package}\nVersion: 1.5\n", encoding="utf-8"
+        )
         (about / "entry_points.txt").write_text(points, encoding="utf-8")
         registry._others.cache_clear()
         monkeypatch.delitem(sys.modules, module, raising=False)

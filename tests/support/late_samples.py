@@ -54,11 +54,15 @@ def frames_of_late(
         stands = late == "rig" and k in paused
         if not stands:
             read = twin.sense()
-            for name, value in zip(SENSORS, (read.torque, read.theta, turns * read.alpha_raw), strict=True):
+            for name, value in zip(
+                SENSORS, (read.torque, read.theta, turns * read.alpha_raw), strict=True
+            ):
                 seen[name][arrived] = samples[name][arrived] = value
                 if fault is not None and k >= fault[2]:
                     begin = arrived - (k - fault[2])
-                    samples[name][arrived] = value if name != fault[0] else FAULTS[fault[1]](seen[name], begin, arrived)
+                    samples[name][arrived] = (
+                        value if name != fault[0] else FAULTS[fault[1]](seen[name], begin, arrived)
+                    )
             samples["seq"][arrived], samples["time_ns"][arrived] = arrived + 1, (k + 1) * PERIOD_NS
             arrived += 1
         if late == "loop" and k in paused:

@@ -35,7 +35,13 @@ def proved_plausibility(folder: Path) -> Proof:
     """Run Eva on what the live loop believes of a torque sensor, fed with any bits."""
     for source in (*LIVE.glob("*.[ch]"), DRIVERS / "plausible_any.c"):
         shutil.copy(source, folder)
-    history = ("-eva-split-return", "full", "-eva-partition-history", "1", "-eva-interprocedural-history")
+    history = (
+        "-eva-split-return",
+        "full",
+        "-eva-partition-history",
+        "1",
+        "-eva-interprocedural-history",
+    )
     files = ["plausible_any.c", "erc_turned.c", "erc_plausible.c"]
     # At a level of 8 two alarms are left; at 60 the same is proved in three times the time.
     return analysed(folder, files, "-c11", "-eva-slevel", "15", *history)

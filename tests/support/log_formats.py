@@ -37,7 +37,9 @@ def write_mdf(path: Path, columns: Columns, **options: Any) -> None:
     from asammdf import MDF, Signal
 
     time = _time(columns)
-    signals = [Signal(values, time, name=name, unit=unit) for name, unit, values in _signals(columns)]
+    signals = [
+        Signal(values, time, name=name, unit=unit) for name, unit, values in _signals(columns)
+    ]
     with MDF(version=options.pop("version", "4.10")) as file:
         file.append(signals, comment="run 1")
         file.save(path, overwrite=True, **options)
@@ -79,7 +81,10 @@ def write_ods(path: Path, columns: Columns) -> None:
 
     rows = [_labels(columns), *_rows(columns)]
     body = "".join(f"<table:table-row>{''.join(map(cell, row))}</table:table-row>" for row in rows)
-    names = "".join(f' xmlns:{n}="urn:oasis:names:tc:opendocument:xmlns:{n}:1.0"' for n in ("office", "table", "text"))
+    names = "".join(
+        f' xmlns:{n}="urn:oasis:names:tc:opendocument:xmlns:{n}:1.0"'
+        for n in ("office", "table", "text")
+    )
     with zipfile.ZipFile(path, "w") as file:
         kind = "application/vnd.oasis.opendocument.spreadsheet"
         file.writestr("mimetype", kind)
@@ -124,7 +129,9 @@ def write_bag(path: Path, columns: Columns, storage: str = "SQLITE3") -> None:
             stamp = stamp_of(*divmod(nanoseconds, 10**9))
             numbers = [float(values[row]) for _, _, values in _signals(columns)]
             message = message_of(header_of(stamp, "rig"), *numbers)
-            bag.write(topic, 1_700_000_000 * 10**9 + nanoseconds, store.serialize_cdr(message, kind))
+            bag.write(
+                topic, 1_700_000_000 * 10**9 + nanoseconds, store.serialize_cdr(message, kind)
+            )
 
 
 def write_lvm(path: Path, columns: Columns) -> None:
@@ -138,11 +145,17 @@ def write_lvm(path: Path, columns: Columns) -> None:
     head = "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\nDecimal_Separator\t.\n"
     head += "Multi_Headings\tNo\nX_Columns\tOne\nTime_Pref\tRelative\nDate\t2026/01/31\nTime\t12:00:00.5\n"
     head += (
-        "***End_of_Header***\t\n\t\n" + line("Channels", len(channels)) + line("Samples", *[len(time)] * len(channels))
+        "***End_of_Header***\t\n\t\n"
+        + line("Channels", len(channels))
+        + line("Samples", *[len(time)] * len(channels))
     )
-    head += line("Y_Unit_Label", *(unit for _, unit, _ in channels)) + line("X_Dimension", *["Time"] * len(channels))
+    head += line("Y_Unit_Label", *(unit for _, unit, _ in channels)) + line(
+        "X_Dimension", *["Time"] * len(channels)
+    )
     head += line("X0", *[f"{time[0]:.16E}"] * len(channels))
-    head += line("Delta_X", *[f"{time[1] - time[0]:.6f}"] * len(channels)) + "***End_of_Header***\t\n"
+    head += (
+        line("Delta_X", *[f"{time[1] - time[0]:.6f}"] * len(channels)) + "***End_of_Header***\t\n"
+    )
     head += line("X_Value", *(name for name, _, _ in channels), "Comment")
     rows = zip(time.tolist(), *(values.tolist() for _, _, values in channels), strict=True)
     path.write_text(head + "".join(line(*map(repr, row)) for row in rows), encoding="utf-8")  # pyright: ignore
@@ -167,7 +180,9 @@ def write_mcap(path: Path, columns: Columns) -> None:
         writer = Writer(out, chunk_size=1000)
         writer.start()
         kind = writer.register_schema("rig/Row", "ros1msg", members.encode())
-        topic = writer.register_channel("/rig", "ros1", kind, {f"unit.{name}": unit for name, unit, _ in signals})
+        topic = writer.register_channel(
+            "/rig", "ros1", kind, {f"unit.{name}": unit for name, unit, _ in signals}
+        )
         for row, seconds in enumerate(_time(columns)):
             nanoseconds = round(seconds * 1e9)
             message = struct.pack(f"<{len(signals)}d", *(values[row] for _, _, values in signals))
@@ -210,7 +225,9 @@ def write_mat73(path: Path, columns: Columns) -> None:
 
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, (_, values) in columns.items():
-            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_(b"double")
+            file.create_dataset(name, data=values[None, :]).attrs["MATLAB_class"] = np.bytes_(
+                b"double"
+            )
     with path.open("r+b") as file:
         file.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM")
 
@@ -220,7 +237,9 @@ def write_parquet(path: Path, columns: Columns, checksums: bool = False) -> None
     import pyarrow as pa
     from pyarrow import parquet
 
-    fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (unit, _) in columns.items()]
+    fields = [
+        pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (unit, _) in columns.items()
+    ]
     table = pa.table([values for _, values in columns.values()], schema=pa.schema(fields))
     parquet.write_table(table, path, write_page_checksum=checksums)
 
@@ -234,20 +253,32 @@ FORMATS: dict[str, tuple[str, str, Callable[[Path, Columns], None]]] = {
     "xlsx": ("spreadsheet", "a.xlsx", write_xlsx),
     "ods": ("spreadsheet", "a.ods", write_ods),
     "hdf5": ("hdf5", "a.h5", write_hdf5),
-    "hdf5 checked": ("hdf5", "b.h5", lambda path, columns: write_hdf5(path, columns, fletcher32=True)),
+    "hdf5 checked": (
+        "hdf5",
+        "b.h5",
+        lambda path, columns: write_hdf5(path, columns, fletcher32=True),
+    ),
     "bag sqlite": ("rosbag", "bag1", write_bag),
     "bag mcap": ("rosbag", "bag2", lambda path, columns: write_bag(path, columns, "MCAP")),
     "lvm": ("lvm", "a.lvm", write_lvm),
     "jsonl": ("jsonl", "a.jsonl", write_jsonl),
     "mcap": ("mcap", "a.mcap", write_mcap),
     "csv": ("text", "a.csv", write_text),
-    "white space": ("text", "a.txt", lambda path, columns: write_text(path, columns, "  ", names=False)),
+    "white space": (
+        "text",
+        "a.txt",
+        lambda path, columns: write_text(path, columns, "  ", names=False),
+    ),
     "daq": ("text", "daq.csv", write_daq),
     "csv gz": ("text", "a.csv.gz", write_text),
     "mat 5": ("mat", "a.mat", write_mat),
     "mat 7.3": ("mat", "b.mat", write_mat73),
     "parquet": ("parquet", "a.parquet", write_parquet),
-    "parquet checked": ("parquet", "b.parquet", lambda path, columns: write_parquet(path, columns, checksums=True)),
+    "parquet checked": (
+        "parquet",
+        "b.parquet",
+        lambda path, columns: write_parquet(path, columns, checksums=True),
+    ),
 }
 
 

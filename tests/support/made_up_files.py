@@ -116,7 +116,9 @@ class MadeUp:
 
 def _formatted(values: Array, digits: int, decimal: str, thousands: str) -> list[str]:
     """Numbers as texts."""
-    texts = [f"{value:,.{digits}f}" if thousands else f"{value:.{digits}f}" for value in values.tolist()]
+    texts = [
+        f"{value:,.{digits}f}" if thousands else f"{value:.{digits}f}" for value in values.tolist()
+    ]
     marks = str.maketrans({".": decimal, ",": thousands})
     return [text.translate(marks) for text in texts]
 
@@ -143,11 +145,17 @@ def write(path: Path, seed: int) -> tuple[Path, MadeUp]:
         else ("time", "length", "straight", "current", "force")
     )
     place = one(("[]", "()", "row", "in", "[]", "()", "row", "none"))  # of the units
-    shown: dict[str, tuple[str, float]] = dict(zip(names, (one(UNITS[kind]) for kind in kinds), strict=True))
+    shown: dict[str, tuple[str, float]] = dict(
+        zip(names, (one(UNITS[kind]) for kind in kinds), strict=True)
+    )
 
     rate = one((50.0, 100.0, 1000.0, 256.0))
     steady = np.arange(ROWS) / rate
-    time = steady + draw.normal(0.0, one((0.0, 0.0, 0.05, 0.2)) / rate, ROWS) if one((False, True)) else steady
+    time = (
+        steady + draw.normal(0.0, one((0.0, 0.0, 0.05, 0.2)) / rate, ROWS)
+        if one((False, True))
+        else steady
+    )
     time = np.sort(time) - time.min()
     beat = 2 * np.pi * rate / one((40.0, 60.0, 90.0))
     swing = one((0.5, 2.0)) if turning else one((0.005, 0.02))
@@ -172,7 +180,9 @@ def write(path: Path, seed: int) -> tuple[Path, MadeUp]:
     between = one((",", ";", "\t", "|"))
     decimal = one((".", ",")) if between in ";\t" and container.startswith("csv") else "."
     thousands = (
-        one(("", "", "", "." if decimal == "," else ",")) if between in ";\t" and container.startswith("csv") else ""
+        one(("", "", "", "." if decimal == "," else ","))
+        if between in ";\t" and container.startswith("csv")
+        else ""
     )
     code = one((0.0, 0.0, 0.0, -999.0, -9999.0)) if not thousands else 0.0
     unmeasured = np.zeros(ROWS, dtype=np.bool_)
@@ -191,26 +201,40 @@ def write(path: Path, seed: int) -> tuple[Path, MadeUp]:
             code * max(1.0, 10.0 ** np.ceil(np.log10(np.abs(columns[names["effort"]]).max() / 99))),
             columns[names["effort"]],
         )
-        if np.abs(columns[names["effort"]][unmeasured]).max() not in (999.0, 9999.0, 99999.0, 999999.0):
+        if np.abs(columns[names["effort"]][unmeasured]).max() not in (
+            999.0,
+            9999.0,
+            99999.0,
+            999999.0,
+        ):
             columns[names["effort"]][unmeasured] = truth["effort"][unmeasured] / (
                 shown["effort"][1] if place != "none" else 1.0
             )
             unmeasured[:] = False
-    for spare, unit in (SPARE[int(k)] for k in draw.choice(len(SPARE), int(draw.integers(3)), replace=False)):
+    for spare, unit in (
+        SPARE[int(k)] for k in draw.choice(len(SPARE), int(draw.integers(3)), replace=False)
+    ):
         columns[spare] = (
-            np.arange(1.0, ROWS + 1.0) if spare == "Index" else np.asarray(20.0 + 0.3 * draw.normal(size=ROWS))
+            np.arange(1.0, ROWS + 1.0)
+            if spare == "Index"
+            else np.asarray(20.0 + 0.3 * draw.normal(size=ROWS))
         )
         units[spare] = "" if place == "none" else unit
     order = (
         list(columns)
         if one((True, False))
-        else [names["time"], *draw.permutation([name for name in columns if name != names["time"]]).tolist()]
+        else [
+            names["time"],
+            *draw.permutation([name for name in columns if name != names["time"]]).tolist(),
+        ]
     )
     labels = {name: _label(name, units[name], place) for name in order}
     encoding = one(ENCODINGS.get(language, ENCODINGS[""]))
     file = path.with_suffix("." + container)
     digits = {
-        name: 0 if name == "Index" else max(4, int(np.ceil(6 - np.log10(np.median(np.abs(columns[name])) + 1e-12))))
+        name: 0
+        if name == "Index"
+        else max(4, int(np.ceil(6 - np.log10(np.median(np.abs(columns[name])) + 1e-12))))
         for name in order
     }
     if container == "xlsx":
@@ -222,7 +246,9 @@ def write(path: Path, seed: int) -> tuple[Path, MadeUp]:
         )
     elif container == "jsonl":
         text = "\n".join(
-            json.dumps({labels[name]: float(columns[name][k]) for name in order}, ensure_ascii=False)
+            json.dumps(
+                {labels[name]: float(columns[name][k]) for name in order}, ensure_ascii=False
+            )
             for k in range(ROWS)
         )
         file.write_text(text, encoding="utf-8")
@@ -246,7 +272,9 @@ def _label(name: str, unit: str, place: str) -> str:
     return {"[]": f"{name} [{unit}]", "()": f"{name} ({unit})", "in": f"{name} in {unit}"}[place]
 
 
-def _write_workbook(file: Path, labels: Sequence[str], units: Sequence[str], columns: Sequence[Array]) -> None:
+def _write_workbook(
+    file: Path, labels: Sequence[str], units: Sequence[str], columns: Sequence[Array]
+) -> None:
     from openpyxl import Workbook
 
     book = Workbook(write_only=True)
@@ -265,7 +293,9 @@ def judged(file: Path, made: MadeUp) -> tuple[str, str]:
         table = table_of_log(file, ColumnMap(), None)
         plan = plan_of(table, ColumnMap())
         if plan.questions or plan.doubts:
-            return ASKED, "; ".join([*(question.short for question in plan.questions), *plan.doubts])
+            return ASKED, "; ".join(
+                [*(question.short for question in plan.questions), *plan.doubts]
+            )
         log = apply(plan, table)
     except ErclutchError as error:
         return REFUSED, str(error)

@@ -49,7 +49,9 @@ class Subsystem:
             numbers += [self.name(name), 1, len(self.values) - 1]
         lists = self.made if value.made else self.own
         lists.append(numbers)
-        self.objects.append((class_of, len(lists) if value.made else 0, 0 if value.made else len(lists)))
+        self.objects.append(
+            (class_of, len(lists) if value.made else 0, 0 if value.made else len(lists))
+        )
         return np.array([[MARK, 2, 1, 1, len(self.objects), class_of]], np.uint32).T
 
     def plain(self, value: Any) -> Any:
@@ -84,7 +86,14 @@ class Subsystem:
     def cells(self) -> list[Any]:
         count = len(self.classes) + 1
         empty = np.zeros((0, 0))
-        return [self.head(), empty, *self.values, [empty] * count, np.zeros((count, 1)), [empty] * count]
+        return [
+            self.head(),
+            empty,
+            *self.values,
+            [empty] * count,
+            np.zeros((count, 1)),
+            [empty] * count,
+        ]
 
 
 def _lists(lists: list[list[int]]) -> list[int]:
@@ -119,7 +128,9 @@ def _element(kind: int, data: bytes, pad: bool = True) -> bytes:
 
 
 def _headed(kind: int, shape: tuple[int, ...], name: str, rest: bytes) -> bytes:
-    head = _element(6, struct.pack("<II", kind, 0)) + _element(5, struct.pack(f"<{len(shape)}i", *shape))
+    head = _element(6, struct.pack("<II", kind, 0)) + _element(
+        5, struct.pack(f"<{len(shape)}i", *shape)
+    )
     return _element(14, head + _element(1, name.encode()) + rest)
 
 
@@ -144,7 +155,9 @@ def _matrix(name: str, value: Any) -> bytes:
     if isinstance(value, list):
         return _headed(1, (len(value), 1), name, b"".join(_matrix("", part) for part in value))
     array = np.asarray(value)
-    kind, stored = {"uint8": (9, 2), "uint32": (13, 6), "uint64": (15, 13)}.get(array.dtype.name, (6, 9))
+    kind, stored = {"uint8": (9, 2), "uint32": (13, 6), "uint64": (15, 13)}.get(
+        array.dtype.name, (6, 9)
+    )
     numbers = array if kind != 6 else array.astype("<f8")
     shape = array.shape if array.ndim > 1 else (array.size, 1)
     return _headed(kind, shape, name, _element(stored, numbers.tobytes(order="F")))
@@ -164,7 +177,9 @@ def save_v73(path: Path, variables: dict[str, Any]) -> Path:
     return path
 
 
-def _put(group: Any, references: Any, name: str, value: Any, subsystem: Subsystem | None = None) -> Any:
+def _put(
+    group: Any, references: Any, name: str, value: Any, subsystem: Subsystem | None = None
+) -> Any:
     if subsystem and isinstance(value, MatObject):
         item = _put(group, references, name, subsystem.reference(value))
         item.attrs["MATLAB_object_decode"] = np.int32(3)
@@ -175,7 +190,9 @@ def _put(group: Any, references: Any, name: str, value: Any, subsystem: Subsyste
             _put(item, references, key, part, subsystem)
         kind = "struct"
     elif isinstance(value, str):
-        item = group.create_dataset(name, data=np.array([[ord(letter)] for letter in value] or [[0]], np.uint16))
+        item = group.create_dataset(
+            name, data=np.array([[ord(letter)] for letter in value] or [[0]], np.uint16)
+        )
         item.attrs["MATLAB_int_decode"] = np.int32(2)
         kind = "char"
         if not value:
@@ -191,7 +208,9 @@ def _put(group: Any, references: Any, name: str, value: Any, subsystem: Subsyste
         array = np.asarray(value)
         array = array if array.ndim > 1 else array.reshape(-1, 1)
         item = group.create_dataset(name, data=array.T)
-        kind = {"uint8": "uint8", "uint32": "uint32", "uint64": "uint64"}.get(array.dtype.name, "double")
+        kind = {"uint8": "uint8", "uint32": "uint32", "uint64": "uint64"}.get(
+            array.dtype.name, "double"
+        )
         if not array.size:
             item.attrs["MATLAB_empty"] = np.uint8(1)
     item.attrs["MATLAB_class"] = np.bytes_(kind)

@@ -48,7 +48,9 @@ def _chwirut(b: Sequence[Any], x: Array) -> Any:
 
 
 def _cubics(b: Sequence[Any], x: Array) -> Any:
-    return (b[0] + b[1] * x + b[2] * x**2 + b[3] * x**3) / (1 + b[4] * x + b[5] * x**2 + b[6] * x**3)
+    return (b[0] + b[1] * x + b[2] * x**2 + b[3] * x**3) / (
+        1 + b[4] * x + b[5] * x**2 + b[6] * x**3
+    )
 
 
 def _enso(b: Sequence[Any], x: Array) -> Any:
@@ -124,14 +126,19 @@ def read(name: str, folder: Path = FOLDER) -> Certified:
     found = (re.match(r"\s*Data\s+\(lines\s+(\d+)\s+to\s+(\d+)\)", line) for line in lines)
     first, last = next((int(m[1]), int(m[2])) for m in found if m)
     response, *predictors = _columns(lines[first - 1 : last])
-    one, two, values, errors = _columns([line.split("=")[1] for line in lines if re.match(r"\s*b\d+\s*=", line)])
+    one, two, values, errors = _columns(
+        [line.split("=")[1] for line in lines if re.match(r"\s*b\d+\s*=", line)]
+    )
     if name == "Nelson":
         return Certified(np.stack(predictors), np.log(response), (one, two), values, errors)
     return Certified(predictors[0], response, (one, two), values, errors)
 
 
 def _columns(lines: Sequence[str]) -> list[Array]:
-    return [np.array(column, np.float64) for column in zip(*(line.split() for line in lines), strict=True)]
+    return [
+        np.array(column, np.float64)
+        for column in zip(*(line.split() for line in lines), strict=True)
+    ]
 
 
 def jacobian_of(name: str, problem: Certified, b: Array) -> tuple[Array, Array]:
@@ -157,10 +164,18 @@ def solve(name: str, problem: Certified, start: Array, reach: float = REACH) -> 
         return Linearisation(float(residual @ residual), triangle[:p, :p], triangle[:p, p])
 
     free = np.full(p, np.inf)
-    found = minimise(Problem(cost, linearise, -free, free), start, tolerance=1e-14, max_iterations=5000, reach=reach)
+    found = minimise(
+        Problem(cost, linearise, -free, free),
+        start,
+        tolerance=1e-14,
+        max_iterations=5000,
+        reach=reach,
+    )
     spread = uncertainty(*jacobian_of(name, problem, found.point), ordered=False)
     values = np.abs(found.point) if name == MIRRORED else found.point
-    return Solved(digits(values, problem.values), digits(spread.errors, problem.errors), found.iterations)
+    return Solved(
+        digits(values, problem.values), digits(spread.errors, problem.errors), found.iterations
+    )
 
 
 def digits(found: Array, certified: Array) -> float:

@@ -56,9 +56,18 @@ def full_disk(command: str, folder: Path) -> Ended:
     mount = f"mount -t tmpfs -o size={FULL}k none small"
     run = shlex.join([*_program(words), f"small/{place}"])
     script = f"{mount} && {{ {run} >&2; code=$?; find small -mindepth 1; exit $code; }}"
-    own = ["unshare", "--mount"] if os.geteuid() == 0 else ["unshare", "--mount", "--user", "--map-root-user"]
+    own = (
+        ["unshare", "--mount"]
+        if os.geteuid() == 0
+        else ["unshare", "--mount", "--user", "--map-root-user"]
+    )
     said = subprocess.run(
-        [*own, "sh", "-c", script], cwd=folder, capture_output=True, text=True, timeout=600, check=False
+        [*own, "sh", "-c", script],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
     )
     return Ended(said.returncode, said.stderr, tuple(said.stdout.split()))
 

@@ -21,6 +21,8 @@ def page_fills(pdf: Path) -> list[float]:
         for page in sorted(Path(folder).glob("page-*.pgm")):
             _, size, _, grey = page.read_bytes().split(b"\n", 3)
             width, height = map(int, size.split())
-            rows = np.frombuffer(grey, np.uint8).reshape(height, width)[: int(0.93 * height)]  # without its number
+            rows = np.frombuffer(grey, np.uint8).reshape(height, width)[
+                : int(0.93 * height)
+            ]  # without its number
             fills.append(round(float(np.flatnonzero((rows < 200).any(axis=1))[-1]) / height, 2))
     return fills

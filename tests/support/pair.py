@@ -15,7 +15,9 @@ def pair_log(seconds: float, seed: int = 0) -> Recording:
     columns = synthetic_pair(seconds, seed)
     signals = {name: values for name, (_, values) in columns.items() if name != "time"}
     units = {name: unit for name, (unit, _) in columns.items() if name != "time"}
-    return recording_from_arrays(signals, units, time=columns["time"][1], name=LABEL, device="coaxial")
+    return recording_from_arrays(
+        signals, units, time=columns["time"][1], name=LABEL, device="coaxial"
+    )
 
 
 def single_log(seconds: float, seed: int = 0) -> Recording:

@@ -15,7 +15,11 @@ Pinned = Callable[..., None]
 def summed(values: Any) -> list[float]:
     """How large numbers are, and a sum that knows their order."""
     flat = np.asarray(values, np.float64).ravel()
-    return [flat.size, float(np.nansum(np.abs(flat))), float(np.nansum(flat * np.cos(np.arange(flat.size))))]
+    return [
+        flat.size,
+        float(np.nansum(np.abs(flat))),
+        float(np.nansum(flat * np.cos(np.arange(flat.size)))),
+    ]
 
 
 def told(of: Callable[[], Any]) -> Any:

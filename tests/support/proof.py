@@ -92,23 +92,42 @@ def analysed(folder: Path, files: list[str], *options: str) -> Proof:
     began = _cpu()
     # Frama-C looks for files where the shell's variable says that it is.
     run = subprocess.run(
-        words, cwd=folder, env={**os.environ, "PWD": str(folder)}, capture_output=True, text=True, check=False
+        words,
+        cwd=folder,
+        env={**os.environ, "PWD": str(folder)},
+        capture_output=True,
+        text=True,
+        check=False,
     )
     seconds = _cpu() - began
     alarms, coverage = (re.search(x, run.stdout) for x in (r"(\d+) alarms? generated", _COVERAGE))
     if run.returncode or alarms is None or coverage is None:
         raise RuntimeError(f"Frama-C fails on {folder}: {(run.stderr or run.stdout)[-800:]}")
-    rows = csv.DictReader((folder / "report.csv").read_text(encoding="utf-8").splitlines(), delimiter="\t")
+    rows = csv.DictReader(
+        (folder / "report.csv").read_text(encoding="utf-8").splitlines(), delimiter="\t"
+    )
     asked = dict(enumerate((folder / files[0]).read_text(encoding="ascii").splitlines(), start=1))
     shown: dict[str, list[bool]] = {}
     assumed = Counter[str]()
     for row in rows:
-        name = re.search(r"/\*@ check (\w+):", asked.get(int(row["line"]), "")) if row["file"] == files[0] else None
+        name = (
+            re.search(r"/\*@ check (\w+):", asked.get(int(row["line"]), ""))
+            if row["file"] == files[0]
+            else None
+        )
         if name:
             shown.setdefault(name[1], []).append(row["status"] == "Valid")
         elif row["property kind"] == "user assertion" and row["status"] != "Valid":
             assumed[row["property"]] += 1
-    return Proof(int(alarms[1]), int(coverage[1]), int(coverage[2]), coverage[3], assumed.total(), shown, seconds)
+    return Proof(
+        int(alarms[1]),
+        int(coverage[1]),
+        int(coverage[2]),
+        coverage[3],
+        assumed.total(),
+        shown,
+        seconds,
+    )
 
 
 #: Functions analysed and in all, statements reached.
@@ -126,10 +145,19 @@ def driver(step: ExportedStep) -> str:
     least, most = (k(x) for x in (min(step.limits[0], 0.0), max(step.limits[1], 0.0)))
     s = step.search
     number = step.precision.dtype.type
-    ends = [number(s.origin) + number(s.segments) * number((end - s.origin) / s.segments) for end in (s.minus, s.plus)]
+    ends = [
+        number(s.origin) + number(s.segments) * number((end - s.origin) / s.segments)
+        for end in (s.minus, s.plus)
+    ]
     first, last = (k(float(x)) for x in ends)
-    switch = f"        if (any()) {{ {n}use_residual(&state, any()); }}\n" if step.model.correction else ""
-    checks = "\n".join(f"        /*@ check state: \\is_finite(state.{place}); */" for place in places(step))
+    switch = (
+        f"        if (any()) {{ {n}use_residual(&state, any()); }}\n"
+        if step.model.correction
+        else ""
+    )
+    checks = "\n".join(
+        f"        /*@ check state: \\is_finite(state.{place}); */" for place in places(step)
+    )
     return f"""#include "{step.name}.h"
 volatile uint64_t source;
 static uint32_t any(void) {{ return (uint32_t)source; }}

@@ -37,7 +37,9 @@ def written_by(command: str, folder: Path, copies: Path) -> list[Written]:
     """Run a command once, in this process, and keep what it puts in place."""
     found, put = list[Written](), files._put
 
-    def kept(partial: Path, target: Path, may_replace: Callable[[Path], bool], unwritable: _Error) -> None:
+    def kept(
+        partial: Path, target: Path, may_replace: Callable[[Path], bool], unwritable: _Error
+    ) -> None:
         copy = copies / f"{command}-{len(found)}"
         (shutil.copytree if partial.is_dir() else shutil.copy)(partial, copy)
         found.append(Written(copy, target.name, may_replace, unwritable))
@@ -56,15 +58,22 @@ def lost_in(written: Written, pairs: int, folder: Path) -> list[str]:
     """What went wrong where two processes put a result in each of so many places at one moment."""
     folder.mkdir()
     begin = _FORK.Barrier(2)
-    both = [_FORK.Process(target=_writer, args=(written, pairs, folder, begin, who)) for who in "ab"]
+    both = [
+        _FORK.Process(target=_writer, args=(written, pairs, folder, begin, who)) for who in "ab"
+    ]
     for process in both:
         process.start()
     for process in both:
         process.join()
     if any(process.exitcode for process in both):
         return ["a writer ended with an error"]
-    said: dict[str, list[str]] = {who: json.loads((folder / f"said-{who}").read_bytes()) for who in "ab"}
-    lost = [_lost(written, folder, pair, {who: said[who][pair] for who in "ab"}) for pair in range(pairs)]
+    said: dict[str, list[str]] = {
+        who: json.loads((folder / f"said-{who}").read_bytes()) for who in "ab"
+    }
+    lost = [
+        _lost(written, folder, pair, {who: said[who][pair] for who in "ab"})
+        for pair in range(pairs)
+    ]
     return [each for each in lost if each] + [f"left {name}" for name in left_in(folder)]
 
 
@@ -82,9 +91,9 @@ def _writer(written: Written, pairs: int, folder: Path, begin: Any, who: str) ->
             kind = type(written.unwritable(place, OSError()))
             reserve(place, written.may_replace, kind)
             with (whole_folder if is_folder else whole_file)(place, written.unwritable) as partial:
-                shutil.copytree(written.copy, partial, dirs_exist_ok=True) if is_folder else shutil.copy(
-                    written.copy, partial
-                )
+                shutil.copytree(
+                    written.copy, partial, dirs_exist_ok=True
+                ) if is_folder else shutil.copy(written.copy, partial)
                 for file in _files(partial):
                     with file.open("ab") as end:
                         end.write(who.encode())
@@ -97,7 +106,9 @@ def _writer(written: Written, pairs: int, folder: Path, begin: Any, who: str) ->
 
 
 def _files(place: Path) -> Sequence[Path]:
-    return [path for path in sorted(place.rglob("*")) if path.is_file()] if place.is_dir() else [place]
+    return (
+        [path for path in sorted(place.rglob("*")) if path.is_file()] if place.is_dir() else [place]
+    )
 
 
 def _lost(written: Written, folder: Path, pair: int, said: dict[str, str]) -> str:
@@ -108,9 +119,16 @@ def _lost(written: Written, folder: Path, pair: int, said: dict[str, str]) -> st
         return f"said: {said}"
     if len(writers) != 1 and (written.may_replace is nothing or not writers):
         return f"{len(writers)} of two say that they have written"
-    whole = {str(file.relative_to(written.copy)): file.stat().st_size + 1 for file in _files(written.copy)}
+    whole = {
+        str(file.relative_to(written.copy)): file.stat().st_size + 1
+        for file in _files(written.copy)
+    }
     found = {str(file.relative_to(place)): file.stat().st_size for file in _files(place)}
     if found != whole:
         return f"not whole: {found}"
     by = {file.read_bytes()[-1:].decode() for file in _files(place)}
-    return "" if len(by) == 1 and by <= set(writers) else f"by {by}, and {writers} say that they have written"
+    return (
+        ""
+        if len(by) == 1 and by <= set(writers)
+        else f"by {by}, and {writers} say that they have written"
+    )

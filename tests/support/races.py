@@ -48,7 +48,13 @@ WORDS = {
     "live": ("live", "--no-model", "--headless", "--seconds", "0.05", "--record", "--folder"),
     "demo": ("demo", "--seconds", "10", "--out"),
 }
-_ENDINGS = {"predict": ".csv", "report": ".html", "compare": ".html", "table": ".md", "inspect": ".toml"}
+_ENDINGS = {
+    "predict": ".csv",
+    "report": ".html",
+    "compare": ".html",
+    "table": ".md",
+    "inspect": ".toml",
+}
 _ENDINGS |= {"align": ".csv", "excite": ".csv", "simulate": ".csv", "calibrate-twin": ".toml"}
 #: The second may come when the first has ended; a report is replaced then, a fleet and a figure are made again.
 AGAIN = ("report", "compare", "fit-many", "reproduce", "figure", "experiment", "demo")
@@ -96,7 +102,18 @@ def make_material(folder: Path) -> None:
         (*FIT, "other"),
         ("fit", "log.csv", "--models", "bingham", "--lag", "lag", "--out", "lagged"),
         ("simulate", "training", "--seconds", "5", "--out", "pair.csv"),
-        ("fit", "pair.csv", "--device", "coaxial", "--models", "bingham", "--lag", "none", "--out", "pair"),
+        (
+            "fit",
+            "pair.csv",
+            "--device",
+            "coaxial",
+            "--models",
+            "bingham",
+            "--lag",
+            "none",
+            "--out",
+            "pair",
+        ),
     ):
         assert run(*words, cwd=folder).code == 0, words
 
@@ -108,14 +125,18 @@ def words_of(name: str, pair: int) -> tuple[str, ...]:
 
 def left_in(folder: Path) -> tuple[str, ...]:
     """Names of what is half-written."""
-    return tuple(path.name for path in folder.rglob(".*") if "partial" in path.name or "writing" in path.name)
+    return tuple(
+        path.name for path in folder.rglob(".*") if "partial" in path.name or "writing" in path.name
+    )
 
 
 def started(name: str, pair: int, folder: Path) -> Raced:
     """A pair of programs, each started as a user does."""
     words = [*COMMAND, *words_of(name, pair)]
     pipe = subprocess.PIPE
-    both = [subprocess.Popen(words, cwd=folder, stdout=pipe, stderr=pipe, text=True) for _ in range(2)]
+    both = [
+        subprocess.Popen(words, cwd=folder, stdout=pipe, stderr=pipe, text=True) for _ in range(2)
+    ]
     said = tuple(process.communicate(timeout=120)[1] for process in both)
     return _raced([process.returncode for process in both], said, folder / words[-1], folder)
 
@@ -197,7 +218,9 @@ def slow_work_kept(name: str) -> Generator[None]:
         if name in LONG_WORK:
             module, _, work = LONG_WORK[name].rpartition(".")
             place: Any = import_module(module)
-            further.enter_context(mock.patch.object(place, work, _first_answer(getattr(place, work))))
+            further.enter_context(
+                mock.patch.object(place, work, _first_answer(getattr(place, work)))
+            )
         yield
 
 
@@ -216,7 +239,10 @@ def _first_answer(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def _run(name: str, pair: int, folder: Path, begin: Any, who: int) -> None:
     os.chdir(folder)
-    with open(f"said-{who}", "w", encoding="utf-8") as said, open(os.devnull, "w", encoding="utf-8") as nothing:
+    with (
+        open(f"said-{who}", "w", encoding="utf-8") as said,
+        open(os.devnull, "w", encoding="utf-8") as nothing,
+    ):
         sys.stdout, sys.stderr = nothing, said
         begin.wait()
         code = main(words_of(name, pair))

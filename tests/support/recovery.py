@@ -74,7 +74,11 @@ class Truth:
     @property
     def name(self) -> str:
         """What the case is called in the table and after ``--laws``."""
-        return self.specification + (f"+{self.dynamics}" if self.dynamics != "none" else "") + self.remark
+        return (
+            self.specification
+            + (f"+{self.dynamics}" if self.dynamics != "none" else "")
+            + self.remark
+        )
 
 
 _DIRECTION = {"w_s": 0.05}
@@ -104,14 +108,25 @@ _STAGES = (
     _with_stage("dahl-2/field", {"r_1": 3e-3, "r_2": 0.03}, T_z1=0.3, T_z2=0.4),
     _with_stage("stops", {"r_p1": 8e-3}, T_p1=0.1, T_p1y=0.4),
     _with_stage("stops-2/field", {"r_p1": 3e-3, "r_p2": 0.02}, T_q1y=0.3, T_q2y=0.4),
-    _with_stage("lugre", {"r_l": 8e-3, "h_l": 1.6, "w_l": 0.15}, T_l=0.1, T_ld=0.1, T_ly=0.4, T_ldy=0.1),
+    _with_stage(
+        "lugre", {"r_l": 8e-3, "h_l": 1.6, "w_l": 0.15}, T_l=0.1, T_ld=0.1, T_ly=0.4, T_ldy=0.1
+    ),
     _with_stage("lugre/field", {"r_l": 8e-3, "h_l": 1.6, "w_l": 0.15}, T_ly=0.4, T_ldy=0.1),
     _with_stage("bouc-wen", {"r_b": 8e-3, "beta_b": 0.7}, T_b=0.1, T_by=0.4),
     _with_stage("bouc-wen-2", {"r_b": 8e-3, "beta_b": 0.7}, T_b=0.1, T_by=0.4),
     _with_stage("hysteretic-tanh", {"w_t": 0.4, "t_w": 0.02, "tau_m": 0.3}, T_t=0.2, T_ty=0.5),
     _with_stage(
         "spencer",
-        {"e_y": 0.3, "p_y": 0.1, "p_yb": 0.1, "q_y": 0.1, "q_yb": 0.6, "k_y": 3.0, "r_y": 8e-3, "beta_y": 0.7},
+        {
+            "e_y": 0.3,
+            "p_y": 0.1,
+            "p_yb": 0.1,
+            "q_y": 0.1,
+            "q_yb": 0.6,
+            "k_y": 3.0,
+            "r_y": 8e-3,
+            "beta_y": 0.7,
+        },
         c_y=0.5,
     ),
 )
@@ -119,7 +134,9 @@ _STAGES = (
 TRUTHS = {
     truth.name: truth
     for truth in (
-        Truth("on-off", {"E_on": 0.41, **_DIRECTION}, {"T_on": 0.5, "eta": 0.15}, focus=(0.38, 0.44)),
+        Truth(
+            "on-off", {"E_on": 0.41, **_DIRECTION}, {"T_on": 0.5, "eta": 0.15}, focus=(0.38, 0.44)
+        ),
         Truth("quadratic", _DIRECTION, _TWO),
         Truth("bingham", {**_DIRECTION, **_POWER}, _TWO),
         Truth("bingham/critical", {**_DIRECTION, "E_c": 0.5}, _TWO),
@@ -127,7 +144,9 @@ TRUTHS = {
         Truth("herschel-bulkley", {**_DIRECTION, "m": 0.7, **_POWER}, {"T_y": 0.5, "K": 0.15}),
         Truth("seo-seo", {**_DIRECTION, "a": 3.0, "b": 0.9, **_POWER}, {"T_sy": 0.5, "eta": 0.15}),
         Truth("cho-choi-jhon", _CCJ, _TWO),
-        Truth("hem", {**_DIRECTION, "kappa": 2.0, "beta": 1.6, **_POWER}, {"T_y": 0.5, "eta_0": 0.15}),
+        Truth(
+            "hem", {**_DIRECTION, "kappa": 2.0, "beta": 1.6, **_POWER}, {"T_y": 0.5, "eta_0": 0.15}
+        ),
         Truth(
             "rbfm-5",
             {**_DIRECTION, **_POWER},
@@ -217,7 +236,9 @@ def dataset(truth: Truth, rows: int = ROWS) -> tuple[Dataset, dict[str, float]]:
     units = Units("N*m", "V", "rad/s")
     blank = Dataset("single", (element,), np.zeros(rows), clock, units)
     reference = reference_of(blank)
-    structure = Structure("single", truth.specification, law_from_name(truth.specification), truth.dynamics)
+    structure = Structure(
+        "single", truth.specification, law_from_name(truth.specification), truth.dynamics
+    )
     shapes, gains = structure.shapes(reference.period), structure.gains()
     everywhere = Range((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
     model = TorqueModel(
@@ -229,7 +250,8 @@ def dataset(truth: Truth, rows: int = ROWS) -> tuple[Dataset, dict[str, float]]:
         everywhere,
     )
     true = {
-        p.name: in_user_units({**truth.shape, **truth.gains}[p.name], p.dimension, reference) for p in (*shapes, *gains)
+        p.name: in_user_units({**truth.shape, **truth.gains}[p.name], p.dimension, reference)
+        for p in (*shapes, *gains)
     }
     return Dataset("single", (element,), model.effort((element,), clock), clock, units), true
 
@@ -269,7 +291,9 @@ def _fit(job: tuple[str, Noise, int, int]) -> _Fit:
     rng = np.random.default_rng([list(TRUTHS).index(name), kind != "white", repetition])
     effort = clean.effort + truth.noise * float(np.std(clean.effort)) * noise_of(kind, rng, rows)
     data = Dataset("single", clean.elements, effort, clean.clock, clean.units)
-    structure = Structure("single", truth.specification, law_from_name(truth.specification), truth.dynamics)
+    structure = Structure(
+        "single", truth.specification, law_from_name(truth.specification), truth.dynamics
+    )
     with one_thread():
         outcome = fit_structure(data, structure)
     return _Fit(
@@ -289,7 +313,10 @@ def _summary(name: str, noise: Noise, fits: list[_Fit], rows: int) -> Coverage:
     width: dict[str, float] = {}
     for parameter, value in true.items():
         estimates = np.array([f.values[parameter] for f in fits])
-        low, high = np.array([f.low[parameter] for f in fits]), np.array([f.high[parameter] for f in fits])
+        low, high = (
+            np.array([f.low[parameter] for f in fits]),
+            np.array([f.high[parameter] for f in fits]),
+        )
         scatter = float(np.std(estimates)) or 1.0
         # A parameter on a bound has no interval (nan): it counts as missed.
         inside[parameter] = int(np.sum((low <= value) & (value <= high)))
@@ -321,11 +348,17 @@ def study(
     cases: list[tuple[str, Noise]] = [(name, kind) for name in laws for kind in kinds]
     if workers <= 1:
         for name, kind in cases:
-            yield _summary(name, kind, [_fit((name, kind, i, rows)) for i in range(repetitions)], rows)
+            yield _summary(
+                name, kind, [_fit((name, kind, i, rows)) for i in range(repetitions)], rows
+            )
         return
     with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
         running = [
-            pool.map(_fit, [(name, kind, i, rows) for i in range(repetitions)], chunksize=max(1, repetitions // 8))
+            pool.map(
+                _fit,
+                [(name, kind, i, rows) for i in range(repetitions)],
+                chunksize=max(1, repetitions // 8),
+            )
             for name, kind in cases
         ]
         for (name, kind), fits in zip(cases, running, strict=True):

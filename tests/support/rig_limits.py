@@ -35,14 +35,22 @@ def random_limits(rng: np.random.Generator) -> RigLimits:
     return RigLimits(**drawn, rest=float(rng.choice(RESTS)))
 
 
-def broken(commands: Commands, limits: RigLimits, rate: float, *, signed: bool = False) -> list[str]:
+def broken(
+    commands: Commands, limits: RigLimits, rate: float, *, signed: bool = False
+) -> list[str]:
     """The limits that the numbers break as they stand, asked without any tolerance."""
     speed, field, position = commands.speed, commands.field, commands.position
     field_rate = np.abs(np.diff(field)) * rate
     acceleration = np.abs(np.diff(speed)) * rate
-    power = np.mean(_largest_effort(commands, limits, rate) * np.abs(speed)) if limits.heat < math.inf else 0.0
+    power = (
+        np.mean(_largest_effort(commands, limits, rate) * np.abs(speed))
+        if limits.heat < math.inf
+        else 0.0
+    )
     rest = max(math.ceil(limits.rest * rate), 1)  # rows
-    moves_at_rest = any(np.any(course[:rest]) or np.any(course[-rest:]) for course in (field, speed))
+    moves_at_rest = any(
+        np.any(course[:rest]) or np.any(course[-rest:]) for course in (field, speed)
+    )
     holds = {
         "field": np.abs(field).max() <= limits.field and (signed or field.min() >= 0.0),
         "field_rate": field_rate.max() <= limits.field_rate,
@@ -64,4 +72,6 @@ def _largest_effort(commands: Commands, limits: RigLimits, rate: float) -> Array
     idle = min(limits.idle_effort, limits.effort)
     slow = min(limits.slow_effort, idle)
     without_field = slow + (idle - slow) * np.abs(commands.speed) / limits.speed
-    return without_field + (limits.effort - without_field) * (felt / limits.field) ** limits.exponent
+    return (
+        without_field + (limits.effort - without_field) * (felt / limits.field) ** limits.exponent
+    )

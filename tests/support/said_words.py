@@ -100,6 +100,8 @@ def first_pages(page: Any, site: Path, word: str, most: int = 3) -> list[str]:
     """
     page.goto(f"{(site / 'search.html').as_uri()}?q={quote(word)}")
     # The search writes its summary after the last result, also where there is none.
-    page.wait_for_function("document.querySelector('#search-results .search-summary')?.textContent", timeout=20_000)
+    page.wait_for_function(
+        "document.querySelector('#search-results .search-summary')?.textContent", timeout=20_000
+    )
     links = page.locator("#search-results li a").all()[:most]
     return [Path(urlsplit(link.get_attribute("href")).path).stem for link in links]

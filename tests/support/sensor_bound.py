@@ -53,9 +53,17 @@ LOOKS = (
     "way of the output while its encoder reads the same",
 )
 _LAST = 8  # readings
-_OFFSET, _USUAL = 1.0 / 64.0, 1.0 / 128.0  # shares by which the usual distance and its square move in a period
+_OFFSET, _USUAL = (
+    1.0 / 64.0,
+    1.0 / 128.0,
+)  # shares by which the usual distance and its square move in a period
 #: Of the check of torque and motion in c/erc_plausible.c.
-_NEAR_REST, _STANDS, _STOOD_STILL, _AT_REST = 3.0, 0.02, 32, 0.3  # rad/s, rad/s, periods, share of the band
+_NEAR_REST, _STANDS, _STOOD_STILL, _AT_REST = (
+    3.0,
+    0.02,
+    32,
+    0.3,
+)  # rad/s, rad/s, periods, share of the band
 _MOTOR_SHARE, _MOTOR_LAGS = 0.3, 6.0
 _BEGINS = 300  # rows in which the filters settle
 
@@ -98,7 +106,9 @@ def same_bits(healthy: Any, faulty: Any, begin: int, rows: int) -> bool:
     """Whether each sample and each command has the bits of health."""
     kept = slice(begin, begin + rows)
     names = ("torque", "theta", "alpha", "field1", "field2", "motor_torque")
-    return all(np.array_equal(healthy[name][kept], faulty[name][kept], equal_nan=True) for name in names)
+    return all(
+        np.array_equal(healthy[name][kept], faulty[name][kept], equal_nan=True) for name in names
+    )
 
 
 def looks_of(frames: Any, settings: LoopSettings) -> NDArray[np.float64]:
@@ -136,7 +146,9 @@ class HealthySessions:
         count: sessions of each program and torque of the motor.
     """
 
-    def __init__(self, settings: LoopSettings, model: LiveModel, rig: RigParameters, count: int) -> None:
+    def __init__(
+        self, settings: LoopSettings, model: LiveModel, rig: RigParameters, count: int
+    ) -> None:
         offered = standard_programs(rig, model=True, device=settings.device, effort=model.effort)
         self._cases = list(itertools.product((*settings.programs, *offered), MOTORS, range(count)))
         self._settings, self._model, self._rig = settings, model, rig
@@ -150,15 +162,26 @@ class HealthySessions:
 
     def _looks_of(self, place: int) -> tuple[str, NDArray[np.float64]]:
         program, motor, number = self._cases[place]
-        changed = replace(program, motor_torque=motor) if program.table is None and program.motor_torque else program
-        loop, single = replace(self._settings, programs=(changed,)), self._settings.device == "single"
+        changed = (
+            replace(program, motor_torque=motor)
+            if program.table is None and program.motor_torque
+            else program
+        )
+        loop, single = (
+            replace(self._settings, programs=(changed,)),
+            self._settings.device == "single",
+        )
         seed = FIRST_HEALTHY + number
-        run = AcceleratedRun(loop, self._model.library, self._rig, seed=seed, single=single, locked=single)
+        run = AcceleratedRun(
+            loop, self._model.library, self._rig, seed=seed, single=single, locked=single
+        )
         return f"{program.name}, {motor:g} N m, {seed}", looks_of(run.frames(ROWS)[0], loop)
 
 
 def likeness_of(
-    fault: NDArray[np.float64], sessions: Iterable[tuple[str, NDArray[np.float64]]], enough: float = math.inf
+    fault: NDArray[np.float64],
+    sessions: Iterable[tuple[str, NDArray[np.float64]]],
+    enough: float = math.inf,
 ) -> Likeness:
     """The healthy rows that are at least as unusual as a fault in each look, or that come nearest to that.
 
@@ -194,7 +217,9 @@ def _late(estimate: NDArray[np.float64], settings: LoopSettings) -> NDArray[np.f
     return late
 
 
-def _distances(torque: NDArray[np.float64], model: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+def _distances(
+    torque: NDArray[np.float64], model: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], ...]:
     """Distance less its usual value; by how much the last readings are off, nearer the turned, the doubled torque."""
     off, expected = np.zeros(len(torque)), np.zeros(len(torque))
     usual, offset, square = np.zeros(len(torque)), 0.0, 0.0
@@ -207,7 +232,12 @@ def _distances(torque: NDArray[np.float64], model: NDArray[np.float64]) -> tuple
             square += max(_USUAL, 1.0 / (k - _LAST + 1)) * (off[k - _LAST] ** 2 - square)
     sums = [_last_sum(each**2) for each in (off, torque + expected, torque - 2.0 * expected)]
     tiny = np.finfo(float).tiny
-    return off, sums[0] / (_LAST * usual + tiny), sums[0] / (sums[1] + tiny), sums[0] / (sums[2] + tiny)
+    return (
+        off,
+        sums[0] / (_LAST * usual + tiny),
+        sums[0] / (sums[1] + tiny),
+        sums[0] / (sums[2] + tiny),
+    )
 
 
 def _last_sum(values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -255,12 +285,16 @@ def _apart(frames: Any, settings: LoopSettings) -> NDArray[np.float64]:
         taken = settings.load_inertia * faster / settings.period
         unsure = abs(taken) + drag * abs(rate)
         if single:
-            unsure = abs(taken) + _MOTOR_SHARE * abs(driven[k]) + _MOTOR_LAGS * abs(driven[k] - motor)
+            unsure = (
+                abs(taken) + _MOTOR_SHARE * abs(driven[k]) + _MOTOR_LAGS * abs(driven[k] - motor)
+            )
         passed += MOVES * (late - friction * way - drag * rate - passed)
         size += MOVES * (unsure - size)
         rests += MOVES * (1.0 - abs(way) - rests)
         motor += MOVES * (driven[k] - motor)
         stands = stands + 1 if abs(rate) <= _STANDS else 0
         band = settings.load_band * (1.0 if stands < _STOOD_STILL else _AT_REST)
-        result[k] = abs(passed - taken) / (band + REST_FRICTION * friction * rests + OFF_SHARE * size)
+        result[k] = abs(passed - taken) / (
+            band + REST_FRICTION * friction * rests + OFF_SHARE * size
+        )
     return result

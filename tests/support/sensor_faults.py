@@ -70,7 +70,11 @@ CONTROLS: Mapping[str, tuple[DeviceName, str, Mapping[str, Any]]] = {
         "tracking-fast",
         {"track_bandwidth": 20.0, "output_inertia": 1.5e-5, "output_friction": 0.003},
     ),
-    "impedance": ("coaxial", "impedance", {"observer_bandwidth": 8.0, "stiffness": 0.1, "damping": 0.004}),
+    "impedance": (
+        "coaxial",
+        "impedance",
+        {"observer_bandwidth": 8.0, "stiffness": 0.1, "damping": 0.004},
+    ),
     "wall": ("single", "wall", {"stiffness": 5.0, "damping": 0.01}),
 }
 Change = Callable[[NDArray[Any], int, int], float]
@@ -139,12 +143,20 @@ class FaultRun:
         return "held" if self.held else "safe"
 
 
-def settings_of(control: str, model: LiveModel, rig: RigParameters, observer: str = "sensor") -> LoopSettings:
+def settings_of(
+    control: str, model: LiveModel, rig: RigParameters, observer: str = "sensor"
+) -> LoopSettings:
     """Settings as `erclutch live` makes them."""
     device, name, changes = CONTROLS[control]
     programs = standard_programs(rig, model=True, device=device)
     program = next(p for p in programs if p.name == name)
-    common = {"device": device, "observer": observer, "torque_lead": 1.5e-3, "torque_lag": 1e-3, "meter_needed": 1.0}
+    common = {
+        "device": device,
+        "observer": observer,
+        "torque_lead": 1.5e-3,
+        "torque_lag": 1e-3,
+        "meter_needed": 1.0,
+    }
     stroke = {"stroke": shaft_angle(rig, 0.9)} if device == "coaxial" else {}
     settings = rig_settings(rig, (program,), **common, **stroke)
     free = free_output(rig) if device == "coaxial" else free_drive(rig)
@@ -177,7 +189,9 @@ def frames_of(
         if noise is not None and k == noise[0]:
             twin._random = np.random.default_rng(noise[1])
         read = twin.sense()
-        for name, value in zip(SENSORS, (read.torque, read.theta, turns * read.alpha_raw), strict=True):
+        for name, value in zip(
+            SENSORS, (read.torque, read.theta, turns * read.alpha_raw), strict=True
+        ):
             seen[name][k] = sample[name][0] = value
         if fault is not None and k >= fault[2]:
             sensor, kind, begin = fault
@@ -193,10 +207,14 @@ def command_of(command: Any) -> Any:
     """What the TWIN is told."""
     from erclutch.wings.rig.interface import RigCommand
 
-    return RigCommand(float(command["field1"]), float(command["field2"]), float(command["motor_torque"]))
+    return RigCommand(
+        float(command["field1"]), float(command["field2"]), float(command["motor_torque"])
+    )
 
 
-def judged(healthy: Any, faulty: Any, begin: int, without: Any = None, unseen: float = 0.0) -> FaultRun:
+def judged(
+    healthy: Any, faulty: Any, begin: int, without: Any = None, unseen: float = 0.0
+) -> FaultRun:
     """What came of a fault, beside the healthy loop.
 
     Args:
@@ -247,7 +265,12 @@ def _longest(rows: NDArray[np.bool_]) -> int:
 
 
 def fault_run(
-    settings: LoopSettings, model: Path, rig: RigParameters, seed: int, fault: tuple[str, str, int], healthy: Any
+    settings: LoopSettings,
+    model: Path,
+    rig: RigParameters,
+    seed: int,
+    fault: tuple[str, str, int],
+    healthy: Any,
 ) -> FaultRun:
     """A fault beside health, and, where that is higher, beside the loop without the meter."""
     sensor, _, begin = fault
@@ -256,16 +279,28 @@ def fault_run(
     cause = "" if run.held else cause_of(settings, rig, fault, healthy, faulty)
     if cause == "friction" and not run.never_above:
         others = [frames_of(settings, model, rig, seed, noise=(begin, other)) for other in NOISES]
-        high = _field_above(faulty, np.max([_near(frames) for frames in (healthy, *others)], axis=0))
+        high = _field_above(
+            faulty, np.max([_near(frames) for frames in (healthy, *others)], axis=0)
+        )
         cause = "noise" if _longest(high[begin:]) <= MOST_ABOVE else cause
     if run.outcome != "not held":
         return replace(run, cause=cause)
-    without = frames_of(settings, model, rig, seed, (sensor, "silent", begin)) if sensor == "torque" else None
+    without = (
+        frames_of(settings, model, rig, seed, (sensor, "silent", begin))
+        if sensor == "torque"
+        else None
+    )
     unseen = (settings.load_band + REST_FRICTION * settings.load_friction) / (1.0 - OFF_SHARE)
     return replace(judged(healthy, faulty, begin, without, unseen), cause=cause)
 
 
-def cause_of(settings: LoopSettings, rig: RigParameters, fault: tuple[str, str, int], healthy: Any, faulty: Any) -> str:
+def cause_of(
+    settings: LoopSettings,
+    rig: RigParameters,
+    fault: tuple[str, str, int],
+    healthy: Any,
+    faulty: Any,
+) -> str:
     """What left nothing to tell of a fault in `ZERO_WITHIN` rows: one of `CAUSES`, or "" if nobody knows.
 
     Args:
@@ -283,9 +318,13 @@ def cause_of(settings: LoopSettings, rig: RigParameters, fault: tuple[str, str, 
         rows = slice(begin, begin + ZERO_WITHIN - FALLS)  # a doubt that begins later comes too late
         off = _filtered(faulty[sensor][rows] - healthy[sensor][rows])
         speed = faulty["theta_dot" if settings.device == "single" else "alpha_dot"][rows]
-        if float(np.max(np.abs(speed))) <= SLOW:  # there elastic friction withstands whatever is read
+        if (
+            float(np.max(np.abs(speed))) <= SLOW
+        ):  # there elastic friction withstands whatever is read
             off = min(off, _filtered(faulty[sensor][rows]))
-        return "friction" if off <= settings.load_band + REST_FRICTION * settings.load_friction else ""
+        return (
+            "friction" if off <= settings.load_band + REST_FRICTION * settings.load_friction else ""
+        )
     count = theta_count(rig) if sensor == "theta" else alpha_count(rig)
     return "same bits" if off == 0.0 else "a count" if off <= COUNTS * count else ""
 
@@ -309,12 +348,18 @@ def sessions(control: str, seed: int, name: str = "bingham") -> Iterator[tuple[s
     for sensor, kind in itertools.product(SENSORS, FAULTS):
         if kind == "silent" or (sensor == "alpha" and control == "wall"):
             continue
-        yield sensor, kind, fault_run(settings, model.library, rig, seed, (sensor, kind, begin), healthy)
+        yield (
+            sensor,
+            kind,
+            fault_run(settings, model.library, rig, seed, (sensor, kind, begin), healthy),
+        )
 
 
 def doubted(frames: Any) -> int:
     """Rows in which a sensor is in doubt."""
-    return int(np.count_nonzero(frames["events"] & np.uint32(sum(EVENT_BITS[name] for name in _DOUBTS))))
+    return int(
+        np.count_nonzero(frames["events"] & np.uint32(sum(EVENT_BITS[name] for name in _DOUBTS)))
+    )
 
 
 def under_field(frames: Any) -> NDArray[np.intp]:

@@ -10,4 +10,6 @@ import pytest
 
 def slow_but(quick: Collection[Any], values: Iterable[Any]) -> list[Any]:
     """Values for ``parametrize``; those that are not among the quick ones are marked slow."""
-    return [value if value in quick else pytest.param(value, marks=pytest.mark.slow) for value in values]
+    return [
+        value if value in quick else pytest.param(value, marks=pytest.mark.slow) for value in values
+    ]

@@ -15,7 +15,12 @@ def draw_states(file: Path) -> None:
 
     from erclutch.wings.live.explained_states import transitions
 
-    places = {"starting": (0.7, 3.0), "running": (4.6, 3.0), "tripped": (9.2, 3.0), "ready": (6.9, 0.6)}
+    places = {
+        "starting": (0.7, 3.0),
+        "running": (4.6, 3.0),
+        "tripped": (9.2, 3.0),
+        "ready": (6.9, 0.6),
+    }
     arrows: dict[tuple[str, str], list[str]] = {}
     usual: dict[str, str] = {}
     for line in transitions():
@@ -51,6 +56,8 @@ def draw_states(file: Path) -> None:
             box = {"boxstyle": "round,pad=0.6", "facecolor": colour, "edgecolor": "#667"}
             fields = "fields by the program" if name == "running" else "fields at zero"
             axes.text(x, y, f"{name}\n{fields}", ha="center", va="center", bbox=box)
-        ending = "Stop, a signal or a parent that is gone:\nfrom each state to the end, at zero field"
+        ending = (
+            "Stop, a signal or a parent that is gone:\nfrom each state to the end, at zero field"
+        )
         axes.text(0.1, 0.5, ending, fontsize=8)
         figure.savefig(file, metadata={"Date": None, "Title": "States of the live loop"})

@@ -44,7 +44,12 @@ def effort_of(step: ExportedStep, row: Sequence[float]) -> str:
 
 
 def program(
-    folder: Path, sources: Sequence[Path], headers: Sequence[Path], body: Sequence[str], *, one_file: bool
+    folder: Path,
+    sources: Sequence[Path],
+    headers: Sequence[Path],
+    body: Sequence[str],
+    *,
+    one_file: bool,
 ) -> Built:
     """Compile and run a program that includes the headers; with ``one_file`` it includes the sources themselves."""
     main = folder / "main.c"

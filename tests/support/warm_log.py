@@ -20,5 +20,14 @@ def warm_run(folder: Path) -> Path:
     np.savetxt(folder / "log.csv", rows, delimiter=",", header=head, comments="")
     named = ("--field", "u", "--slip", "w", "--effort", "M", "--temperature", "oil")
     quick = ("--lag", "none", "--out", "run")  # no search for further stages
-    good("fit", "log.csv", *named, "--models", "bingham+lag+softening", "bingham+lag", *quick, cwd=folder)
+    good(
+        "fit",
+        "log.csv",
+        *named,
+        "--models",
+        "bingham+lag+softening",
+        "bingham+lag",
+        *quick,
+        cwd=folder,
+    )
     return folder / "run"

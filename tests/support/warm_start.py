@@ -29,7 +29,15 @@ from typing import Any, Self
 
 #: What nearly every command imports.
 _IMPORTED = (
-    *("pandas", "pyarrow.parquet", "scipy.linalg", "scipy.optimize", "scipy.signal", "numba", "sympy"),
+    *(
+        "pandas",
+        "pyarrow.parquet",
+        "scipy.linalg",
+        "scipy.optimize",
+        "scipy.signal",
+        "numba",
+        "sympy",
+    ),
     *(
         "matplotlib.figure",
         "erclutch.cli.parser",
@@ -75,8 +83,16 @@ class WarmStart:
         command = [sys.executable, "-m", __name__, str(self._place)]
         root = str(Path(__file__).parents[2])
         path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
-        environment = {**os.environ, "PYTHONPATH": path, "PYTHONUTF8": "1", "COLUMNS": "100", "NO_COLOR": "1"}
-        self._process = subprocess.Popen(command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE)
+        environment = {
+            **os.environ,
+            "PYTHONPATH": path,
+            "PYTHONUTF8": "1",
+            "COLUMNS": "100",
+            "NO_COLOR": "1",
+        }
+        self._process = subprocess.Popen(
+            command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE
+        )
         assert self._process.stdout is not None
         assert self._process.stdout.readline() == b"ready\n"
         return self

@@ -38,13 +38,23 @@ def asking_tests(test: Path) -> frozenset[str]:
 def arguments(test: Path) -> list[str]:
     """What pytest is given so that those tests of a file run which may lead to a wing."""
     asking = asking_tests(test)
-    return [str(test)] if asking == _top_level_tests(test) else [f"{test}::{name}" for name in sorted(asking)]
+    return (
+        [str(test)]
+        if asking == _top_level_tests(test)
+        else [f"{test}::{name}" for name in sorted(asking)]
+    )
 
 
 def _top_level_tests(test: Path) -> frozenset[str]:
     tree = ast.parse(test.read_text("utf-8"))
-    assert not any(isinstance(node, ast.ClassDef) and node.name.startswith("Test") for node in tree.body), test
-    return frozenset(node.name for node in tree.body if isinstance(node, ast.FunctionDef) and node.name[:5] == "test_")
+    assert not any(
+        isinstance(node, ast.ClassDef) and node.name.startswith("Test") for node in tree.body
+    ), test
+    return frozenset(
+        node.name
+        for node in tree.body
+        if isinstance(node, ast.FunctionDef) and node.name[:5] == "test_"
+    )
 
 
 @cache
@@ -52,7 +62,9 @@ def _asking_names(file: Path) -> frozenset[str]:
     """Names of a file's top level that may lead to a wing; what binds no name may lead all of them there."""
     tree = ast.parse(file.read_text("utf-8"))
     rooms = [folder / "conftest.py" for folder in file.parents if TESTS in folder.parents]
-    asking = {name for room in rooms if room.exists() and room != file for name in _asking_names(room)}
+    asking = {
+        name for room in rooms if room.exists() and room != file for name in _asking_names(room)
+    }
     bound = {node: _bound_names(node) for node in tree.body}
     for node in tree.body:
         if MAY_ASK.search(_code(node)) or _imports_what_may_ask(node):
@@ -66,7 +78,11 @@ def _asking_names(file: Path) -> frozenset[str]:
 
 def _code(node: ast.stmt) -> str:
     """Without comments; the first string of a file tells and does nothing."""
-    return "" if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) else ast.unparse(node)
+    return (
+        ""
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        else ast.unparse(node)
+    )
 
 
 def _imports_what_may_ask(node: ast.stmt) -> bool:
@@ -83,14 +99,18 @@ def _bound_names(node: ast.stmt) -> set[str]:
         return {node.name}
     if isinstance(node, ast.Import | ast.ImportFrom):
         return {(name.asname or name.name).partition(".")[0] for name in node.names}
-    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    return {
+        n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)
+    }
 
 
 def _used_names(node: ast.stmt) -> set[str]:
     """Names in the code, arguments (which are fixtures), and texts that may be names of fixtures."""
     used = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
     used |= {n.arg for n in ast.walk(node) if isinstance(n, ast.arg)}
-    return used | {n.value for n in ast.walk(node) if isinstance(n, ast.Constant) and isinstance(n.value, str)}
+    return used | {
+        n.value for n in ast.walk(node) if isinstance(n, ast.Constant) and isinstance(n.value, str)
+    }
 
 
 @cache
@@ -98,4 +118,6 @@ def may_ask(test: Path) -> bool:
     """Whether a file of tests, or what tests share that it imports, has a word that may lead to a wing."""
     text = test.read_text("utf-8")
     shared = [ROOT / f"tests/support/{name}.py" for name in SUPPORT.findall(text)]
-    return MAY_ASK.search(text) is not None or any(path.exists() and may_ask(path) for path in shared)
+    return MAY_ASK.search(text) is not None or any(
+        path.exists() and may_ask(path) for path in shared
+    )

@@ -11,4 +11,6 @@ from erclutch.wings.exporters.fmu import fmu_binaries
 def own_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     """FMUs get the binary of this machine alone, the only one that is run here: others cost seconds and have tests."""
     builders = fmu_binaries.builders
-    monkeypatch.setattr(fmu_binaries, "builders", lambda version: (b for b in builders(version) if b.needed))
+    monkeypatch.setattr(
+        fmu_binaries, "builders", lambda version: (b for b in builders(version) if b.needed)
+    )

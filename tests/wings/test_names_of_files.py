@@ -19,6 +19,8 @@ from tests.support.command import refused
         (("excite", "--sequence", "paper", "--out", "x.h"), "ends in .csv, .parquet or .mat"),
     ],
 )
-def test_a_name_that_says_another_kind_of_file_is_refused(words: tuple[str, ...], said: str, tmp_path: Path) -> None:
+def test_a_name_that_says_another_kind_of_file_is_refused(
+    words: tuple[str, ...], said: str, tmp_path: Path
+) -> None:
     write_synthetic_log(tmp_path / "log.csv", seconds=1.0)
     assert said in refused(*words, cwd=tmp_path)

@@ -31,7 +31,9 @@ def test_a_flow_curve_shows_itself() -> None:
 def test_a_fleet_shows_its_devices(tmp_path: Path) -> None:
     for seed, name in enumerate(("one", "two")):
         write_synthetic_log(tmp_path / f"{name}.csv", 1.2, seed)
-    fleet = erclutch.fit_many(tmp_path, ("bingham",), out=tmp_path / "fleet", settings=erclutch.Settings(lag="none"))
+    fleet = erclutch.fit_many(
+        tmp_path, ("bingham",), out=tmp_path / "fleet", settings=erclutch.Settings(lag="none")
+    )
     assert fleet.table()["device"].tolist() == ["one.csv", "two.csv"]
     assert "two.csv" in fleet._repr_html_()
     assert len(fleet.to_frame()) == len(fleet.parameters)

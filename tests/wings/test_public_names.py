@@ -9,7 +9,11 @@ import pytest
 import erclutch
 from erclutch.errors import ErclutchError
 
-NAMES = {name: home.split(".")[1] for name, home in erclutch._HOME_OF.items() if home.startswith("wings.")}
+NAMES = {
+    name: home.split(".")[1]
+    for name, home in erclutch._HOME_OF.items()
+    if home.startswith("wings.")
+}
 
 
 @pytest.mark.parametrize("name", NAMES)

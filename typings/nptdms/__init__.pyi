@@ -50,12 +50,20 @@ class ChannelObject:
         self,
         group: str,
         channel: str,
-        data: NDArray[Any] | Sequence[float] | Sequence[str] | Sequence[datetime] | Sequence[np.datetime64],
+        data: NDArray[Any]
+        | Sequence[float]
+        | Sequence[str]
+        | Sequence[datetime]
+        | Sequence[np.datetime64],
         properties: Mapping[str, Any] | None = ...,
     ) -> None: ...
 
 class TdmsWriter:
-    def __init__(self, file: str | PathLike[str] | BinaryIO, mode: str = ..., **kwds: Any) -> None: ...
+    def __init__(
+        self, file: str | PathLike[str] | BinaryIO, mode: str = ..., **kwds: Any
+    ) -> None: ...
     def __enter__(self) -> TdmsWriter: ...
     def __exit__(self, *error: object) -> None: ...
-    def write_segment(self, objects: Sequence[RootObject | GroupObject | ChannelObject]) -> None: ...
+    def write_segment(
+        self, objects: Sequence[RootObject | GroupObject | ChannelObject]
+    ) -> None: ...

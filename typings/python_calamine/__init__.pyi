@@ -4,7 +4,9 @@ from typing import Any
 class CalamineSheet:
     name: str
     start: tuple[int, int] | None
-    def to_python(self, skip_empty_area: bool = ..., nrows: int | None = ...) -> list[list[Any]]: ...
+    def to_python(
+        self, skip_empty_area: bool = ..., nrows: int | None = ...
+    ) -> list[list[Any]]: ...
 
 class CalamineWorkbook:
     sheet_names: list[str]

@@ -24,7 +24,9 @@ class Expr:
 
 class Symbol(Expr):
     name: str
-    def __init__(self, name: str, *, real: bool | None = ..., positive: bool | None = ...) -> None: ...
+    def __init__(
+        self, name: str, *, real: bool | None = ..., positive: bool | None = ...
+    ) -> None: ...
 
 class Rational(Expr):
     p: int

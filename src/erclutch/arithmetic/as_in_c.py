@@ -66,7 +66,12 @@ def power(x: Any, n: Any) -> Any:
     return _power(x, exponent)
 
 
-_FUNCTIONS: dict[np.ufunc, Callable[..., Any]] = {np.exp: exp, np.expm1: _expm1, np.tanh: tanh, np.power: power}
+_FUNCTIONS: dict[np.ufunc, Callable[..., Any]] = {
+    np.exp: exp,
+    np.expm1: _expm1,
+    np.tanh: tanh,
+    np.power: power,
+}
 
 
 class ArrayAsInC(np.ndarray[Any, np.dtype[np.float64]]):

@@ -122,7 +122,10 @@ class _Run:
                 chosen = self.all_rows(condition)
                 yes_kept, yes_value = of(yes)
                 no_kept, no_value = of(no)
-                held[node] = np.where(chosen, yes_kept, no_kept), np.where(chosen, yes_value, no_value)
+                held[node] = (
+                    np.where(chosen, yes_kept, no_kept),
+                    np.where(chosen, yes_value, no_value),
+                )
             else:  # "either": a truth from outside makes it true, whatever the state
                 within, outer = sorted(node.arguments, key=lambda a: a not in inside)
                 kept, value = of(within)
@@ -132,7 +135,9 @@ class _Run:
         kept, value = held[self.record.after[str(state.value)]]
         values = np.broadcast_to(value, (*np.shape(zero)[:-1], self.rows))
         from_outside = np.where(kept, -1, np.arange(self.rows))
-        last = np.maximum.accumulate(from_outside)  # row of the last value from outside; -1: none came yet
+        last = np.maximum.accumulate(
+            from_outside
+        )  # row of the last value from outside; -1: none came yet
         after = np.where(last >= 0, values[..., last], zero)
         before = _one_row_later(after, zero)
         for node, (kept, value) in held.items():
@@ -144,7 +149,9 @@ class _Run:
         outer = {a for node in part for a in node.arguments if a not in part}
         states = [node for node in part if node.operation == "state"]
         after = [self.record.after[str(node.value)] for node in states]
-        delayed = {node: self._rows_back(node).tolist() for node in part if node.operation == "delay"}
+        delayed = {
+            node: self._rows_back(node).tolist() for node in part if node.operation == "delay"
+        }
 
         # Calls are taken apart once, not in each row.
         places = {node: place for place, node in enumerate([*outer, *states])}
@@ -156,7 +163,9 @@ class _Run:
         # Where all operations have them, the values of a row are numbers, else arrays of shape (..., 1).
         on_numbers = self.arithmetic.on_numbers
         in_numbers = all(np.ndim(self.known[node]) == 1 for node in outer)
-        in_numbers &= all(function is None or node.operation in on_numbers for function, _, _, node in steps)
+        in_numbers &= all(
+            function is None or node.operation in on_numbers for function, _, _, node in steps
+        )
         if in_numbers:
             for at, (function, place, arguments, node) in enumerate(steps):
                 steps[at] = (function and on_numbers[node.operation], place, arguments, node)

@@ -22,7 +22,13 @@ ValueKind = Literal["real", "bits", "truth"]
 
 #: Operations and their operators in C. ``function`` nodes (exp, tanh, ...) are defined in `elementary`.
 BINARY = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
-ON_BITS = {"bits_add": "+", "bits_subtract": "-", "bits_and": "&", "left_shift": "<<", "right_shift": ">>"}
+ON_BITS = {
+    "bits_add": "+",
+    "bits_subtract": "-",
+    "bits_and": "&",
+    "left_shift": "<<",
+    "right_shift": ">>",
+}
 FUNCTIONS = ("exp", "expm1", "tanh", "power", "absolute", "nearest")
 
 
@@ -52,7 +58,9 @@ class Node:
 
     def __repr__(self) -> str:
         value = "" if self.value is None else f" {self.value!r}"
-        return f"<node {self.index}: {self.operation}{value} of {[a.index for a in self.arguments]}>"
+        return (
+            f"<node {self.index}: {self.operation}{value} of {[a.index for a in self.arguments]}>"
+        )
 
 
 @dataclass
@@ -329,7 +337,9 @@ class Traced(RecordingOperand):
 
     def _power(self, nodes: list[Node], exponent: Any) -> Node:
         if exponent is None:
-            raise ExportError("a power whose exponent is no constant", remedy="Write it with exp and a parameter")
+            raise ExportError(
+                "a power whose exponent is no constant", remedy="Write it with exp and a parameter"
+            )
         base = nodes[0]
         one = self.owner.node("constant", (), 1.0)
         if exponent == 0.0:

@@ -137,7 +137,12 @@ def machine_code(function: F, inline: bool = False) -> F:
     """
     import numba
 
-    options: dict[str, Any] = {"nogil": True, "forceinline": inline, "fastmath": False, "error_model": "numpy"}
+    options: dict[str, Any] = {
+        "nogil": True,
+        "forceinline": inline,
+        "fastmath": False,
+        "error_model": "numpy",
+    }
     try:
         return cast(F, numba.njit(cache=True, **options)(function))
     except RuntimeError:  # "no locator available": there is no folder for what is compiled
@@ -270,7 +275,9 @@ def _linearised(
     return _Triangular(keeps, starts, before[0].size), after
 
 
-def _rolled(advance: Advance, first: Sequence[Array], inputs: Sequence[Any], clock: Clock) -> list[Array]:
+def _rolled(
+    advance: Advance, first: Sequence[Array], inputs: Sequence[Any], clock: Clock
+) -> list[Array]:
     """The states row by row, in Python's floats or compiled: with the same bits, as IEEE arithmetic has no choice."""
     rows = clock.time.size
     columns = [np.broadcast_to(np.asarray(x, np.float64), (rows,)) for x in inputs]
@@ -424,7 +431,9 @@ def _run_switched_plainly(
     rising[:] = grows
 
 
-def _run_switched(u: Array, up: Array, down: Array, starts: Array, rising: NDArray[np.bool_]) -> None:
+def _run_switched(
+    u: Array, up: Array, down: Array, starts: Array, rising: NDArray[np.bool_]
+) -> None:
     for at in range(starts.size):
         stop = starts[at + 1] if at + 1 < starts.size else u.size
         x = u[starts[at]]

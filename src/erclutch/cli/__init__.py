@@ -67,7 +67,11 @@ def _code_of(words: Sequence[str]) -> int:
     except Exception as error:
         if _ENDING.number:  # a library in which a signal came may make an error of its own of it
             return _ended()
-        if isinstance(error, ErclutchError) and not isinstance(error, PluginError) and _made_of_an_interrupt(error):
+        if (
+            isinstance(error, ErclutchError)
+            and not isinstance(error, PluginError)
+            and _made_of_an_interrupt(error)
+        ):
             return failed(_INTERRUPTED, 130)
         code = _code_of_error(error, words)
         if code is None:
@@ -94,7 +98,9 @@ def _code_of_error(error: Exception, words: Sequence[str]) -> int | None:
         return None if missing is None else failed(str(missing), missing.exit_code)
     if isinstance(error, MemoryError):
         return failed(f"memory ran out. {_MORE_MEMORY}", 2)
-    if isinstance(error, OSError | ImportError) and "shared object" in str(error):  # a library that cannot be mapped
+    if isinstance(error, OSError | ImportError) and "shared object" in str(
+        error
+    ):  # a library that cannot be mapped
         return failed(f"a library cannot be loaded ({str(error)[:200]}). {_MORE_MEMORY}", 2)
     if isinstance(error, OSError):
         place = f"{error.filename}: " if error.filename else ""

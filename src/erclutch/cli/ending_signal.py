@@ -42,7 +42,11 @@ class EndingSignal:
         if sys.unraisablehook != self._hear_again:
             self._unraisable = sys.unraisablehook
             sys.unraisablehook = self._hear_again
-        usual = {"SIGINT": signal.default_int_handler, "SIGTERM": signal.SIG_DFL, "SIGHUP": signal.SIG_DFL}
+        usual = {
+            "SIGINT": signal.default_int_handler,
+            "SIGTERM": signal.SIG_DFL,
+            "SIGHUP": signal.SIG_DFL,
+        }
         for name, handler in usual.items():
             number = getattr(signal, name, None)
             try:
@@ -75,10 +79,16 @@ class EndingSignal:
 
     def _hear_again(self, unraisable: Any) -> None:
         """Where nothing can be raised, as in what a library calls back, the signal comes once more."""
-        if self.number and not self._over and isinstance(unraisable.exc_value, KeyboardInterrupt | SystemExit):
+        if (
+            self.number
+            and not self._over
+            and isinstance(unraisable.exc_value, KeyboardInterrupt | SystemExit)
+        ):
             number = self.number
             self.number = 0
             # A signal to this thread from another one is heard when this function, too, is left.
-            threading.Timer(_COMES_AGAIN, signal.pthread_kill, (threading.get_ident(), number)).start()
+            threading.Timer(
+                _COMES_AGAIN, signal.pthread_kill, (threading.get_ident(), number)
+            ).start()
         else:
             self._unraisable(unraisable)

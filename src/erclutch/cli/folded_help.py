@@ -17,7 +17,11 @@ if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions
 
 HELP_ALL = "--help-all"
-_NO_VALUE = ("()", '""', "False")  # as a default, which then says nothing: a flag that is not given is off
+_NO_VALUE = (
+    "()",
+    '""',
+    "False",
+)  # as a default, which then says nothing: a flag that is not given is off
 
 
 @dataclass
@@ -51,7 +55,9 @@ class Flowing(DefaultFormatter):
         """Print one group."""
         for entry in panel.entries:
             description = entry.description
-            if isinstance(description, InlineText) and isinstance(description.primary_renderable, Text):
+            if isinstance(description, InlineText) and isinstance(
+                description.primary_renderable, Text
+            ):
                 words = description.primary_renderable.plain.split()
                 description.primary_renderable.plain = " ".join(words)
         panel.entries = [each.copy(default=_typed(each.default)) for each in panel.entries]

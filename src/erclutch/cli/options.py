@@ -257,7 +257,13 @@ def expand(paths: Sequence[Path]) -> list[Path]:
         LogError: a folder without a log.
     """
     from erclutch.cli import terminal
-    from erclutch.logs.log_reader import LEARN_REPORT, folder_reader, log_suffixes, may_be_log, require_no_run
+    from erclutch.logs.log_reader import (
+        LEARN_REPORT,
+        folder_reader,
+        log_suffixes,
+        may_be_log,
+        require_no_run,
+    )
     from erclutch.logs.planning.tables_beside_logs import tables_beside_logs
     from erclutch.logs.readers.signal_files import together
     from erclutch.logs.readers.text_tables import is_prose
@@ -277,7 +283,9 @@ def expand(paths: Sequence[Path]) -> list[Path]:
         words = sorted(file.name for file in tables if is_prose(file))
         if words and len(words) < len(tables):
             note = f"note: {', '.join(words)} left out: words and no rows of numbers"
-            terminal.console(stderr=True).print(note, soft_wrap=True)  # what is asked for as JSON stays JSON
+            terminal.console(stderr=True).print(
+                note, soft_wrap=True
+            )  # what is asked for as JSON stays JSON
             tables = [file for file in tables if file.name not in words]
         no_logs = sorted(tables_beside_logs(tables)) if len(tables) > 1 else []
         if no_logs:

@@ -50,7 +50,10 @@ def overview(commands: Sequence[Command]) -> str:
         helps = {command.name: command.help for command in listed}
         lines += ["", panel, *_listed(helps, across, width)]
     lines += ["", "Options", *_listed(_OPTIONS, across, width)]
-    lines += ["", *textwrap.wrap("erclutch COMMAND --help explains a command and its usual options.", width)]
+    lines += [
+        "",
+        *textwrap.wrap("erclutch COMMAND --help explains a command and its usual options.", width),
+    ]
     return "\n".join(lines) + "\n"
 
 

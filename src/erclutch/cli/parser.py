@@ -41,7 +41,9 @@ def _versions() -> str:
     installed = [found for name in ("gcc", "clang", "cc") if (found := shutil.which(name))]
     known = [*installed, zig]
     compiler = os.environ.get("CC") or next(iter(known))
-    packages = [f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib")]
+    packages = [
+        f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib")
+    ]
     lines = [
         __version__,
         f"{platform.python_implementation()} {platform.python_version()} on {platform.platform()}",
@@ -71,26 +73,46 @@ def misused(error: CycloptsError) -> str:
         unused = ", ".join(map(repr, error.unused_tokens or ()))
         return shown(f"{unused}: more than the command takes. {help_of_it}")
     words = error.root_input_tokens or ()
-    if isinstance(error, MissingArgumentError) and error.argument is not None and error.command_chain:
+    if (
+        isinstance(error, MissingArgumentError)
+        and error.argument is not None
+        and error.command_chain
+    ):
         return shown(f"{_what_is_missing(error)}{_taken_by_a_list(words)}")
     if isinstance(error, UnknownOptionError) and error.command_chain:
         options = {word.partition("=")[0] for word in words}
         if not options.isdisjoint(_OF_MAPPINGS):
             return "A mapping file has no option: it is read where it lies beside LOG as LOG.toml."
-        files = {argument.name for argument in _arguments(error.command_chain[0]) if argument.index is not None}
+        files = {
+            argument.name
+            for argument in _arguments(error.command_chain[0])
+            if argument.index is not None
+        }
         option = (error.token.keyword or error.token.value).partition("=")[0]
         if option in {f"--{file.lower()}" for file in files}:
             written = _written(error.command_chain[0])
-            return f"{option} is no option here: {option[2:].upper()} stands without a name. {written}"
-    if isinstance(error, CoercionError) and error.token is not None and error.target_type in (int, float):
+            return (
+                f"{option} is no option here: {option[2:].upper()} stands without a name. {written}"
+            )
+    if (
+        isinstance(error, CoercionError)
+        and error.token is not None
+        and error.target_type in (int, float)
+    ):
         kind = "whole number" if error.target_type is int else "number"
-        return shown(f"{error.token.keyword or error.token.value}: {error.token.value!r} is no {kind}. {help_of_it}")
+        return shown(
+            f"{error.token.keyword or error.token.value}: {error.token.value!r} is no {kind}. {help_of_it}"
+        )
     return shown(f"{str(error).rstrip()} {help_of_it}")
 
 
 def fraction_given(words: Sequence[str]) -> str:
     """What is wrong with a fraction where an option takes a whole number, which Cyclopts would round; "" for none."""
-    parts = [part for word in words[1:] for part in (word.split("=", 1) if word.startswith("--") else [word])]
+    parts = [
+        part
+        for word in words[1:]
+        for part in (word.split("=", 1) if word.startswith("--") else [word])
+    ]
     if words[0] not in _COMMANDS or not any(map(_FRACTION.fullmatch, parts)):
         return ""
     wholes: set[str] = set()
@@ -113,7 +135,11 @@ def _what_is_missing(error: MissingArgumentError) -> str:
     if asked:
         return f"{asked[0]} needs a value: see erclutch {command} --help."
     runs = [word for word in words if (Path(word) / "run.json").is_file()]
-    given = f" {runs[0]} is a run: give it as --run {shlex.quote(runs[0])}." if name == "--run" and runs else ""
+    given = (
+        f" {runs[0]} is a run: give it as --run {shlex.quote(runs[0])}."
+        if name == "--run" and runs
+        else ""
+    )
     return f"{name} is missing.{given} {_written(command)}"
 
 
@@ -146,7 +172,9 @@ _HEADINGS = {panel: Group(panel, sort_key=order) for order, panel in enumerate(_
 def _offer(command: Command, function: str | Callable[..., Any]) -> None:
     """Put a function, or the name by which Cyclopts imports it when it is called for, under the command's heading."""
     heading = _HEADINGS[command.panel]
-    app.command(function, name=command.name, help=command.help, group=heading, sort_key=command.place)
+    app.command(
+        function, name=command.name, help=command.help, group=heading, sort_key=command.place
+    )
 
 
 for _command in _COMMANDS.values():
@@ -163,7 +191,11 @@ def first(*words: Annotated[str, Parameter(show=False)]) -> int:
         import difflib
 
         near = difflib.get_close_matches(words[0], _COMMANDS, n=1)
-        hint = f"Did you mean {near[0]}? erclutch --help lists all" if near else f"Commands are {', '.join(_COMMANDS)}"
+        hint = (
+            f"Did you mean {near[0]}? erclutch --help lists all"
+            if near
+            else f"Commands are {', '.join(_COMMANDS)}"
+        )
         return failed(f"there is no command {words[0]!r}. {hint}.", 2)
     sys.stdout.write(first_steps(_COMMANDS))
     return 0
@@ -184,7 +216,9 @@ def load_command(words: Sequence[str]) -> None:
     if not command.plugin.own:
         del app[command.name]
         _offer(command, command.plugin.guarded(function))
-    if not {*app.help_flags, HELP_ALL}.isdisjoint(words):  # it takes as long to make as the words to parse
+    if not {*app.help_flags, HELP_ALL}.isdisjoint(
+        words
+    ):  # it takes as long to make as the words to parse
         app[command.name].usage = _usage(command.name)
 
 

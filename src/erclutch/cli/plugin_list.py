@@ -35,7 +35,9 @@ def list_plugins(*, json: bool, check: bool = False) -> bool:
         for plugin in (*registry.plugins(group), *registry.hidden(group)):
             problems.append((plugin, "" if plugin.own else problem_of(plugin)))
     if json:
-        terminal.say_json([{**plugin.to_dict(), "problem": problem} for plugin, problem in problems])
+        terminal.say_json(
+            [{**plugin.to_dict(), "problem": problem} for plugin, problem in problems]
+        )
     else:
         table = terminal.table("Plug-ins", ["group", "name", "package", "problem"], [], left=4)
         for plugin, problem in problems:

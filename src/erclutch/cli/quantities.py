@@ -25,7 +25,9 @@ def quantity(unit: str, example: str = "") -> Parameter:
     """
 
     def converted(_kind: object, tokens: Sequence[Token]) -> Any:
-        numbers = tuple(_number(token.keyword or "", token.value, unit, example) for token in tokens)
+        numbers = tuple(
+            _number(token.keyword or "", token.value, unit, example) for token in tokens
+        )
         return numbers[0] if len(numbers) == 1 else numbers
 
     return Parameter(converter=converted, allow_leading_hyphen=True)
@@ -52,7 +54,9 @@ def _number(
         pass
     written = example or f"2{unit or ''}"
     kind = f"quantity in {unit}" if unit else "number or share in %"
-    raise SettingError(f"{option} {text!r} is no {kind}", remedy=f"Write it like {option} {written}")
+    raise SettingError(
+        f"{option} {text!r} is no {kind}", remedy=f"Write it like {option} {written}"
+    )
 
 
 SECONDS = quantity("s")

@@ -62,7 +62,9 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
     }
     if any(e.by_log for e in shown):
         cells["by log"] = [_by_log(e) for e in shown]
-    cells["over the best"] = ["" if e.name == comparison.best else _percent(e.excess) for e in shown]
+    cells["over the best"] = [
+        "" if e.name == comparison.best else _percent(e.excess) for e in shown
+    ]
     cells["of std"] = [percent(e.test.share.value, 1) for e in shown]
     cells["R2"] = [r2_text(e.test.r2.value) for e in shown]
     cells["max error"] = [number(e.test.largest.value, 3) for e in shown]
@@ -74,7 +76,15 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
         for entry in shown:
             of_all_blocks = np.sqrt(np.mean(np.square(entry.folds)))
             cells[heading].append(number(float(of_all_blocks)))
-    less_needed = ("condition", "max error", "R2", "train RMSE", "over the best", "par.", "95 % band")
+    less_needed = (
+        "condition",
+        "max error",
+        "R2",
+        "train RMSE",
+        "over the best",
+        "par.",
+        "95 % band",
+    )
     star = comparison.standing.word
     title = f"Models on the rows held out (* {star}; bands: for more rows of the same logs, not for other logs)"
     made = narrowed(title, cells, less_needed, width, left=3)
@@ -103,7 +113,11 @@ def prediction(entry: RankedModel, unit: str) -> list[str]:
     sentences: list[str] = []
     if entry.band is not None:
         held = entry.band.held
-        over = f", {percent(held.width / entry.band.plain)} of one width for all rows" if entry.band.plain else ""
+        over = (
+            f", {percent(held.width / entry.band.plain)} of one width for all rows"
+            if entry.band.plain
+            else ""
+        )
         of_band = (
             f"Its 95 % prediction band holds {percent(held.share, 1)} of the rows held out "
             f"({percent(held.worst, 1)} in {held.where}); "
@@ -114,7 +128,9 @@ def prediction(entry: RankedModel, unit: str) -> list[str]:
             of_band += f" With a torque sensor: {percent(taught.share, 1)}, {amount(number(taught.width, 3), unit)}."
         sentences.append(of_band)
     if entry.by_log is None:
-        sentences.append("Rows of one log were held out: nothing here says how far another motion is off.")
+        sentences.append(
+            "Rows of one log were held out: nothing here says how far another motion is off."
+        )
     else:
         low, high, logs = entry.by_log
         # A further log is the lowest or the highest of all with a chance of 2 in logs + 1, if they are alike.
@@ -300,7 +316,9 @@ def parameters(comparison: Comparison) -> list[Table | str]:
         shown.append(estimates(f"Parameters of {comparison.called(name)}", outcome.estimates))
         published = [f"{symbol} = {number(value)}" for symbol, value in outcome.paper_form.items()]
         if published:
-            shown.append(f"In the symbols as published, and the units above: {', '.join(published)}.")
+            shown.append(
+                f"In the symbols as published, and the units above: {', '.join(published)}."
+            )
     if outcome.weights:
         shown.append(f"{outcome.weights} weights of a network, which mean nothing one by one.")
     return shown

@@ -60,7 +60,9 @@ def score_the_rest(
     from erclutch.runs.tasks import tasks_on
 
     if folder is None:
-        raise SettingError("--resume without a run", remedy="Give --out RUN, the run that was interrupted")
+        raise SettingError(
+            "--resume without a run", remedy="Give --out RUN, the run that was interrupted"
+        )
     run = read_run(folder)
     plan = unfinished_plan(run)
     models = {name: run.model(name) for name in run.names}
@@ -90,7 +92,9 @@ def _scored(
                 write_every_row(folder, figures)
     except BaseException:  # whatever ends the scoring, the run is there and the scoring can go on
         if folder is not None:
-            terminal.say(f"The run is kept in {folder}; the same command with --resume scores the rest.")
+            terminal.say(
+                f"The run is kept in {folder}; the same command with --resume scores the rest."
+            )
         raise
     return figures
 
@@ -119,5 +123,13 @@ def table(figures: EveryRow, recommended: str, unit: str) -> Table:
     if figures.test:
         held_out = next(iter(figures.test.values())).rows
     title = f"Every row: {figures.plan.rows:,}, of which {held_out:,} are held out (* recommended)"
-    headings = ["", "model", terminal.with_unit("test RMSE", unit), "95 % band", "of std", "max error", "train RMSE"]
+    headings = [
+        "",
+        "model",
+        terminal.with_unit("test RMSE", unit),
+        "95 % band",
+        "of std",
+        "max error",
+        "train RMSE",
+    ]
     return terminal.table(title, headings, lines, left=2)

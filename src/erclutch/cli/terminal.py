@@ -133,13 +133,17 @@ def recording_lines(recordings: Sequence[LogFacts], most: int = 6) -> list[str]:
     by_computer = sorted(origins - MEASURED)
     if by_computer:
         some = " (some of the logs)" if origins & MEASURED else ""
-        lines.append(f"{' and '.join(by_computer)} data{some}: made by a computer, not a measurement")
+        lines.append(
+            f"{' and '.join(by_computer)} data{some}: made by a computer, not a measurement"
+        )
 
     notes = notes_of(recordings)
     most_notes = 2 * most
     lines += [f"  {note}" for note in notes[:most_notes]]
     if len(notes) > most_notes:
-        lines.append(f"  ... {len(notes) - most_notes} notes more; erclutch inspect shows all of one log")
+        lines.append(
+            f"  ... {len(notes) - most_notes} notes more; erclutch inspect shows all of one log"
+        )
     return lines
 
 
@@ -176,7 +180,9 @@ def estimates(title: str, values: Sequence[Estimate]) -> Table:
         if estimate.at_bound:
             parts.append(f"at its {estimate.at_bound} bound")
         interval = between.join(parts) or "not identified"
-        rows.append([estimate.name, estimate.meaning, number(estimate.value), interval, estimate.unit])
+        rows.append(
+            [estimate.name, estimate.meaning, number(estimate.value), interval, estimate.unit]
+        )
     made = table(title, ["", "meaning", "value", "95 % interval", "unit"], rows, left=2)
     made.columns[4].justify = "left"
     return made
@@ -204,7 +210,9 @@ def coverage(
     shades = np.ceil(darkness * (len(_SHADES) - 1)).astype(int)
     up = with_unit("field", units[0])
     across = with_unit("slip", units[1])
-    lines = [f"Coverage{name}: rows over {up} (up) and {across} (across); a dot is a cell without a row"]
+    lines = [
+        f"Coverage{name}: rows over {up} (up) and {across} (across); a dot is a cell without a row"
+    ]
     for row in reversed(range(8)):
         cells = ""
         for count, shade in zip(counts[row], shades[row], strict=True):

@@ -56,7 +56,10 @@ def export_model(
     asked = replace(options or ExportOptions(), **more)
     for name, wanted in (("alarms", asked.alarms), ("adaptation", asked.adapt)):
         if wanted and not getattr(chosen.value, "ALARMS", False):
-            raise ExportError(f"target {to} has no {name}", remedy=f"Export to c, cpp or python, or without {name}")
+            raise ExportError(
+                f"target {to} has no {name}",
+                remedy=f"Export to c, cpp or python, or without {name}",
+            )
     may_write(folder, force)
     try:
         step = step_of(model, asked)

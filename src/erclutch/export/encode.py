@@ -20,12 +20,26 @@ _LATEX = {
     **{"·": "$\\cdot$", "–": "--", "−": "$-$", "∞": "$\\infty$", "√": "$\\surd$", "′": "$'$"},
 }
 _FONT = "°µ×±ßæÆøØ"  # beside letters with accents, which TeX composes
-_CAPITALS = {"GAMMA", "DELTA", "THETA", "LAMBDA", "XI", "PI", "SIGMA", "UPSILON", "PHI", "PSI", "OMEGA"}
+_CAPITALS = {
+    "GAMMA",
+    "DELTA",
+    "THETA",
+    "LAMBDA",
+    "XI",
+    "PI",
+    "SIGMA",
+    "UPSILON",
+    "PHI",
+    "PSI",
+    "OMEGA",
+}
 
 
 def comment(text: str) -> str:
     """A text as one line of a comment in C, C++, MATLAB or XML, or of a Python docstring: ASCII that ends neither."""
-    letters = [letter if letter.isascii() else f"<U+{ord(letter):04X}>" for letter in printable(text)]
+    letters = [
+        letter if letter.isascii() else f"<U+{ord(letter):04X}>" for letter in printable(text)
+    ]
     shown = "".join(letters)
     for mark, instead in _BREAKS:
         while mark in shown:

@@ -31,7 +31,9 @@ _REMEDY = "Give --out a folder on a disk that can be written and has space"
 #: Say before any work whether an export may be written to a folder.
 may_write = partial(files.may_write, marker=_MARKER, what="an export", kind=ExportError)
 #: The error of an export's folder that cannot be written.
-unwritable = partial(files.unwritable, problem="the export cannot be written", remedy=_REMEDY, kind=ExportError)
+unwritable = partial(
+    files.unwritable, problem="the export cannot be written", remedy=_REMEDY, kind=ExportError
+)
 
 
 def finish(

@@ -236,7 +236,9 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
             raise ExportError(f"{name} is the name of a file or run, not a model", remedy=remedy)
         if callable(getattr(model, "model", None)):  # a run
             remedy = "Export its recommended model: run.model()"
-            raise ExportError(f"{type(model).__name__} is not a model, but holds models", remedy=remedy)
+            raise ExportError(
+                f"{type(model).__name__} is not a model, but holds models", remedy=remedy
+            )
         raise ExportError(
             f"{type(model).__module__}.{type(model).__name__} cannot be exported: its equation is not known, "
             "so no C can be made of it",
@@ -327,7 +329,9 @@ def _alarms(model: Model, scale: float, period: float | None) -> Alarms:
         )
     if period is None:
         raise ExportError(
-            "alarms need a sampling period", where=model.name, remedy="Give --period, for example --period 0.001"
+            "alarms need a sampling period",
+            where=model.name,
+            remedy="Give --period, for example --period 0.001",
         )
     return alarms_of(model.band, scale, period)
 
@@ -339,7 +343,8 @@ def _limits(model: Model, wanted: tuple[float, float] | None) -> tuple[float, fl
         return low - room, high + room
     if not (np.all(np.isfinite(wanted)) and wanted[0] < wanted[1]):
         raise ExportError(
-            f"effort limits {wanted[0]:g} to {wanted[1]:g}", remedy="Give the smaller one first, both finite"
+            f"effort limits {wanted[0]:g} to {wanted[1]:g}",
+            remedy="Give the smaller one first, both finite",
         )
     return wanted
 
@@ -350,7 +355,9 @@ def _period(model: Model, options: ExportOptions) -> float | None:
     period = own if options.period is None else options.period
     if period is not None and not (np.isfinite(period) and 1e-7 <= period <= 10.0):
         raise ExportError(f"a period of {period:g} s", remedy="Give one between 1e-7 s and 10 s")
-    if period is None and (past or model.structure.dynamics != "none" or options.inputs == "angles"):
+    if period is None and (
+        past or model.structure.dynamics != "none" or options.inputs == "angles"
+    ):
         raise ExportError(
             "its past rows, dynamics or filter need a sampling period, which this network's file does not hold",
             where=model.name,

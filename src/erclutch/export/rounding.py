@@ -54,7 +54,9 @@ def bound(step: ExportedStep, rows: Array, precision: Precision | None = None) -
     exact: dict[str, Array] = {}  # inputs without an error
     for name, signal in inputs.items():
         exact[name] = np.stack([signal, np.zeros_like(signal)])
-    given: dict[Node, Array] = {}  # nodes whose errors decay: a bound operation by operation would grow instead
+    given: dict[
+        Node, Array
+    ] = {}  # nodes whose errors decay: a bound operation by operation would grow instead
 
     if step.filter is not None:
         own = _filter_error(step, p)
@@ -72,7 +74,9 @@ def bound(step: ExportedStep, rows: Array, precision: Precision | None = None) -
     return error
 
 
-def _oscillating(step: ExportedStep, record: StepRecord) -> Iterator[tuple[Node, Mapping[str, float]]]:
+def _oscillating(
+    step: ExportedStep, record: StepRecord
+) -> Iterator[tuple[Node, Mapping[str, float]]]:
     """The choice that gives the output of each oscillator: in the first row, its third argument, that is the signal."""
     after = record.record.after
     for stage, parameters in step.stages:
@@ -224,7 +228,9 @@ def _with_error(node: Node, arguments: Sequence[Uncertain], p: Precision) -> Unc
         return -a, a_error
     if name == "absolute":
         return np.abs(a), a_error
-    if name == "nearest":  # whatever is computed from the whole number and from what is left meets at its steps
+    if (
+        name == "nearest"
+    ):  # whatever is computed from the whole number and from what is left meets at its steps
         value = _np.round(a)
         return value, 0.0 * value
     if name not in BINARY:
@@ -292,7 +298,9 @@ def _network(
     a, a_error, weights, start = layers(model, z, z_error, p)
     terms = np.abs(weights[:, None] * a)
     size = terms.sum(axis=0) + abs(start)
-    roundings = len(weights) / 4.0 + 6.0  # of four running sums side by side, and of what joins them
+    roundings = (
+        len(weights) / 4.0 + 6.0
+    )  # of four running sums side by side, and of what joins them
     error = np.abs(weights) @ a_error + half * roundings * size
     return weights @ a + start, error
 

@@ -13,9 +13,21 @@ from erclutch.arithmetic.evaluation import evaluate
 from erclutch.arithmetic.precision import FLOAT64, Precision
 from erclutch.arithmetic.record import Node
 from erclutch.arithmetic.row_arithmetic import Numbers
-from erclutch.export.exported_step import LARGEST_ANGLE, NON_FINITE, OUT_OF_REACH, OUTSIDE, ExportedStep
+from erclutch.export.exported_step import (
+    LARGEST_ANGLE,
+    NON_FINITE,
+    OUT_OF_REACH,
+    OUTSIDE,
+    ExportedStep,
+)
 from erclutch.export.recording.step_recording import StepRecord
-from erclutch.export.step_record import feels_state, next_record, search_record, settled_record, step_record
+from erclutch.export.step_record import (
+    feels_state,
+    next_record,
+    search_record,
+    settled_record,
+    step_record,
+)
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element
 

@@ -58,8 +58,12 @@ def to_the_bit(
     p = step.precision
     count = len(values)  # a target may leave out what comes last
     no_flags = np.zeros(vectors.band.size, np.uint32)
-    expected = np.concatenate([vectors.effort, vectors.field, vectors.field_now, vectors.band.ravel()])
-    expected_flags = np.concatenate([vectors.flags, vectors.field_flags, vectors.field_now_flags, no_flags])
+    expected = np.concatenate(
+        [vectors.effort, vectors.field, vectors.field_now, vectors.band.ravel()]
+    )
+    expected_flags = np.concatenate(
+        [vectors.flags, vectors.field_flags, vectors.field_now_flags, no_flags]
+    )
     held = values.astype(p.dtype)
     other_bits = held.view(p.bits) != expected[:count].view(p.bits)
     other_flags = flags != expected_flags[:count]
@@ -94,7 +98,9 @@ def compare(
         words = [int(line[1]) for line in lines]
         flags = np.array(words, np.uint32)
     except (ValueError, IndexError) as error:
-        raise ExportError(f"unreadable results: {error}", where=where, remedy="Export the model again") from error
+        raise ExportError(
+            f"unreadable results: {error}", where=where, remedy="Export the model again"
+        ) from error
     return to_the_bit(step, vectors, where, values, flags, note)
 
 

@@ -21,7 +21,17 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import ErclutchError, RunError
-from erclutch.files.places import Reservation, held, is_there, nothing, put_beside, put_new, release, replaced, reserve
+from erclutch.files.places import (
+    Reservation,
+    held,
+    is_there,
+    nothing,
+    put_beside,
+    put_new,
+    release,
+    replaced,
+    reserve,
+)
 
 #: Of a file that is read whole though it is no log.
 MOST_BYTES = 64 << 20
@@ -50,7 +60,9 @@ def plain_words(error: Exception) -> str:
     return "there is no such file" if missing else getattr(error, "strerror", None) or str(error)
 
 
-_LONG_KEY = re.compile(rb"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){100}""")
+_LONG_KEY = re.compile(
+    rb"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){100}"""
+)
 
 
 def small_file(path: Path) -> bytes:
@@ -127,7 +139,11 @@ def file_digest(path: Path) -> str:
 
 
 def may_write(
-    folder: Path, force: bool, marker: str, what: str = "a run", kind: type[ErclutchError] = RunError
+    folder: Path,
+    force: bool,
+    marker: str,
+    what: str = "a run",
+    kind: type[ErclutchError] = RunError,
 ) -> None:
     """Say before any work whether a folder may be made, or replaced; the name is then reserved, see `reserve`.
 
@@ -146,7 +162,11 @@ def may_write(
         return (place / marker).is_file()
 
     if not folder.parent.is_dir():
-        raise kind("its parent folder does not exist", where=str(folder), remedy=f"Make {folder.parent} first")
+        raise kind(
+            "its parent folder does not exist",
+            where=str(folder),
+            remedy=f"Make {folder.parent} first",
+        )
     require_room(folder, kind=kind)
     reserve(folder, ours if force else nothing, kind)
     if not is_there(folder) or (force and ours(folder)):
@@ -154,7 +174,9 @@ def may_write(
     release(folder)
     if not ours(folder):
         raise kind(f"exists and is not {what}", where=str(folder), remedy="Give --out another name")
-    raise kind(f"there is {what} already", where=str(folder), remedy="Give --out another name, or --force")
+    raise kind(
+        f"there is {what} already", where=str(folder), remedy="Give --out another name, or --force"
+    )
 
 
 def may_fill(folder: Path, option: str = "out") -> None:
@@ -169,7 +191,9 @@ def may_fill(folder: Path, option: str = "out") -> None:
     if not folder.is_dir():
         require_room(folder, option)
     elif not takes_files(folder):
-        raise RunError("no file can be put there", where=str(folder), remedy=f"Give --{option} another place")
+        raise RunError(
+            "no file can be put there", where=str(folder), remedy=f"Give --{option} another place"
+        )
 
 
 def require_room(target: Path, option: str = "out", kind: type[ErclutchError] = RunError) -> None:
@@ -178,13 +202,21 @@ def require_room(target: Path, option: str = "out", kind: type[ErclutchError] = 
     Raises:
         ErclutchError: it does not, or cannot; of the class ``kind``. ``option`` gave the name.
     """
-    folder = next(parent for parent in target.parents if is_there(parent))  # the root is, and "." is
+    folder = next(
+        parent for parent in target.parents if is_there(parent)
+    )  # the root is, and "." is
     missing = folder != target.parent
     remedy = f"Give --{option} another place"
     if not folder.is_dir():
-        raise kind(f"{folder} is no folder, so nothing can be put there", where=str(target), remedy=remedy)
+        raise kind(
+            f"{folder} is no folder, so nothing can be put there", where=str(target), remedy=remedy
+        )
     if not takes_files(folder):
-        problem = f"its folder cannot be made in {folder}" if missing else "its parent folder cannot be written"
+        problem = (
+            f"its folder cannot be made in {folder}"
+            if missing
+            else "its parent folder cannot be written"
+        )
         raise kind(problem, where=str(target), remedy=remedy)
 
 
@@ -197,11 +229,18 @@ def takes_files(folder: Path) -> bool:
         probe.touch(exist_ok=False)
         probe.unlink()
     except OSError as error:
-        return error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EMFILE, errno.ENFILE)  # whoever writes says why
+        return error.errno in (
+            errno.ENOSPC,
+            errno.EDQUOT,
+            errno.EMFILE,
+            errno.ENFILE,
+        )  # whoever writes says why
     return True
 
 
-def may_write_file(path: Path | None, force: bool, option: str = "out", endings: tuple[str, ...] = ()) -> None:
+def may_write_file(
+    path: Path | None, force: bool, option: str = "out", endings: tuple[str, ...] = ()
+) -> None:
     """Say before any work whether a file may be made, or replaced; the name is then reserved. None is no file.
 
     Raises:
@@ -218,10 +257,18 @@ def may_write_file(path: Path | None, force: bool, option: str = "out", endings:
         return
     release(path)
     if path.is_dir():
-        raise RunError("this is a folder", where=str(path), remedy=f"Give --{option} the name of a file")
+        raise RunError(
+            "this is a folder", where=str(path), remedy=f"Give --{option} the name of a file"
+        )
     if not is_plain_file(path):
-        raise RunError("this is no plain file", where=str(path), remedy=f"Give --{option} the name of a file")
-    raise RunError("there is a file already", where=str(path), remedy=f"Give --{option} another name, or --force")
+        raise RunError(
+            "this is no plain file", where=str(path), remedy=f"Give --{option} the name of a file"
+        )
+    raise RunError(
+        "there is a file already",
+        where=str(path),
+        remedy=f"Give --{option} another name, or --force",
+    )
 
 
 def refuse_ending(path: Path, endings: tuple[str, ...], option: str = "out") -> None:
@@ -234,8 +281,14 @@ def refuse_ending(path: Path, endings: tuple[str, ...], option: str = "out") -> 
         return
     *some, last = endings
     allowed = f"{', '.join(some)} or {last}" if some else last
-    problem = f"its name cannot end in {path.suffix!r}" if path.suffix else "its name has no ending, such as " + last
-    raise RunError(problem, where=str(path), remedy=f"Give --{option} a name that ends in {allowed}")
+    problem = (
+        f"its name cannot end in {path.suffix!r}"
+        if path.suffix
+        else "its name has no ending, such as " + last
+    )
+    raise RunError(
+        problem, where=str(path), remedy=f"Give --{option} a name that ends in {allowed}"
+    )
 
 
 def is_plain_file(path: Path) -> bool:
@@ -265,7 +318,9 @@ def whole_file(
     with _mine(target, unwritable, may_replace) as reservation:
         partial = _partial(target, target.suffix)
         try:
-            os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))  # less what the umask takes
+            os.close(
+                os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
+            )  # less what the umask takes
             yield partial
             _put(partial, target, reservation.may_replace, unwritable)
         finally:
@@ -273,7 +328,9 @@ def whole_file(
 
 
 @contextmanager
-def whole_folder(target: Path, unwritable: Callable[[Path, OSError], ErclutchError]) -> Generator[Path]:
+def whole_folder(
+    target: Path, unwritable: Callable[[Path, OSError], ErclutchError]
+) -> Generator[Path]:
     """A folder to fill that gets its name once it is whole; whatever goes wrong before leaves nothing.
 
     Args:
@@ -313,7 +370,9 @@ def _put(
                 kept = put_beside(partial, target)
                 kind = type(unwritable(target, error))
                 problem = "another program made it meanwhile, and it may not be replaced"
-                raise kind(problem, where=str(target), remedy=f"Take what was made here from {kept}") from error
+                raise kind(
+                    problem, where=str(target), remedy=f"Take what was made here from {kept}"
+                ) from error
         with suppress(FileNotFoundError):  # what stood there went away: the name is free after all
             if replaced(partial, target, may_replace):
                 return
@@ -324,7 +383,9 @@ _PATIENCE = 60.0  # [s] for a name that nobody reserved for long: a report, a fi
 
 @contextmanager
 def _mine(
-    target: Path, unwritable: Callable[[Path, OSError], ErclutchError], may_replace: Callable[[Path], bool]
+    target: Path,
+    unwritable: Callable[[Path, OSError], ErclutchError],
+    may_replace: Callable[[Path], bool],
 ) -> Generator[Reservation]:
     """The reservation of a name, for the time of writing where it was not reserved before; then it is given free."""
     try:

@@ -17,7 +17,14 @@ from erclutch.fit.candidate import Candidate, Fitted, Kind, kinds
 from erclutch.fit.checks.data_check import ONE_FIELD, SIGN, check, steady_command
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.no_time import NO_MEMORY
-from erclutch.fit.choice.ranking import RankedModel, judged_by_training, scored, with_bands, with_reasons, with_sensor
+from erclutch.fit.choice.ranking import (
+    RankedModel,
+    judged_by_training,
+    scored,
+    with_bands,
+    with_reasons,
+    with_sensor,
+)
 from erclutch.fit.choice.scoring import recommend
 from erclutch.fit.choice.standing import Standing, standing
 from erclutch.fit.choice.validation import chosen, cross_validated
@@ -108,11 +115,15 @@ class Comparison(Shown):
         for place, entry in enumerate(self.entries):
             if name in (entry.name, id_of(place)):
                 return entry
-        raise SettingError(f"no model {name!r} here", remedy=f"Choose one of {', '.join(e.name for e in self.entries)}")
+        raise SettingError(
+            f"no model {name!r} here",
+            remedy=f"Choose one of {', '.join(e.name for e in self.entries)}",
+        )
 
 
 _NO_LAG = (
-    "the field never changes within a stretch of the training rows, so no lag between command and field can be told"
+    "the field never changes within a stretch of the training rows, so no lag between command and "
+    "field can be told"
 )
 
 
@@ -141,7 +152,9 @@ def compare(
         CheckError: the data cannot support a fit.
         SettingError: an unknown model, lag, split or keyword.
     """
-    require_known(more, [*(each.name for each in fields(Settings)), "settings", "progress"], "compare")
+    require_known(
+        more, [*(each.name for each in fields(Settings)), "settings", "progress"], "compare"
+    )
     require_dataset(data)
     settings = replace(settings or Settings(), **more)
     test = hold_out(data, settings.test)
@@ -166,7 +179,9 @@ def compare(
     outcomes = [each.outcome for each in fitted]
     # Where a sign is in doubt, a fit with the sign turned says how much better it would be.
     findings = tuple(
-        with_turned_fit(finding, data, test, settings, outcomes) if finding.subject == SIGN else finding
+        with_turned_fit(finding, data, test, settings, outcomes)
+        if finding.subject == SIGN
+        else finding
         for finding in findings
     )
     findings += seen
@@ -234,17 +249,23 @@ def _fit_all(
     """
     asked = [_of(plugin, kind.candidates, settings, train) for plugin, kind in every]
     if not any(asked):
-        raise SettingError("no model was given", remedy="Give --models all, or names from erclutch laws")
+        raise SettingError(
+            "no model was given", remedy="Give --models all, or names from erclutch laws"
+        )
     fitted: list[Fitted] = []
     findings: tuple[Finding, ...] = ()
     refused: list[CheckError] = []
     for (plugin, kind), candidates in zip(every, asked, strict=True):
         course.begin()
-        fitted += _fit(plugin, kind, candidates, train, fitted, settings.workers, refused, course, made)
+        fitted += _fit(
+            plugin, kind, candidates, train, fitted, settings.workers, refused, course, made
+        )
         course.begin()
         course.told(0.0, "looking for what these fits leave")
         further = _of(plugin, kind.grown, settings, train, fitted)
-        fitted += _fit(plugin, kind, further.candidates, train, fitted, settings.workers, refused, course, made)
+        fitted += _fit(
+            plugin, kind, further.candidates, train, fitted, settings.workers, refused, course, made
+        )
         findings += further.findings
     if not fitted:
         raise refused[0]
@@ -263,7 +284,9 @@ def _each_once(fitted: Sequence[Fitted]) -> list[Fitted]:
     best: dict[str, Fitted] = {}
     for each in fitted:
         of_one_name = [best.get(each.outcome.name, each), each]
-        best[each.outcome.name] = min(of_one_name, key=lambda fit: (not fit.outcome.sound, fit.outcome.train_cost))
+        best[each.outcome.name] = min(
+            of_one_name, key=lambda fit: (not fit.outcome.sound, fit.outcome.train_cost)
+        )
     return list(best.values())
 
 

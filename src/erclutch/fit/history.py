@@ -39,7 +39,9 @@ _FEWEST_ROWS = 1000
 _SLIPS = 16  # knots
 _FIELDS = 4  # knots
 _PLACES = (0.05, 0.25, 0.45, 0.65, 0.85)  # of a memory's constants in their usual ranges
-_RIDGE = 3e-4  # rows of a corner, as a share of all rows, below which the function stays near zero there
+_RIDGE = (
+    3e-4  # rows of a corner, as a share of all rows, below which the function stays near zero there
+)
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,9 @@ def history_finding(
         f"the error of {name} depends on where the slip came from, not only on field and slip: a memory of the slip "
         f"({memory.stage}) would take about {percent(memory.share)} off"
     )
-    return Finding("warning", HISTORY, message, f"Fit with --lag {with_stage(dynamics, memory.stage)}")
+    return Finding(
+        "warning", HISTORY, message, f"Fit with --lag {with_stage(dynamics, memory.stage)}"
+    )
 
 
 def effort_finding(data: Dataset) -> Finding | None:
@@ -134,7 +138,9 @@ def effort_finding(data: Dataset) -> Finding | None:
         f"the effort depends on where the slip came from: a memory of the slip ({memory.stage}) would take about "
         f"{percent(memory.share)} off the error of any model of field and slip alone"
     )
-    return Finding("note", HISTORY, message, "erclutch fit tries memories by itself (--lag auto, the default)")
+    return Finding(
+        "note", HISTORY, message, "erclutch fit tries memories by itself (--lag auto, the default)"
+    )
 
 
 def _candidates(dynamics: str) -> Iterator[str]:
@@ -143,7 +149,11 @@ def _candidates(dynamics: str) -> Iterator[str]:
     for ladder in families():
         lowest = ladder[0]
         stage = stage_named(lowest)
-        if stage.place != "slip" or lowest.startswith(_BRISTLES) or getattr(stage, "from_the_start", ""):
+        if (
+            stage.place != "slip"
+            or lowest.startswith(_BRISTLES)
+            or getattr(stage, "from_the_start", "")
+        ):
             continue
         rungs = [rung for rung, name in enumerate(ladder) if stage_named(name).name in own]
         without_form, _, _ = lowest.partition("/")
@@ -191,7 +201,9 @@ def _memoryless(data: Dataset, reference: Reference, rows: Rows) -> Array:
         knots_of_slip = np.quantile(slip, np.linspace(0.0, 1.0, _SLIPS))
         slips = _hats(slip, knots_of_slip)
         fields = _hats(field, np.linspace(0.0, reference.field, _FIELDS))
-        products = slips[:, :, None] * fields[:, None, :]  # each hat of the slip with each of the field
+        products = (
+            slips[:, :, None] * fields[:, None, :]
+        )  # each hat of the slip with each of the field
         columns.append(products.reshape(rows.size, -1))
     return np.column_stack(columns)
 

@@ -75,7 +75,9 @@ def log_differences(data: Dataset, predicted: Array) -> tuple[Finding, ...]:
     zeros = per_log(residuals, ones, efforts)
     unit = data.units.effort
     worth = _ZERO * float(np.std(data.effort))
-    listed = _listed(names, zeros, worth, lambda zero, error: amount(f"{zero:+.3g} +- {1.96 * error:.2g}", unit))
+    listed = _listed(
+        names, zeros, worth, lambda zero, error: amount(f"{zero:+.3g} +- {1.96 * error:.2g}", unit)
+    )
     if listed:
         message = (
             f"the zero of the effort differs between logs: {listed}, counted from the models' one offset "
@@ -90,7 +92,9 @@ def log_differences(data: Dataset, predicted: Array) -> tuple[Finding, ...]:
         same_fields &= all(np.ptp(element.field[of_log]) >= _SAME_FIELDS * whole for of_log in rows)
     if same_fields:
         gains = per_log(residuals, efforts, ones)
-        listed = _listed(names, gains, _GAIN, lambda gain, error: f"{100 * gain:+.1f} +- {196 * error:.2g} %")
+        listed = _listed(
+            names, gains, _GAIN, lambda gain, error: f"{100 * gain:+.1f} +- {196 * error:.2g} %"
+        )
         if listed:
             message = f"the effort at the same field and slip differs between logs: {listed} ({_sureness(gains)})"
             remedy = "Look for a gain of the sensor that was changed, or for a warmer fluid"

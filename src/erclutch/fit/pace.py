@@ -68,7 +68,9 @@ def other_motion(known: Dataset, data: Dataset) -> list[str]:
     groups = groups_of(known).rows
     of_fit = [_paces(known, start, stop, sizes) for start, stop in groups]
     another = ALIKE if len(of_fit) >= FEWEST_GROUPS else _OF_FEW
-    slower: dict[str, tuple[float, float]] = {}  # by log: its pace, and that of the slowest log of the fit
+    slower: dict[
+        str, tuple[float, float]
+    ] = {}  # by log: its pace, and that of the slowest log of the fit
     quicker: dict[str, tuple[float, float]] = {}
     for name, (start, stop) in zip(data.sources, data.source_rows, strict=True):
         own = _paces(data, start, stop, sizes)
@@ -119,7 +121,11 @@ def _seen(
 
     furthest = max(logs, key=away)
     pace, limit = (value / (2.0 * np.pi) for value in logs[furthest])  # [Hz]
-    those = f"{furthest} moves" if len(logs) == 1 else f"{len(logs)} of {of} logs, {furthest} the most, move"
+    those = (
+        f"{furthest} moves"
+        if len(logs) == 1
+        else f"{len(logs)} of {of} logs, {furthest} the most, move"
+    )
     return (
         f"{those} more {way} than every training log: the slip changes as a sine of {pace:.2g} Hz does, in the {end} "
         f"training log as a sine of {limit:.2g} Hz. No training row tells how far the models are off there"

@@ -27,7 +27,9 @@ def past_rows(asked: Sequence[int | str], data: Dataset) -> tuple[int, ...]:
     slow, fast = data.rates
     if asked and slow < fast:
         problem = f"the logs were sampled at {slow:.6g} to {fast:.6g} Hz, so past samples are other instants in each"
-        raise SettingError(problem, remedy=f"Bring all logs to one rate, for example --resample {slow:.4g}")
+        raise SettingError(
+            problem, remedy=f"Bring all logs to one rate, for example --resample {slow:.4g}"
+        )
     return tuple(dict.fromkeys(_rows(word, data) for word in asked))
 
 
@@ -53,12 +55,18 @@ def _rows(word: int | str, data: Dataset) -> int:
     except UnitError:
         seconds = 0.0
     if not seconds > 0:
-        raise SettingError(f"past samples {word!r} are neither a time nor a number of rows", remedy=_REMEDY)
+        raise SettingError(
+            f"past samples {word!r} are neither a time nor a number of rows", remedy=_REMEDY
+        )
     if any(span.period is None for span in data.clock.spans):
         problem = f"past samples {word!r} are no number of rows, since rows come at unequal steps"
-        raise SettingError(problem, where=data.where, remedy="Bring them to one rate, for example --resample 1kHz")
+        raise SettingError(
+            problem, where=data.where, remedy="Bring them to one rate, for example --resample 1kHz"
+        )
     rows = min(seconds / data.period, 1e6)
-    return _allowed(round(rows), f"past samples {word!r} are {rows:.3g} rows at {1 / data.period:.6g} Hz")
+    return _allowed(
+        round(rows), f"past samples {word!r} are {rows:.3g} rows at {1 / data.period:.6g} Hz"
+    )
 
 
 def _allowed(rows: int, problem: str) -> int:

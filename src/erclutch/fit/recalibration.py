@@ -84,14 +84,21 @@ def recalibrate(model: Model, data: Dataset, seen: Mask | None = None) -> Recali
     if rows.size < _FEWEST_ROWS:
         problem = f"{rows.size} rows to recalibrate with, at least {_FEWEST_ROWS} are needed"
         raise CheckError(problem, where=data.where, remedy="Give a longer log or a larger --share")
-    with one_thread(), np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
+    with (
+        one_thread(),
+        np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"),
+    ):
         every = -(-rows.size // _MOST_ROWS)  # every so many rows, rounded up
         rows = rows[::every]
         predicted = model.predict(data)[rows]
         error = data.effort[rows] - predicted
         if not np.all(np.isfinite(error)):
             remedy = "Fit the log instead"
-            raise CheckError(f"the effort of {model.name} is not finite on these rows", where=data.where, remedy=remedy)
+            raise CheckError(
+                f"the effort of {model.name} is not finite on these rows",
+                where=data.where,
+                remedy=remedy,
+            )
         # The rows count for as many as are independent of each other.
         noise = float(np.mean(error**2)) * correlated_rows(error)
         trial = _Trial(data, rows, error, noise, _blocks(error))
@@ -250,10 +257,14 @@ def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
     least = min(better or tried, key=lambda each: float(each.squares.sum())).squares
     if not better:
         change = percent(_change(least, plain), 1, sign=True)
-        reason = f"nothing helps for sure, on unseen blocks the best way changes the error by {change}"
+        reason = (
+            f"nothing helps for sure, on unseen blocks the best way changes the error by {change}"
+        )
         return Recalibration(base, base, AS_IT_IS, folds, {}, reason)
 
-    as_good = [each for each in better if each.squares is least or not _surely(each.squares - least)]
+    as_good = [
+        each for each in better if each.squares is least or not _surely(each.squares - least)
+    ]
     taken = min(as_good, key=lambda each: len(each.way.numbers))
     way = taken.way
     model, best, half = trial.adapted(way, taken.width)
@@ -268,7 +279,9 @@ def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
         gain = f"gain {value:.4g} ({low:.4g} - {high:.4g}), "
     less = percent(-_change(taken.squares, plain), 1)
     reason = f"{way.name}: {gain}on unseen blocks the error is {less} less than {AS_IT_IS}"
-    return Recalibration(base, _noted(model, trial.data, way.name), way.name, folds, numbers, reason)
+    return Recalibration(
+        base, _noted(model, trial.data, way.name), way.name, folds, numbers, reason
+    )
 
 
 def _mean_squares(errors: Iterable[Array]) -> Array:

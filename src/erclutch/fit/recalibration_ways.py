@@ -90,7 +90,9 @@ def ways_of(
     offset = Number(OFFSET, 0.0, usual_effort)
     ones = np.ones(effort.size)
     yield _linear("common gain", [gain], [effort], lambda c: model.scaled(c[0]))
-    yield _linear("common gain and offset", [gain, offset], [effort, ones], lambda c: model.scaled(*c))
+    yield _linear(
+        "common gain and offset", [gain, offset], [effort, ones], lambda c: model.scaled(*c)
+    )
 
     law = model.law_part
     network = model.network_part

@@ -45,7 +45,9 @@ def with_turned_fit(
     share = rms(error[test]) / spread
 
     # What laws of the log as it is make of the training rows.
-    mean_squares = [outcome.train_cost / outcome.train_rows for outcome in outcomes if not outcome.weights]
+    mean_squares = [
+        outcome.train_cost / outcome.train_rows for outcome in outcomes if not outcome.weights
+    ]
     as_it_is = min(mean_squares, default=np.inf) ** 0.5
     spread_of_training = float(np.std(data.effort[~test])) or 1.0
     share_as_it_is = as_it_is / spread_of_training
@@ -53,7 +55,12 @@ def with_turned_fit(
     if min(share_as_it_is, share_turned) > NEXT_TO_NOTHING:
         # Noise opposes the slip as often as not: to turn it would bring nobody on.
         message = f"{finding.message}, but no law explains the training rows with either sign"
-        return Finding("warning", "explained", message, "Look at the columns and their units: a wrong one may be noise")
+        return Finding(
+            "warning",
+            "explained",
+            message,
+            "Look at the columns and their units: a wrong one may be noise",
+        )
     message = (
         f"{finding.message}; with the effort turned, {law.model.name} errs by {percent(share_turned)} of the standard "
         f"deviation on the training rows and by {percent(share, 1)} on the rows held out; no law of the log as it is "

@@ -187,7 +187,9 @@ def read_batches(
     windows = plugin.of_type(LogReader).windows
     if windows and group_of(variable or told.variable) is None:
         with readable(file), file.open("rb") as content:
-            digest = hashlib.file_digest(content, "sha256").hexdigest() if part == WHOLE_FILE else ""
+            digest = (
+                hashlib.file_digest(content, "sha256").hexdigest() if part == WHOLE_FILE else ""
+            )
         source = LogSource(file, b"", digest, decimal=told.decimal)
         with placed(file.name), plugin.working(f"failed on {file.name}"):
             yield from windowed_batches(windows, source, told, device, invalid, rows, part)

@@ -20,7 +20,14 @@ from numpy.typing import NDArray
 from erclutch.errors import ErclutchError, LogError, MappingError, UnloggedFieldError, require
 from erclutch.logs import Batch, extent_of
 from erclutch.logs.batches import RowBlock, blocks_of, chained, neighbours, one_batch
-from erclutch.logs.dataset import Dataset, build_dataset, joined, refuse_twin, refuse_unlogged_fields, require_units
+from erclutch.logs.dataset import (
+    Dataset,
+    build_dataset,
+    joined,
+    refuse_twin,
+    refuse_unlogged_fields,
+    require_units,
+)
 from erclutch.logs.field_between_logs import with_paths
 from erclutch.logs.reading import Reading
 from erclutch.logs.stretch_choice import STRETCH, Stretch, StretchChoice, cut
@@ -220,7 +227,9 @@ class _BlockReader:
             periods.append(block.recording.period)
             self._progress(f"reading {recording.name}", before + place, self._total)
         if recording is None:
-            raise LogError("no row is left", where=path.name, remedy="Give a log with finite values")
+            raise LogError(
+                "no row is left", where=path.name, remedy="Give a log with finite values"
+            )
         refuse_twin(recording.name, recording.digest, self._digests)
         period = float(np.median(periods))
         self._logs.append(
@@ -245,7 +254,9 @@ class _BlockReader:
         numbers: list[int] = []
         parts: list[Dataset] = []
         places: list[NDArray[np.int64]] = []
-        for number, stretches in itertools.groupby(self._choice.kept, key=lambda stretch: stretch.log):
+        for number, stretches in itertools.groupby(
+            self._choice.kept, key=lambda stretch: stretch.log
+        ):
             data, own = _of_one_log(list(stretches))
             numbers.append(number)
             parts.append(data)
@@ -268,7 +279,9 @@ class _BlockReader:
         like = self._like = self._like or block.data.picked(slice(0))
         require_units(block.data, like, block.name)
         if list(block.data.extras) != list(like.extras):
-            there, before = (", ".join(names) or "none" for names in (block.data.extras, like.extras))
+            there, before = (
+                ", ".join(names) or "none" for names in (block.data.extras, like.extras)
+            )
             problem = f"further inputs differ: {there} here, {before} before"
             raise MappingError(problem, where=block.name, remedy="Give --input for each")
 

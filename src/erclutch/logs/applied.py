@@ -67,7 +67,9 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
                 rows = rows[~unstamped]
         if _newest_first(clock_plan, table, rows):
             rows = rows[::-1]
-            notes.append(f"the newest row stands first in column {clock_plan.column}: the rows are turned round")
+            notes.append(
+                f"the newest row stands first in column {clock_plan.column}: the rows are turned round"
+            )
         clock = clock_of(clock_plan, table, rows, notes)
         unmeasured = unmeasured_rows(plan, table, notes)
         bad = _unusable_rows(plan, table, {**signals, **inputs}, unmeasured, notes)
@@ -189,7 +191,9 @@ def clock_of(
     clock = from_stamps(stamps, same, column=plan.column, hint=period)
     if plan.kind == "column" and not plan.unit and clock.period >= SLOW:
         remedy = f"if it counts milliseconds, give --time {shell_word(f'{plan.column} [ms]')}"
-        notes.append(f"{plan.column} has no unit, and in s its rows are {clock.period:.4g} s apart: {remedy}")
+        notes.append(
+            f"{plan.column} has no unit, and in s its rows are {clock.period:.4g} s apart: {remedy}"
+        )
     return clock
 
 
@@ -219,7 +223,9 @@ def runs_of(plan: ClockPlan, table: Table) -> RunsOfClock:
     elif plan.kind == "dates":
         stamps = table.clock
     stamped = np.arange(table.rows)
-    restarts: list[int] = []  # of the stamped rows, those whose stamp is before that of the row before
+    restarts: list[
+        int
+    ] = []  # of the stamped rows, those whose stamp is before that of the row before
     if stamps is not None:
         stamped = np.flatnonzero(np.isfinite(stamps))
         goes_back = np.diff(stamps[stamped]) < 0
@@ -287,7 +293,9 @@ def _unusable_rows(
             problem = f"column {name} is {value} in {where}, beyond {_LARGEST:.0e}, which nothing measures"
             raise LogError(problem, remedy="Correct the row, or leave it out with --skip")
     if unsampled.any():
-        notes.append(f"{int(unsampled.sum())} steps of the loop had no good sample: left out, the log cut there")
+        notes.append(
+            f"{int(unsampled.sum())} steps of the loop had no good sample: left out, the log cut there"
+        )
     return np.logical_or.reduce([*holes.values(), unsampled, unmeasured])
 
 

@@ -34,13 +34,17 @@ def table_of_arrays(
     with placed(name):
         unknown = [signal for signal in signals if signal not in SIGNALS]
         if unknown:
-            raise MappingError(f"there is no signal '{unknown[0]}'", remedy=f"Use {', '.join(SIGNALS)}")
+            raise MappingError(
+                f"there is no signal '{unknown[0]}'", remedy=f"Use {', '.join(SIGNALS)}"
+            )
         columns = {signal: _vector(signal, values) for signal, values in signals.items()}
         if time is not None:
             columns["time"] = _vector("time", time)
         if len({values.size for values in columns.values()}) > 1:
             listed = ", ".join(f"{signal} {values.size}" for signal, values in columns.items())
-            raise MappingError(f"the arrays differ in length ({listed})", remedy="Give arrays of one length")
+            raise MappingError(
+                f"the arrays differ in length ({listed})", remedy="Give arrays of one length"
+            )
     digest = hashlib.sha256()
     for signal, values in sorted(columns.items()):
         digest.update(signal.encode())
@@ -52,7 +56,9 @@ def _vector(signal: str, values: ArrayLike) -> Array:
     try:
         array = np.array(values, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise MappingError(f"{signal} holds no numbers ({error})", remedy="Give an array of numbers") from error
+        raise MappingError(
+            f"{signal} holds no numbers ({error})", remedy="Give an array of numbers"
+        ) from error
     if array.ndim != 1:
         raise MappingError(f"{signal} has the shape {array.shape}", remedy="Give a vector")
     return array

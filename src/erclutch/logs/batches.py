@@ -121,9 +121,13 @@ def windowed_batches(
                 error.where = f"{table.name}, data rows {start + 1} to {stop}"
             raise
         if period is None and recording.uniform:
-            period = recording.period  # one period for all stretches, wherever their stamps agree with it
+            period = (
+                recording.period
+            )  # one period for all stretches, wherever their stamps agree with it
         some = True
-        if chosen.rate is not None and table.first_row:  # time goes on where it is counted from the rate
+        if (
+            chosen.rate is not None and table.first_row
+        ):  # time goes on where it is counted from the rate
             recording = replace(recording, time=recording.time + table.first_row / chosen.rate)
         yield Batch(recording, kept + table.first_row, start, stop)
     if short is not None and not some:
@@ -159,7 +163,9 @@ class RowBlock:
     recording: Recording
 
 
-def blocks_of(batches: Iterable[Batch], device: DeviceName | None, derivative: Derivative) -> Iterator[RowBlock]:
+def blocks_of(
+    batches: Iterable[Batch], device: DeviceName | None, derivative: Derivative
+) -> Iterator[RowBlock]:
     """Usable rows of each batch that has any, speeds differentiated across its edges.
 
     Raises:
@@ -185,7 +191,9 @@ def blocks_of(batches: Iterable[Batch], device: DeviceName | None, derivative: D
             continue
         behind = f", data rows {batch.start + 1} to {batch.stop}" if batch.start else ""
         file_rows = places[first:last].astype(np.int64)
-        yield RowBlock(recording.name + behind, neighbours(data, first, last), file_rows, batch.recording)
+        yield RowBlock(
+            recording.name + behind, neighbours(data, first, last), file_rows, batch.recording
+        )
 
 
 def neighbours(data: Dataset, start: int, stop: int) -> Dataset:
@@ -224,7 +232,11 @@ def chained(parts: Sequence[Dataset]) -> Dataset:
             spans.append(span)
     first = parts[0]
     clock = Clock(whole.clock.time, tuple(spans), first.clock.joins)
-    one_log = {"sources": first.sources, "origins": first.origins, "source_rows": ((0, whole.rows),)}
+    one_log = {
+        "sources": first.sources,
+        "origins": first.origins,
+        "source_rows": ((0, whole.rows),),
+    }
     return replace(whole, clock=clock, **one_log)
 
 

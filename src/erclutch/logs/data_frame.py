@@ -36,7 +36,9 @@ def table_of_frame(frame: DataFrame) -> Table:
         raise LogError(problem, remedy="Give the path of a file, or a pandas DataFrame")
     if frame.columns.nlevels > 1 or frame.index.nlevels > 1:
         problem = "its columns or its index have several levels"
-        raise LogError(problem, where=_NAME, remedy="Give one level, such as by frame.droplevel(0, axis=1)")
+        raise LogError(
+            problem, where=_NAME, remedy="Give one level, such as by frame.droplevel(0, axis=1)"
+        )
 
     series: list[tuple[str, Any]] = []  # by place, since two columns may have one label
     for place, label in enumerate(frame.columns):
@@ -76,7 +78,11 @@ def table_of_frame(frame: DataFrame) -> Table:
             labels.append(label)
             columns_of_numbers.append(numbers)
     if not labels or not len(frame):
-        raise LogError("it has no rows of numbers", where=_NAME, remedy="Give a DataFrame with one row a sample")
+        raise LogError(
+            "it has no rows of numbers",
+            where=_NAME,
+            remedy="Give a DataFrame with one row a sample",
+        )
 
     names, units, notes = name_columns(labels)
     words = words_of({label: cells for label, cells in texts.items() if label in left})

@@ -16,7 +16,15 @@ from erclutch.logs.field_between_logs import CourseOfLog, require_one_field
 from erclutch.logs.speed_of_position import drawn_out, speed_of
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
-from erclutch.signals.device import DEVICES, EFFORT_OF, SPEED_OF, DeviceName, Element, Units, elements_of
+from erclutch.signals.device import (
+    DEVICES,
+    EFFORT_OF,
+    SPEED_OF,
+    DeviceName,
+    Element,
+    Units,
+    elements_of,
+)
 from erclutch.signals.recording import NO_FIELD, Recording
 from erclutch.signals.shown import Shown, one_line
 from erclutch.signals.speed import Derivative
@@ -140,7 +148,9 @@ class Dataset(Shown):
     @property
     def rates(self) -> tuple[float, float]:
         """Lowest and highest sampling rate of the stretches with equal steps, in Hz; equal where they are one rate."""
-        periods = [span.period for span in self.clock.spans if span.period is not None] or [self.period]
+        periods = [span.period for span in self.clock.spans if span.period is not None] or [
+            self.period
+        ]
         longest = max(periods)
         shortest = min(periods)
         if longest - shortest > _SAME_RATE * shortest:
@@ -194,7 +204,9 @@ class Dataset(Shown):
         """
         if self.in_no_time:
             rows_of_logs = self._source_rows_of(mask)
-            whole = [Span(start, stop, self.period) for start, stop in rows_of_logs if stop - start >= 2]
+            whole = [
+                Span(start, stop, self.period) for start, stop in rows_of_logs if stop - start >= 2
+            ]
             clock = Clock(self.clock.time[mask], tuple(whole))
             return replace(self.picked(mask), clock=clock, source_rows=rows_of_logs)
 
@@ -253,7 +265,9 @@ def build_dataset(
         SettingError: an unknown device, or a filter that does not fit the sampling.
     """
     if device is not None and device not in DEVICES:
-        raise SettingError(f"unknown device {device!r}", remedy=f"Choose one of {', '.join(DEVICES)}")
+        raise SettingError(
+            f"unknown device {device!r}", remedy=f"Choose one of {', '.join(DEVICES)}"
+        )
     logs = [recordings] if isinstance(recordings, Recording) else list(recordings)
     for log in logs:
         require_kind(log, Recording, "a recording", "Give erclutch.read(PATH)")
@@ -283,22 +297,30 @@ def require_dataset(value: object) -> None:
 def refuse_twin(name: str, digest: str, seen: dict[str, str]) -> None:
     """SettingError for a log whose digest was seen: the same rows twice would shrink every interval; it is now."""
     if digest and digest in seen:
-        raise SettingError(f"the same file as {seen[digest]}", where=name, remedy="Give each log once")
+        raise SettingError(
+            f"the same file as {seen[digest]}", where=name, remedy="Give each log once"
+        )
     seen[digest] = name
 
 
 def refuse_unlogged_fields(logs: Sequence[Dataset]) -> None:
     """UnloggedFieldError for logs without a field that differ as logs at several fields do."""
-    require_one_field([CourseOfLog(log.sources[0], log.notes, log.elements[0].slip, log.effort) for log in logs])
+    require_one_field(
+        [CourseOfLog(log.sources[0], log.notes, log.elements[0].slip, log.effort) for log in logs]
+    )
 
 
 def require_units(data: Dataset, first: Dataset, where: str) -> None:
     """MappingError for rows in other units than those of the first log."""
     if data.units != first.units:
-        problem = f"units differ: {data.units.text()} here, {first.units.text()} in {first.sources[0]}"
+        problem = (
+            f"units differ: {data.units.text()} here, {first.units.text()} in {first.sources[0]}"
+        )
         remedy = _GIVE_UNITS
         for own, other in ((data, first), (first, data)):
-            has_none = own.units.field == UNKNOWN and any(note.startswith(NO_FIELD) for note in own.notes)
+            has_none = own.units.field == UNKNOWN and any(
+                note.startswith(NO_FIELD) for note in own.notes
+            )
             if has_none and replace(own.units, field=other.units.field) == other.units:
                 name = own.sources[0]
                 problem = f"{name} has no field, and {other.sources[0]} has one in {other.units.field or '1'}"
@@ -326,7 +348,9 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
     lone = len(log.segments) - len(neighboured)
     if lone and neighboured:
         log = log.only(neighboured)
-        notes.append(f"{lone} row{'s' if lone > 1 else ''} between two gaps left out: they have no neighbour")
+        notes.append(
+            f"{lone} row{'s' if lone > 1 else ''} between two gaps left out: they have no neighbour"
+        )
     period = log.period if log.uniform else None
     spans = [Span(start, stop, period) for start, stop in log.segments]
     clock = Clock(log.time, tuple(spans))
@@ -338,7 +362,9 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
             if units.get(position) == "rad":
                 signals[position], turns = drawn_out(signals[position], clock)
                 if turns:
-                    notes.append(f"{position} starts again after a full turn, {turns} times: drawn out without jumps")
+                    notes.append(
+                        f"{position} starts again after a full turn, {turns} times: drawn out without jumps"
+                    )
             signals[speed], how = speed_of(signals[position], clock, derivative)
             unit = units.get(position, UNKNOWN)
             units[speed] = UNKNOWN if unit in ("", UNKNOWN) else f"{unit}/s"
@@ -349,7 +375,9 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
     missing = [name for name in (*needed, effort) if name not in signals]
     if missing:
         problem = f"no signal {', '.join(missing)} for device {device}; there are {', '.join(sorted(log.signals))}"
-        raise MappingError(problem, where=log.name, remedy="Map a column to it, for example --effort 'F [N]'")
+        raise MappingError(
+            problem, where=log.name, remedy="Map a column to it, for example --effort 'F [N]'"
+        )
     field = "field"
     slip = "slip"
     if device == "coaxial":
@@ -399,7 +427,9 @@ def joined(parts: Sequence[Dataset]) -> Dataset:
         origins += part.origins
         notes += part.notes
     elements: list[Element] = []
-    for each in zip(*(part.elements for part in parts), strict=True):  # the same element of every log
+    for each in zip(
+        *(part.elements for part in parts), strict=True
+    ):  # the same element of every log
         field = np.concatenate([element.field for element in each])
         slip = np.concatenate([element.slip for element in each])
         elements.append(Element(field, slip))

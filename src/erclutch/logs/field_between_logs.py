@@ -45,7 +45,9 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
         return
     largest_slip = max(float(np.abs(log.slip).max()) for log in without)
     edges = np.linspace(_RESTS, 1.0, _BINS + 1) * largest_slip
-    courses = np.array([_effort_at(log, edges) for log in without])  # means and scatters, (logs, 2, bins)
+    courses = np.array(
+        [_effort_at(log, edges) for log in without]
+    )  # means and scatters, (logs, 2, bins)
     apart = np.zeros((len(without), len(without)))
     for place, own in enumerate(courses):
         shared = np.isfinite(own[0]) & np.isfinite(courses[:, 0])
@@ -63,7 +65,9 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
         f"no field is logged, and at the same slip {names[more]} has {times:.2g} times the effort of {names[less]}: "
         "a field that no column holds may tell them apart"
     )
-    raise UnloggedFieldError(problem, where=names[more], remedy=_remedy(pattern_among(names), names[more]))
+    raise UnloggedFieldError(
+        problem, where=names[more], remedy=_remedy(pattern_among(names), names[more])
+    )
 
 
 def _remedy(pattern: str, where: str) -> str:
@@ -85,7 +89,9 @@ def with_paths(error: UnloggedFieldError, paths: Sequence[Path]) -> UnloggedFiel
         pattern = pattern_among([f"{stem.parent.name}/{stem.name}" for stem in stems])
     if not pattern:
         return error
-    return UnloggedFieldError(error.problem, where=error.where, remedy=_remedy(pattern, error.where))
+    return UnloggedFieldError(
+        error.problem, where=error.where, remedy=_remedy(pattern, error.where)
+    )
 
 
 def _effort_at(log: CourseOfLog, edges: Array) -> Array:

@@ -55,9 +55,13 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
                 mask[start:stop] = True
         if not matches:
             problem = f"the test pattern {pattern!r} matches none of {len(dataset.sources)} logs"
-            raise SettingError(problem, remedy=f"Logs are called for example {dataset.sources[0]!r}")
+            raise SettingError(
+                problem, remedy=f"Logs are called for example {dataset.sources[0]!r}"
+            )
     if mask.all():
-        raise SettingError("all logs are held out, none is left to train on", remedy="Narrow the test patterns")
+        raise SettingError(
+            "all logs are held out, none is left to train on", remedy="Narrow the test patterns"
+        )
     return mask
 
 

@@ -77,7 +77,9 @@ def window_of(options: Mapping[str, Any]) -> Window:
     Raises:
         SettingError: no such time.
     """
-    times = {name: seconds_of(said, options[name]) for name, said in _TIMES.items() if name in options}
+    times = {
+        name: seconds_of(said, options[name]) for name, said in _TIMES.items() if name in options
+    }
     return times.get("begin"), times.get("end"), times.get("skip")
 
 
@@ -92,7 +94,9 @@ def seconds_of(option: str, text: str, example: str = "2s, or 500ms") -> float:
     except UnitError:
         seconds = float("inf")
     if not abs(seconds) < LATEST:
-        raise SettingError(f"--{option} {text!r} is no time", remedy=f"Write it like --{option} {example}")
+        raise SettingError(
+            f"--{option} {text!r} is no time", remedy=f"Write it like --{option} {example}"
+        )
     return seconds
 
 
@@ -116,5 +120,7 @@ def rate_of(text: str) -> float:
     except UnitError:
         rate = 0.0
     if not _SLOWEST <= rate <= _FASTEST:
-        raise SettingError(f"--resample {text!r} is no sampling rate", remedy="Write it like --resample 1kHz")
+        raise SettingError(
+            f"--resample {text!r} is no sampling rate", remedy="Write it like --resample 1kHz"
+        )
     return rate

@@ -17,7 +17,14 @@ from erclutch.logs.clock.channel_times import unwoven, with_times_joined
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.columns.row_groups import EACH, group_of, groups_in, rows_of
 from erclutch.logs.columns.senses import with_senses
-from erclutch.logs.log_reader import ROWS_WANTED, LogReader, LogSource, ReadableLog, log_at, readable
+from erclutch.logs.log_reader import (
+    ROWS_WANTED,
+    LogReader,
+    LogSource,
+    ReadableLog,
+    log_at,
+    readable,
+)
 from erclutch.logs.readers.budget import Budget, size_of, within
 from erclutch.logs.rows.tidy_rows import untidied
 from erclutch.logs.table import Table
@@ -73,7 +80,9 @@ def read_table(
     return _finished(table, log, path)
 
 
-def tables_in(path: str | Path, names: Sequence[str], decimal: str | None = None) -> dict[str, Table | LogError]:
+def tables_in(
+    path: str | Path, names: Sequence[str], decimal: str | None = None
+) -> dict[str, Table | LogError]:
     """The tables of recordings of a file, by name, or what stands against one: the file is read once where it can be.
 
     Args:
@@ -102,7 +111,9 @@ def tables_in(path: str | Path, names: Sequence[str], decimal: str | None = None
     return tables
 
 
-def readable_tables(path: str | Path, names: Sequence[str], decimal: str | None = None) -> dict[str, Table]:
+def readable_tables(
+    path: str | Path, names: Sequence[str], decimal: str | None = None
+) -> dict[str, Table]:
     """The tables of recordings of a file, by name; a recording that is none has no table. See `tables_in`."""
     tables = tables_in(path, names, decimal)
     return {name: table for name, table in tables.items() if not isinstance(table, LogError)}
@@ -195,7 +206,9 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
     """
     reader: LogReader = plugin.of_type(LogReader)
     if source.variable and reader.recordings is None:
-        problem = f"a log of this format is one recording: it has no {source.variable!r} for --variable"
+        problem = (
+            f"a log of this format is one recording: it has no {source.variable!r} for --variable"
+        )
         remedy = "Leave it out, or give --variable '' where a run or mapping has it"
         raise LogError(problem, where=source.name, remedy=remedy)
     with plugin.working(f"failed on {source.name}"):
@@ -204,8 +217,12 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
             table: Any = reader.read(source)
         if not plugin.own:  # a package of somebody else may return anything
             if not isinstance(table, Table):
-                raise plugin.fault(f"returns a {type(table).__name__}, it must be a Table of erclutch.logs.table")
-            columns = {name: np.asarray(values, np.float64) for name, values in table.columns.items()}
+                raise plugin.fault(
+                    f"returns a {type(table).__name__}, it must be a Table of erclutch.logs.table"
+                )
+            columns = {
+                name: np.asarray(values, np.float64) for name, values in table.columns.items()
+            }
             shapes = {values.shape for values in columns.values()}
             if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
                 listed = ", ".join(f"{name} {values.shape}" for name, values in columns.items())

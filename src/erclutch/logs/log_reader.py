@@ -180,7 +180,11 @@ def require_no_run(path: Path) -> None:
         LogError: it is one.
     """
     if (path / "run.json").is_file():
-        raise LogError("this is the folder of a run", where=str(path), remedy="Give a log; erclutch report shows a run")
+        raise LogError(
+            "this is the folder of a run",
+            where=str(path),
+            remedy="Give a log; erclutch report shows a run",
+        )
 
 
 def reader_of(head: bytes, suffix: str) -> tuple[Plugin, list[str]]:

@@ -128,7 +128,10 @@ def _parquet(
     }
     arrow: Any = pa  # of which the stubs know a part
     # The open file and not its name: Arrow takes no name that is not UTF-8.
-    with path.open("wb") as file, pq.ParquetWriter(file, schema, write_page_checksum=True, **options) as writer:
+    with (
+        path.open("wb") as file,
+        pq.ParquetWriter(file, schema, write_page_checksum=True, **options) as writer,
+    ):
         for chunk in _gathered(chunks, 60_000):
             # From their bytes: pa.array imports pandas first, which takes longer than to write 100 s of a log.
             arrays: list[Any] = []

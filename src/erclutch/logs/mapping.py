@@ -138,7 +138,9 @@ class ColumnMap:
             values = toml_of(content)
         except (OSError, ValueError, RecursionError) as error:
             problem = f"the mapping file cannot be read ({plain_words(error)})"
-            raise MappingError(problem, remedy="Correct the mapping file", where=path.name) from error
+            raise MappingError(
+                problem, remedy="Correct the mapping file", where=path.name
+            ) from error
         digest = hashlib.sha256(content).hexdigest()
         with placed(path.name):
             told = cls.from_dict(values, path.name)
@@ -158,11 +160,15 @@ class ColumnMap:
         _known(scales, tuple(SIGNALS), "signal")
         inputs = values.get("inputs", ())
         if not isinstance(inputs, list | tuple):
-            raise MappingError(f"inputs is {inputs!r}", remedy='Write it as a list: inputs = ["D [cm]"]')
+            raise MappingError(
+                f"inputs is {inputs!r}", remedy='Write it as a list: inputs = ["D [cm]"]'
+            )
         constants = _table_of(values, "constants")
         twice = sorted(columns.keys() & constants)
         if twice:
-            raise MappingError(f"{twice[0]} is given as a column and as a constant", remedy="Give one of the two")
+            raise MappingError(
+                f"{twice[0]} is given as a column and as a constant", remedy="Give one of the two"
+            )
         time = values.get("time")
         return cls(
             columns={name: _choice(name, value, source) for name, value in columns.items()},
@@ -183,11 +189,17 @@ class ColumnMap:
         Raises:
             MappingError: a constant or a scale of what is no signal; see `from_dict`.
         """
-        given = {key: options[key] for key in ("time", "rate", "lead", *_TEXT_KEYS) if key in options}
+        given = {
+            key: options[key] for key in ("time", "rate", "lead", *_TEXT_KEYS) if key in options
+        }
         if options.get("keep_values"):
             given["values"] = "keep"
-        signal_of = {name.lower(): name for name in NAMED_COLUMNS}  # the command line has no capitals
-        given["columns"] = {signal_of[key]: label for key, label in options.items() if key in signal_of}
+        signal_of = {
+            name.lower(): name for name in NAMED_COLUMNS
+        }  # the command line has no capitals
+        given["columns"] = {
+            signal_of[key]: label for key, label in options.items() if key in signal_of
+        }
         given["inputs"] = list(options.get("input", ()))
         for option, example in (("constant", "0.5 A"), ("scale", "2.5 A/V")):
             texts: dict[str, str] = {}
@@ -288,7 +300,9 @@ def file_mapping(log: object, named: str | Path | None = None) -> ColumnMap:
         return ColumnMap.from_toml(beside)
     except MappingError as error:
         name = Path(str(log)).name
-        remedy = f"{error.remedy}; it is read as it lies beside {name}: rename it if it is no mapping"
+        remedy = (
+            f"{error.remedy}; it is read as it lies beside {name}: rename it if it is no mapping"
+        )
         raise MappingError(error.problem, where=error.where, remedy=remedy) from error
 
 
@@ -350,7 +364,9 @@ def _choice(name: str, value: Any, source: str) -> ColumnChoice:
     is_unit = isinstance(unit, str | None)
     is_scale = isinstance(scale, int | float) and not isinstance(scale, bool)
     if not is_column or not is_unit or not is_scale or not 0 < abs(scale) < float("inf"):
-        raise MappingError(f"the column for {name} is {value!r}", remedy=f'Write it like {name} = "V [cm/s]"')
+        raise MappingError(
+            f"the column for {name} is {value!r}", remedy=f'Write it like {name} = "V [cm/s]"'
+        )
     return ColumnChoice(cast("str | int", column), unit, float(scale), source)
 
 

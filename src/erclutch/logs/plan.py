@@ -208,7 +208,9 @@ class Plan:
         doubts: list[str] = []
         for each in self.signals:
             if each.sureness == "doubtful":
-                others = f"; {', '.join(each.alternatives)} may be it too" if each.alternatives else ""
+                others = (
+                    f"; {', '.join(each.alternatives)} may be it too" if each.alternatives else ""
+                )
                 why = each.doubt or "by its unit alone, and its numbers do not look like that"
                 is_it = "may be" if each.answer else "is"
                 doubts.append(f"{each.signal} {is_it} column {each.column} {why}{others}")
@@ -240,7 +242,9 @@ class Plan:
             remedy = f"If that is right, say so: {' '.join(self._doubtful_options('s'))}"
             if self.clock is not None and self.clock.doubt:
                 small = self.clock.likely if self.clock.likely in ("us", "ns") else "ms"
-                remedy += f", or --time {shell_word(f'{self.clock.column} [{small}]')}, or give --rate"
+                remedy += (
+                    f", or --time {shell_word(f'{self.clock.column} [{small}]')}, or give --rate"
+                )
             raise MappingError("; ".join(self.doubts), remedy=remedy, where=self.log)
 
     def _doubtful_options(self, unit: str = "") -> list[str]:
@@ -295,7 +299,9 @@ class Plan:
             raise self.questions[0].error()
         missing = [f"({place}) {each.short}" for place, each in enumerate(self.questions, start=1)]
         columns = listed(self.labels.values())
-        problem = f"{len(missing)} things are missing: {'; '.join(missing)}; the file has: {columns}"
+        problem = (
+            f"{len(missing)} things are missing: {'; '.join(missing)}; the file has: {columns}"
+        )
 
         options = [*_given_options(self), *self.examples]
         options += _reading_options(self, options) if self.path else []
@@ -305,7 +311,9 @@ class Plan:
             values: dict[str, str] = {}
             for option, value in zip(words[::2], words[1::2], strict=True):
                 values[option.removeprefix("--")] = value
-            labels = {name: label for name, label in values.items() if name in (*NAMED_COLUMNS, "time")}
+            labels = {
+                name: label for name, label in values.items() if name in (*NAMED_COLUMNS, "time")
+            }
             command = str(labels)
             if "scale" in values:  # what a volt or a count of the sensor is
                 command += f" with --scale {shell_word(values['scale'])}"
@@ -338,7 +346,9 @@ class Plan:
             if getattr(told, key) is not None:
                 lines.append(f"{key} = {_text(getattr(told, key))}")
         if told.inputs:
-            lines.append(f"inputs = [{', '.join(_text(str(choice.column)) for choice in told.inputs)}]")
+            lines.append(
+                f"inputs = [{', '.join(_text(str(choice.column)) for choice in told.inputs)}]"
+            )
         apart = ("time", "lead", "input", "variable")
         for question in self.questions:
             if question.signal in apart:
@@ -347,7 +357,11 @@ class Plan:
         lines += ["", "[columns]", *_column_lines(self, apart)]
         for head, values in (("scales", told.scales), ("constants", told.constants)):
             if values:
-                lines += ["", f"[{head}]", *(f"{_text(name)} = {_text(text)}" for name, text in values.items())]
+                lines += [
+                    "",
+                    f"[{head}]",
+                    *(f"{_text(name)} = {_text(text)}" for name, text in values.items()),
+                ]
         return "\n".join([*lines, ""])
 
     def save(self, path: Path) -> None:
@@ -358,9 +372,15 @@ class Plan:
         """
         if path.exists():
             remedy = "Give another name, or delete the file first"
-            raise MappingError("there is such a file, and it may be your own mapping", where=str(path), remedy=remedy)
+            raise MappingError(
+                "there is such a file, and it may be your own mapping",
+                where=str(path),
+                remedy=remedy,
+            )
         remedy = "Give a file in a folder that you may write to"
-        with whole_file(path, partial(unwritable, remedy=remedy, kind=MappingError), nothing) as whole:
+        with whole_file(
+            path, partial(unwritable, remedy=remedy, kind=MappingError), nothing
+        ) as whole:
             whole.write_text(self.to_toml(), encoding="utf-8")
 
 
@@ -372,7 +392,9 @@ def _column_lines(plan: Plan, apart: tuple[str, ...]) -> list[str]:
             line = f"{each.signal} = {_choice(each.column, each.unit, each.scale)}  # {_plain(each.reason)}"
             # A position that is named beside the slip is an input of the models; a guessed one is not.
             beside_the_slip = each.signal == "position" and plan.signal("slip") is not None
-            lines.append(f"# {line}" if beside_the_slip and "position" not in plan.told.columns else line)
+            lines.append(
+                f"# {line}" if beside_the_slip and "position" not in plan.told.columns else line
+            )
         elif each.signal == "field" and each.signal in plan.told.columns:
             lines.append(f"field = {_text(NONE)}  # {_plain(each.reason)}")
     for signal in plan.told.columns:

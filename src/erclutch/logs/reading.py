@@ -59,7 +59,9 @@ class Reading:
             options.get("map"),
             variable=options.get("variable"),
             derivative=Derivative(
-                options.get("derivative", "savgol"), options.get("cutoff", 150.0), options.get("window", 5)
+                options.get("derivative", "savgol"),
+                options.get("cutoff", 150.0),
+                options.get("window", 5),
             ),
             window=window_of(options),
             rate=new_rate(options),
@@ -80,7 +82,11 @@ class Reading:
         how = self._how(device)
         if not wants_each(self.variable):
             try:
-                return [self.finished(read(path, self.mapping, variable=self.variable, table=table, **how))]
+                return [
+                    self.finished(
+                        read(path, self.mapping, variable=self.variable, table=table, **how)
+                    )
+                ]
             except AlikeRecordingsError:
                 pass  # each of them is a log
         return [self.finished(log) for log in read_all(path, map_over(self.mapping, None), **how)]
@@ -112,7 +118,9 @@ class Reading:
         """
         if self.rate is not None:
             remedy = "Give a larger --memory, or resample the log before"
-            raise SettingError("--resample needs the whole log in memory", where=str(path), remedy=remedy)
+            raise SettingError(
+                "--resample needs the whole log in memory", where=str(path), remedy=remedy
+            )
         how = self._how(device)
         batches = read_batches(
             path,

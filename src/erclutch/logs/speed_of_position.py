@@ -37,7 +37,10 @@ def speed_of(position: Array, clock: Clock, derivative: Derivative) -> tuple[Arr
     filtered = differentiate(position, Clock(clock.time, tuple(fit_for_filter)), derivative)
     for span in fit_for_filter:
         speed[span.start : span.stop] = filtered[span.start : span.stop]
-    return speed, f"{how}, in {len(others)} of {len(clock.spans)} segments by the central one: few rows stand there"
+    return (
+        speed,
+        f"{how}, in {len(others)} of {len(clock.spans)} segments by the central one: few rows stand there",
+    )
 
 
 def drawn_out(angle: Array, clock: Clock) -> tuple[Array, int]:

@@ -117,7 +117,9 @@ class Table:
     def device(self) -> DeviceName | None:
         """The device that a recording of the live loop names by its channels; None for all other files."""
         keys = self._about("erclutch")
-        return device_of_channels(key.removeprefix("channel.") for key in keys if key.startswith("channel."))
+        return device_of_channels(
+            key.removeprefix("channel.") for key in keys if key.startswith("channel.")
+        )
 
     @property
     def truths(self) -> list[str]:
@@ -138,14 +140,20 @@ class Table:
             MappingError: the table has no such column. LogError: its cells are no numbers.
         """
         if name in self.unreadable:
-            raise LogError(self.unreadable[name], remedy="Correct its cells, or make a plan of this log")
+            raise LogError(
+                self.unreadable[name], remedy="Correct its cells, or make a plan of this log"
+            )
         parts = self.parts_of(name)
         if parts is not None:
             minuend, subtrahend = parts
             return self.columns[minuend] - self.columns[subtrahend]
         if name not in self.columns:
-            problem = f"there is no column '{name}', which the plan reads; the file has: {self.listed}"
-            raise MappingError(problem, remedy="Give a log with these columns, or make a plan of this log")
+            problem = (
+                f"there is no column '{name}', which the plan reads; the file has: {self.listed}"
+            )
+            raise MappingError(
+                problem, remedy="Give a log with these columns, or make a plan of this log"
+            )
         return self.columns[name]
 
     def parts_of(self, name: str) -> tuple[str, str] | None:

@@ -71,7 +71,9 @@ def batches_within(
         kept = _kept(log, start, stop)
         if kept:
             places = np.concatenate([batch.rows[row:after] for row, after in kept])
-            rows += int(np.count_nonzero((places >= batch.start) & (places < batch.stop)))  # without the margins
+            rows += int(
+                np.count_nonzero((places >= batch.start) & (places < batch.stop))
+            )  # without the margins
             yield replace(batch, recording=log.only(kept), rows=places)
         else:
             yield replace(batch, recording=log, rows=np.full_like(batch.rows, -1))
@@ -81,7 +83,9 @@ def batches_within(
 
 def _start(log: Recording, begin: float | None, skip: float | None) -> float:
     if skip is not None and skip < 0:
-        raise SettingError(f"--skip {skip:g} s", where=log.name, remedy="Give the time to leave out, 0 or more")
+        raise SettingError(
+            f"--skip {skip:g} s", where=log.name, remedy="Give the time to leave out, 0 or more"
+        )
     first = float(log.time[0])
     return max(first if begin is None else begin, first + (skip or 0.0))
 

@@ -139,7 +139,9 @@ class Composition:
         name, *options = self.specification.split("/")
         forward = [option for option in options if option == "forward"]
         specification = "/".join([name, form.name, *forward])
-        return replace(self, specification=specification, law=law_from_name(specification, self.device))
+        return replace(
+            self, specification=specification, law=law_from_name(specification, self.device)
+        )
 
     @property
     def counts_from_the_start(self) -> bool:
@@ -181,12 +183,24 @@ class Composition:
         for element in range(1, self.elements + 1):
             for gain in self._gains_of_element:
                 if self.elements > 1:
-                    gain = replace(gain, name=f"{gain.name}_{element}", meaning=f"{gain.meaning}, CH{element}")
+                    gain = replace(
+                        gain, name=f"{gain.name}_{element}", meaning=f"{gain.meaning}, CH{element}"
+                    )
                 gains.append(gain)
         effort = _FRICTION.dimension
         for place, name in enumerate(self.extras):
-            if place != self._temperature_place:  # the temperature changes gains and has none itself
-                gains.append(Gain(f"c_{place + 1}", f"effort per {name}", effort, nonnegative=False, extra=place))
+            if (
+                place != self._temperature_place
+            ):  # the temperature changes gains and has none itself
+                gains.append(
+                    Gain(
+                        f"c_{place + 1}",
+                        f"effort per {name}",
+                        effort,
+                        nonnegative=False,
+                        extra=place,
+                    )
+                )
         for stage in position_stages(self.dynamics):
             gains.extend(stage.gains)
         if self.offset:

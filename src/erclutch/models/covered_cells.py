@@ -70,8 +70,12 @@ class CoveredCells:
             distance: Any = None
             for value, (low, high) in zip(in_reaches, box, strict=True):
                 for along in (low - value, value - high):
-                    distance = along if distance is None else less_select(distance, along, along, distance)
-            nearest = distance if nearest is None else less_select(nearest, distance, nearest, distance)
+                    distance = (
+                        along if distance is None else less_select(distance, along, along, distance)
+                    )
+            nearest = (
+                distance if nearest is None else less_select(nearest, distance, nearest, distance)
+            )
         return smooth(within(1.0 - nearest, 0.0, 1.0))
 
 
@@ -85,7 +89,9 @@ _PLACES = np.linspace(0.0, 1.0, 9)[1:-1]
 def cells_of(inputs: Array, boxes: int = 8) -> CoveredCells:
     """The boxes of some rows, shape (inputs, n): cut in two again and again, where most empty space is left out."""
     whole = np.ptp(inputs, axis=1)
-    of_one_value = np.maximum(1.0, np.abs(inputs[:, 0]))  # instead of a range, for an input that does not vary
+    of_one_value = np.maximum(
+        1.0, np.abs(inputs[:, 0])
+    )  # instead of a range, for an input that does not vary
     reach = _REACH * np.where(whole > 0, whole, of_one_value)
     cells: list[Array] = [inputs]
     while len(cells) < boxes:
@@ -131,8 +137,12 @@ def _best_cut(cell: Array, reach: Array) -> tuple[float, int, float]:
         low_behind = np.minimum.accumulate(lows[:, from_the_end], axis=1)[:, from_the_end]
         high_behind = np.maximum.accumulate(highs[:, from_the_end], axis=1)[:, from_the_end]
         for place, at in enumerate(places.tolist()):
-            parts = int(np.searchsorted(filled, place, side="right"))  # stretches with rows up to the place
-            if parts == filled.size:  # of an input a few last digits wide, the last place is the end
+            parts = int(
+                np.searchsorted(filled, place, side="right")
+            )  # stretches with rows up to the place
+            if (
+                parts == filled.size
+            ):  # of an input a few last digits wide, the last place is the end
                 continue
             before = _volume(low_before[:, parts - 1], high_before[:, parts - 1], reach)
             behind = _volume(low_behind[:, parts], high_behind[:, parts], reach)

@@ -21,7 +21,13 @@ from erclutch.models.composition import OFFSET
 from erclutch.models.given_rows import further_inputs
 from erclutch.models.laws import law_from_name
 from erclutch.models.model import FluidSignals, Pair, Range, settled_memory
-from erclutch.models.parameter_units import gain_in_user_units, in_user_units, known_unit, unit_of_gain, unit_text
+from erclutch.models.parameter_units import (
+    gain_in_user_units,
+    in_user_units,
+    known_unit,
+    unit_of_gain,
+    unit_text,
+)
 from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import (
     outside_stages,
@@ -163,7 +169,9 @@ class TorqueModel(ModelBase):
         q = list(self.shape.values())
         functions = array_as_in_c if exactly else as_it_is
         further = further_inputs(self.structure.extras, extras)
-        columns = self.structure.columns(elements, clock, self.reference, q, functions=functions, extras=further)
+        columns = self.structure.columns(
+            elements, clock, self.reference, q, functions=functions, extras=further
+        )
         effort = np.zeros(clock.time.size)
         for term in self._terms(columns):
             effort += np.asarray(term)
@@ -238,11 +246,17 @@ class TorqueModel(ModelBase):
                 effort += f" + {gain}*{column}"
         lines = [f"{self.title} ({law.source}). One element, for w > 0 (odd in w):", ""]
         lines += [f"  effort = {effort}", ""]
-        lines += [f"with E = |field in the fluid| / {self.reference.field:.9g}, w = slip / {self.reference.slip:.9g}."]
+        lines += [
+            f"with E = |field in the fluid| / {self.reference.field:.9g}, w = slip / {self.reference.slip:.9g}."
+        ]
         if slip_stages(structure.dynamics):
-            lines += ["y(E) is the strength of the field: 1 at E = 1, of the form of the yield effort, else E^n_m."]
+            lines += [
+                "y(E) is the strength of the field: 1 at E = 1, of the form of the yield effort, else E^n_m."
+            ]
         if structure.elements == 2:
-            lines += ["T = T1 + T2; element 2 drives the other way: its law sees -w2 and its effort counts negative."]
+            lines += [
+                "T = T1 + T2; element 2 drives the other way: its law sees -w2 and its effort counts negative."
+            ]
         if law.forward:
             lines += ["The yield effort keeps the sign in which the device drives."]
         references = dict(zip(structure.extras, self.reference.extras, strict=True))
@@ -266,7 +280,11 @@ class TorqueModel(ModelBase):
             "dynamics": self.structure.dynamics,
             "friction": self.structure.friction,
             "offset": self.structure.offset,
-            "units": {"effort": self.units.effort, "field": self.units.field, "slip": self.units.slip},
+            "units": {
+                "effort": self.units.effort,
+                "field": self.units.field,
+                "slip": self.units.slip,
+            },
             "reference": {
                 "field": self.reference.field,
                 "slip": self.reference.slip,
@@ -320,11 +338,15 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
     reference_field = model_file.number_of(references["field"], "field", positive=True)
     slip = model_file.number_of(references["slip"], "slip", positive=True)
     period = model_file.number_of(references["period_s"], "period_s", positive=True)
-    scales = tuple(model_file.number_of(entry["reference"], "reference", positive=True) for entry in further)
+    scales = tuple(
+        model_file.number_of(entry["reference"], "reference", positive=True) for entry in further
+    )
     scale_of = dict(zip(structure.extras, scales, strict=True))
     warmth = scale_of.get(TEMPERATURE, 1.0)
     if temperature_stages(structure.dynamics) and not LEAST_KELVIN <= warmth <= MOST_KELVIN:
-        raise ValueError(f"the reference temperature is {warmth} K, not from {LEAST_KELVIN:g} to {MOST_KELVIN:g} K")
+        raise ValueError(
+            f"the reference temperature is {warmth} K, not from {LEAST_KELVIN:g} to {MOST_KELVIN:g} K"
+        )
 
     shape: dict[str, float] = {}
     for number in structure.shapes(period):
@@ -339,7 +361,9 @@ def _model_from(body: Mapping[str, Any]) -> TorqueModel:
     for gain in structure.gains():
         value = body["gains"][gain.name]
         gains[gain.name] = model_file.number_of(value, gain.name)
-    ranges = [model_file.pair_of(entry["trained_on"], "range of a further input") for entry in further]
+    ranges = [
+        model_file.pair_of(entry["trained_on"], "range of a further input") for entry in further
+    ]
     return TorqueModel(
         structure=structure,
         reference=Reference(reference_field, slip, period, scales, warmth),

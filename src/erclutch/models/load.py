@@ -36,7 +36,9 @@ def load_model(path: str | Path) -> Model:
         body = json.loads(small_text(Path(path)))
     except (OSError, ValueError, RecursionError) as error:
         remedy = "Check the path; give a run, or a file of its models folder"
-        raise RunError(f"no readable model: {plain_words(error)}", where=str(path), remedy=remedy) from error
+        raise RunError(
+            f"no readable model: {plain_words(error)}", where=str(path), remedy=remedy
+        ) from error
     if not isinstance(body, dict):
         raise RunError("not a JSON object", where=str(path), remedy="Give a model file of a run")
     content = cast(dict[str, Any], body)

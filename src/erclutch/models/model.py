@@ -267,7 +267,12 @@ class Model(Protocol):
         ...
 
     def added(
-        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool = True
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array],
+        *,
+        exactly: bool = True,
     ) -> Array:
         """Effort that the correction adds, shape (n,); zeros without a correction."""
         ...
@@ -325,12 +330,19 @@ class Model(Protocol):
         ...
 
     def effort_of_rows(
-        self, elements: Sequence[Element], clock: Clock, extras: Mapping[str, Array], *, exactly: bool
+        self,
+        elements: Sequence[Element],
+        clock: Clock,
+        extras: Mapping[str, Array],
+        *,
+        exactly: bool,
     ) -> Array:
         """Effort by arrays, for any number of rows, shape (n,)."""
         ...
 
-    def steady(self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()) -> Array:
+    def steady(
+        self, fields: Sequence[Array], slips: Sequence[Array], extras: Sequence[Array] = ()
+    ) -> Array:
         """Effort at rest, shape (n,): the fluid settled, all past rows as the present one."""
         ...
 

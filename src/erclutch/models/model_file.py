@@ -36,7 +36,15 @@ _LONGEST_TEXT = 1000  # characters
 _SPECIFICATION = re.compile(r"[\w.+/ -]{1,200}", re.ASCII)
 
 #: What an entry of the wrong type, size or name ends in.
-UNFIT = (ErclutchError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError, RecursionError)
+UNFIT = (
+    ErclutchError,
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    TypeError,
+    ValueError,
+    RecursionError,
+)
 
 M = TypeVar("M")
 
@@ -97,7 +105,11 @@ def require_schema(
     if isinstance(found, int) and found > known:
         whose = ", of a newer version of erclutch"
         remedy = "Update erclutch: pip install --upgrade erclutch"
-    raise error(f"schema {found!r:.40}{whose}; this version reads schema {known}", where=where, remedy=remedy)
+    raise error(
+        f"schema {found!r:.40}{whose}; this version reads schema {known}",
+        where=where,
+        remedy=remedy,
+    )
 
 
 def read_model(
@@ -119,7 +131,11 @@ def read_model(
         PluginError: the model needs a plug-in that is not there.
     """
     if body.get("kind") != kind:
-        raise RunError(f"this is no model but {body.get('kind')!r:.60}", where=where, remedy="Give a model of a run")
+        raise RunError(
+            f"this is no model but {body.get('kind')!r:.60}",
+            where=where,
+            remedy="Give a model of a run",
+        )
     require_schema(body.get("schema"), SCHEMA, where)
     require(body.get("plugins", []), where)
     if not keeps_digest(body):
@@ -142,7 +158,9 @@ def read_model(
 def number_of(value: Any, name: str, *, positive: bool = False) -> float:
     """A saved number; a truth, a text, an infinite, far too large or (if positive) too small number is none."""
     low = SMALLEST if positive else -_LARGEST
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)  # True is an int to Python
+    is_number = isinstance(value, int | float) and not isinstance(
+        value, bool
+    )  # True is an int to Python
     if not is_number or not low <= value <= _LARGEST:
         raise ValueError(f"{name} is {value!r:.40}, not a number from {low:g} to {_LARGEST:g}")
     return float(value)
@@ -186,7 +204,9 @@ def pair_of(value: Any, name: str) -> Pair:
 def name_of(value: Any, name: str) -> str:
     """A saved name, such as a column's: a line of characters that can be seen."""
     if not (isinstance(value, str) and 0 < len(value) <= _LONGEST_TEXT and value.isprintable()):
-        raise ValueError(f"{name} is {value!r:.60}, not a line of up to {_LONGEST_TEXT} characters that can be seen")
+        raise ValueError(
+            f"{name} is {value!r:.60}, not a line of up to {_LONGEST_TEXT} characters that can be seen"
+        )
     return value
 
 

@@ -12,7 +12,13 @@ from erclutch.models.networks import is_network
 from erclutch.models.stages import stage_named
 
 #: What a stage brings, by the place where it works.
-_KINDS = {"command": "lags", "effort": "lags", "slip": "memory", "temperature": "temperature", "position": "ripple"}
+_KINDS = {
+    "command": "lags",
+    "effort": "lags",
+    "slip": "memory",
+    "temperature": "temperature",
+    "position": "ripple",
+}
 #: A law of one direction says so in its own title.
 _FORWARD = "forward"
 
@@ -119,7 +125,9 @@ def _law(specification: str) -> str:
     stem, field, variable = stem.partition(" in ")
     # An abbreviation of the law's name tells nothing apart; a number of kernels does.
     more = f"{bracket}{behind}" if any(sign.isdigit() for sign in behind) else ""
-    forms = [" (one direction)" if option == _FORWARD else f" ({option} yield)" for option in options]
+    forms = [
+        " (one direction)" if option == _FORWARD else f" ({option} yield)" for option in options
+    ]
     return f"{stem} law{field}{variable}{more}{''.join(forms)}"
 
 

@@ -18,7 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.arithmetic.elementary import is_less, less_select, one_where, table_entry, whole_number_near
+from erclutch.arithmetic.elementary import (
+    is_less,
+    less_select,
+    one_where,
+    table_entry,
+    whole_number_near,
+)
 from erclutch.models.covered_cells import CELLS, smooth, within
 
 Pair = tuple[float, float]
@@ -164,7 +170,9 @@ def _cells_along(x: Any, covered: Pair) -> Any:
 def _between_centres(x: Any, covered: Pair) -> tuple[Any, Any]:
     """The cell whose centre lies below a value, counted from two cells below the range, and how far on the value is."""
     at = within(_cells_along(x, covered) + 1.5, 0.0, CELLS + 3.0)
-    cell = within(whole_number_near(at - 0.5), 0.0, CELLS + 2.0)  # it is; so a proof of the C sees that, too
+    cell = within(
+        whole_number_near(at - 0.5), 0.0, CELLS + 2.0
+    )  # it is; so a proof of the C sees that, too
     return cell, at - cell
 
 

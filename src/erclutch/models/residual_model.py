@@ -221,7 +221,9 @@ class ResidualModel(ModelBase):
         Raises:
             MappingError: a further input is not there.
         """
-        inputs = residual_inputs(self.law, self.correction.network.structure, elements, clock, extras)
+        inputs = residual_inputs(
+            self.law, self.correction.network.structure, elements, clock, extras
+        )
         return self.correction.of_inputs(inputs, exactly=exactly)
 
     def scaled(self, factor: float, offset: float = 0.0) -> ResidualModel:
@@ -267,8 +269,12 @@ class ResidualModel(ModelBase):
     def equation(self) -> list[str]:
         """The equation and what it needs, as lines of a comment."""
         bounded = f"effort = law + weight * (y within -{self.correction.limit:.9g} .. {self.correction.limit:.9g})"
-        fades = "The weight is 1 where there were training rows and fades to 0 where there were none."
-        of_law = stage_equations(self.structure.dynamics)  # of the law, whose memory the network shares
+        fades = (
+            "The weight is 1 where there were training rows and fades to 0 where there were none."
+        )
+        of_law = stage_equations(
+            self.structure.dynamics
+        )  # of the law, whose memory the network shares
         network = [line for line in self.correction.network.equation() if line not in of_law]
         return [*self.law.equation(), "", bounded, "", fades, "", *network]
 
@@ -304,8 +310,12 @@ def residual_inputs(
     """
     further = further_inputs(structure.extras, extras)
     q = list(law.shape.values())
-    fluids, slips, _, remembered = law.structure.signals(elements, clock, law.reference, q, array_as_in_c)
-    signals = FluidSignals(fluids, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
+    fluids, slips, _, remembered = law.structure.signals(
+        elements, clock, law.reference, q, array_as_in_c
+    )
+    signals = FluidSignals(
+        fluids, slips, remembered, further, lambda x, k: rows_before(x, clock, k)
+    )
     return np.array(inputs_from(structure, signals), np.float64)
 
 

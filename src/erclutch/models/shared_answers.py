@@ -55,7 +55,9 @@ class _LoneRows:
             self.extras = tuple(model.extras)
             try:
                 self.machine = machine_of(_recorded(model, len(elements)))
-            except ExportError:  # a law or a stage of functions that are not exported: do not ask again
+            except (
+                ExportError
+            ):  # a law or a stage of functions that are not exported: do not ask again
                 self.asked = -sys.maxsize
                 return np.nan
         row = [element.field.item() for element in elements]
@@ -233,5 +235,7 @@ def _recorded(model: Model, elements: int) -> Record:
 
     for node in record.nodes:
         if node.operation == "network":
-            record.calls["network"] = recorded(forward, [f"x{i}" for i in range(len(node.arguments))])
+            record.calls["network"] = recorded(
+                forward, [f"x{i}" for i in range(len(node.arguments))]
+            )
     return record

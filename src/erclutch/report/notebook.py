@@ -90,7 +90,9 @@ def html(value: Any) -> str:
     card = card_of(value)
     rows = card.table()
     shown = rows.head(_MOST).drop(columns=_IN_FULL, errors="ignore")
-    as_html = shown.to_html(index=False, border=0, na_rep="–", float_format=partial(number, digits=4))
+    as_html = shown.to_html(
+        index=False, border=0, na_rep="–", float_format=partial(number, digits=4)
+    )
     left_out = max(0, len(rows) - _MOST)
     template = templates().get_template("notebook.html.j2")
     return template.render(line=repr(value), card=card, table=Markup(as_html), left=left_out)
@@ -116,11 +118,15 @@ def plot(value: Any, name: str | None = None, **options: Any) -> Any:
 
     card = card_of(value)
     if not card.plots:
-        raise SettingError(f"{card.name} has no plot", remedy="Plot the log, the comparison or the run")
+        raise SettingError(
+            f"{card.name} has no plot", remedy="Plot the log, the comparison or the run"
+        )
     chosen = name or next(iter(card.plots))
     if chosen not in card.plots:
         known = ", ".join(card.plots)
-        raise SettingError(f"no plot {chosen!r}", remedy=f"Plots of a {type(value).__name__}: {known}")
+        raise SettingError(
+            f"no plot {chosen!r}", remedy=f"Plots of a {type(value).__name__}: {known}"
+        )
     described = card.plots[chosen](**options)
     # A notebook's backend sets itself up when it is loaded: here, not in a style that ends.
     cast(Any, pyplot).draw_if_interactive()
@@ -142,7 +148,9 @@ class InlineReport:
 
     def _repr_html_(self) -> str:
         frame = '<iframe title="Report" sandbox="allow-scripts" style="{}" srcdoc="{}"></iframe>'
-        return str(Markup(frame).format("width:100%;height:720px;border:0;background:#fff", self.html))
+        return str(
+            Markup(frame).format("width:100%;height:720px;border:0;background:#fff", self.html)
+        )
 
 
 def report(value: Run) -> InlineReport:

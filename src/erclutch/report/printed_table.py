@@ -52,7 +52,11 @@ class PaperTable:
 
 def rounded(figure: Interval) -> list[str]:
     """Value, low and high to the digit that the interval's width allows; empty where there is none."""
-    sizes = [abs(number) for number in figure if number is not None and math.isfinite(number) and number != 0.0]
+    sizes = [
+        abs(number)
+        for number in figure
+        if number is not None and math.isfinite(number) and number != 0.0
+    ]
     if not sizes:
         return ["0" if number == 0.0 else "" for number in figure]
     power = math.floor(math.log10(max(sizes)))  # of ten, of the first digit
@@ -217,7 +221,9 @@ def _html(table: PaperTable) -> str:
         cells = "".join(f"<td>{markup(cell)}</td>" for cell in row)
         rows += f"<tr>{cells}</tr>\n"
     caption = f"<caption>{markup(table.caption)}</caption>"
-    return f"<table>\n{caption}\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n"
+    return (
+        f"<table>\n{caption}\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}</tbody>\n</table>\n"
+    )
 
 
 def _csv(table: PaperTable) -> str:

@@ -17,7 +17,14 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sized
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import (
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -92,7 +99,9 @@ def task_pool(cluster: str | None = None, workers: int = 2) -> Generator[TaskPoo
         with _dask(cluster, workers) as pool:
             yield pool
     else:
-        remedy = "Give threads, processes, local, or the address of a Dask scheduler: tcp://HOST:PORT"
+        remedy = (
+            "Give threads, processes, local, or the address of a Dask scheduler: tcp://HOST:PORT"
+        )
         raise SettingError(f"--cluster {cluster!r} is none", remedy=remedy)
 
 
@@ -166,7 +175,9 @@ def _next(ended: SimpleQueue[Future[R]], pool: TaskPool) -> Future[R]:
 
 
 def _gone() -> WorkerLostError:
-    return WorkerLostError("the cluster went away", remedy="Start the cluster again, then the same command")
+    return WorkerLostError(
+        "the cluster went away", remedy="Start the cluster again, then the same command"
+    )
 
 
 def in_order(
@@ -293,7 +304,9 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
         from distributed import Client, KilledWorker, LocalCluster
         from distributed.utils import silence_logging_cmgr
     except ImportError as error:
-        raise SettingError("Dask is not installed", remedy='Run: pip install "erclutch[cluster]"') from error
+        raise SettingError(
+            "Dask is not installed", remedy='Run: pip install "erclutch[cluster]"'
+        ) from error
     import logging
 
     with silence_logging_cmgr(logging.CRITICAL), ExitStack() as stack:
@@ -315,11 +328,15 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
             client: Any = Client(place, timeout=_SECONDS, set_as_default=False)
         except (OSError, ValueError, OverflowError) as error:
             problem = f"no Dask scheduler answers within {_SECONDS} s ({type(error).__name__})"
-            raise SettingError(problem, where=cluster, remedy="Check the address, and that it runs") from error
+            raise SettingError(
+                problem, where=cluster, remedy="Check the address, and that it runs"
+            ) from error
         stack.callback(_close, client)
         _prepare(client, cluster)
         with _ended(_DaskExecutor(client)) as executor:
-            yield TaskPool(executor, IN_FLIGHT, (BrokenExecutor, KilledWorker), workers=partial(_count, client))
+            yield TaskPool(
+                executor, IN_FLIGHT, (BrokenExecutor, KilledWorker), workers=partial(_count, client)
+            )
 
 
 def _count(client: Any) -> int:
@@ -434,15 +451,21 @@ def _prepare(client: Any, where: str) -> None:
         client.wait_for_workers(1, timeout=_SECONDS)
         by_worker: dict[str, Any] = client.run(versions, on_error="return")
     except (OSError, TimeoutError) as error:
-        raise SettingError("the scheduler has no worker", where=where, remedy="Start workers first") from error
+        raise SettingError(
+            "the scheduler has no worker", where=where, remedy="Start workers first"
+        ) from error
     here = versions()
     for worker, there in by_worker.items():
         if isinstance(there, Exception):
             problem = f"the worker {worker} cannot run erclutch: {there}"
-            raise SettingError(problem, where=where, remedy="Install the same erclutch on all workers")
+            raise SettingError(
+                problem, where=where, remedy="Install the same erclutch on all workers"
+            )
         differing = [name for name in here if there.get(name) != here[name]]
         if differing:
             theirs = ", ".join(f"{name} {there.get(name)}" for name in differing)
             mine = ", ".join(f"{name} {here[name]}" for name in differing)
             problem = f"the worker {worker} has {theirs}; here is {mine}"
-            raise SettingError(problem, where=where, remedy="Install the same versions on all workers")
+            raise SettingError(
+                problem, where=where, remedy="Install the same versions on all workers"
+            )

@@ -102,7 +102,9 @@ def scorable(models: Mapping[str, Model]) -> tuple[dict[str, Model], dict[str, s
         stages = outside_stages(model.structure.dynamics)
         if stages:
             listed = ", ".join(stage.name for stage in stages)
-            unable[name] = f"stages of other packages ({listed}) do not hand their state from block to block"
+            unable[name] = (
+                f"stages of other packages ({listed}) do not hand their state from block to block"
+            )
         else:
             able[name] = model
     return able, unable
@@ -151,7 +153,11 @@ def score_every_row(
         wrong = of_part.fault(part, len(able)) if asked == part else "they are of other rows"
         if wrong:
             problem = f"sums of its rows from {part.begin.file_row} do not fit what was asked for: {wrong}"
-            raise RunError(problem, where=part.log.path, remedy="Check the machine that made them, then give --resume")
+            raise RunError(
+                problem,
+                where=part.log.path,
+                remedy="Check the machine that made them, then give --resume",
+            )
         sums[number] = of_part
         if kept is not None:
             kept.keep(number, of_part)
@@ -271,7 +277,9 @@ def _score_part(
 def require_unchanged(same: bool, log: LogToScore) -> None:
     """RunError unless a log is the same as at the fit."""
     if not same:
-        raise RunError("changed since it was fitted", where=log.path, remedy="Fit the logs again with --force")
+        raise RunError(
+            "changed since it was fitted", where=log.path, remedy="Fit the logs again with --force"
+        )
 
 
 def predictions(
@@ -299,7 +307,9 @@ def predictions(
             delay = model.times.get("delay", 0.0) / block.period
             reach = max(reach, delay, *model.past)
         ahead = _AHEAD + 2 * int(reach)
-        following = max(data.clock.spans[-1].start, data.rows - ahead)  # from here the next block computes once more
+        following = max(
+            data.clock.spans[-1].start, data.rows - ahead
+        )  # from here the next block computes once more
         predicted: dict[str, Array] = {}
         for name, model in models.items():
             carry = Carry(states[name] if goes_on else [], following)

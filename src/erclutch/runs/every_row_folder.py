@@ -41,15 +41,22 @@ class KeptParts:
 
     def __init__(self, run_folder: Path, plan: ScoringPlan) -> None:
         self._folder = folder = run_folder / FOLDER
-        of_plan = json.loads(json.dumps(asdict(plan)))  # lists for tuples, as they come back from the file
+        of_plan = json.loads(
+            json.dumps(asdict(plan))
+        )  # lists for tuples, as they come back from the file
         body = {"kind": f"{KIND}: plan", "schema": SCHEMA, **of_plan}
         if (folder / "plan.json").is_file():
             if _plan_body(folder) != body:
-                raise RunError("what was scored belongs to another plan", where=str(folder), remedy=_ANEW)
+                raise RunError(
+                    "what was scored belongs to another plan", where=str(folder), remedy=_ANEW
+                )
             return
         try:
             folder.mkdir(exist_ok=True)
-            _replaced(folder / "plan.json", lambda path: write_json(path, {**body, "digest": digest_of(body)}))
+            _replaced(
+                folder / "plan.json",
+                lambda path: write_json(path, {**body, "digest": digest_of(body)}),
+            )
         except OSError as error:
             raise self._unwritable(error) from error
 
@@ -79,17 +86,25 @@ class KeptParts:
                 continue
             try:
                 with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
-                    of_part = PartSums(**{name: arrays[name] for name in PartSums.__dataclass_fields__})
+                    of_part = PartSums(
+                        **{name: arrays[name] for name in PartSums.__dataclass_fields__}
+                    )
             except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
-                raise RunError(f"cannot be read: {error}", where=str(path), remedy="Delete this file") from error
+                raise RunError(
+                    f"cannot be read: {error}", where=str(path), remedy="Delete this file"
+                ) from error
             if len(of_part.square) != models:
-                raise RunError("has the sums of other models", where=str(path), remedy="Delete this file")
+                raise RunError(
+                    "has the sums of other models", where=str(path), remedy="Delete this file"
+                )
             sums[number] = of_part
         return sums
 
     def _unwritable(self, error: OSError) -> RunError:
         problem = f"what is scored cannot be kept: {error.strerror or error}"
-        return RunError(problem, where=str(self._folder), remedy="Make room there, then give --resume")
+        return RunError(
+            problem, where=str(self._folder), remedy="Make room there, then give --resume"
+        )
 
 
 def _replaced(path: Path, write: Callable[[Path], None]) -> None:
@@ -112,7 +127,9 @@ def _with_its_digest(path: Path, changed: str) -> dict[str, Any]:
     try:
         body = json.loads(small_text(path))
     except (OSError, ValueError, RecursionError) as error:
-        raise RunError(f"cannot be read: {plain_words(error)}", where=str(path), remedy=_ANEW) from error
+        raise RunError(
+            f"cannot be read: {plain_words(error)}", where=str(path), remedy=_ANEW
+        ) from error
     if not isinstance(body, dict) or not keeps_digest(cast(dict[str, Any], body)):
         raise RunError(changed, where=str(path), remedy=_ANEW)
     return cast(dict[str, Any], body)
@@ -125,13 +142,19 @@ def unfinished_plan(run: Run) -> ScoringPlan:
         RunError: the run has none, or a log is not there or was changed.
     """
     if (run.folder / FILE).is_file():
-        raise RunError("every row is scored already", where=str(run.folder), remedy="Leave --resume out")
+        raise RunError(
+            "every row is scored already", where=str(run.folder), remedy="Leave --resume out"
+        )
     if not (run.folder / FOLDER / "plan.json").is_file():
         problem = "no scoring of every row was begun here"
-        raise RunError(problem, where=str(run.folder), remedy="Leave --resume out; --force fits the logs again")
+        raise RunError(
+            problem, where=str(run.folder), remedy="Leave --resume out; --force fits the logs again"
+        )
     body = _plan_body(run.folder / FOLDER)
     if body["run"] != run.body["digest"]:
-        raise RunError("the plan belongs to another run", where=str(run.folder / FOLDER), remedy=_ANEW)
+        raise RunError(
+            "the plan belongs to another run", where=str(run.folder / FOLDER), remedy=_ANEW
+        )
     logs: list[LogToScore] = []
     for kept in body["logs"]:
         turns = kept["held_out"]["turns"]
@@ -153,9 +176,13 @@ def unfinished_plan(run: Run) -> ScoringPlan:
             unchanged = file_digest(Path(log.path)) == log.digest
         except OSError as error:
             problem = f"cannot be read: {error.strerror or error}"
-            raise RunError(problem, where=log.path, remedy="Put the log back, or fit again with --force") from error
+            raise RunError(
+                problem, where=log.path, remedy="Put the log back, or fit again with --force"
+            ) from error
         require_unchanged(unchanged, log)
-    numbers = {key: body[key] for key in ("run", "device", "kept_rows", "bin_rows", "middle", "seed")}
+    numbers = {
+        key: body[key] for key in ("run", "device", "kept_rows", "bin_rows", "middle", "seed")
+    }
     return ScoringPlan(logs=tuple(logs), **numbers)
 
 

@@ -115,7 +115,9 @@ def score(
     """
     from pandas import DataFrame
 
-    several = cast("list[Model | Run | str | Path]", models if isinstance(models, list | tuple) else [models])
+    several = cast(
+        "list[Model | Run | str | Path]", models if isinstance(models, list | tuple) else [models]
+    )
     logs = cast("list[_Log]", log if isinstance(log, list | tuple) else [log])
     reading = options_of(options)
     rows: list[dict[str, Any]] = []
@@ -249,7 +251,9 @@ def _by_log(data: Dataset, estimated: Array, inside: Mask | None) -> tuple[LogSc
 
 def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
     """Which ranges the rows outside exceed, and in what share of all rows."""
-    ranges: list[tuple[str, Array, Pair, str]] = []  # signal, its values, what was trained on, its unit
+    ranges: list[
+        tuple[str, Array, Pair, str]
+    ] = []  # signal, its values, what was trained on, its unit
     for key, covered in model.extras.items():
         called = "temperature" if key == TEMPERATURE else f"further input {key}"
         unit = model.extra_units.get(key, "").replace("?", "")
@@ -275,7 +279,9 @@ def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
         shares.append((float(inside_all.mean()), "between training rows, far from all of them"))
     quick = quicker_than_known(model, data)
     if quick.any():
-        shares.append((float(quick.mean()), "the slip changes more quickly than in any training log"))
+        shares.append(
+            (float(quick.mean()), "the slip changes more quickly than in any training log")
+        )
     largest_first = sorted(shares, reverse=True)
     return "; ".join(f"{text} ({percent(share, 1)} of rows)" for share, text in largest_first)
 
@@ -307,7 +313,9 @@ def band_ends(
     """
     band = model.band
     if band is None:
-        raise SettingError("the model has no band", where=model.name, remedy="Fit its log again with this version")
+        raise SettingError(
+            "the model has no band", where=model.name, remedy="Fit its log again with this version"
+        )
     low, high = band.around(effort, data.elements, data.clock)
     if sensor:
         return adapted(band, (low, high), effort, data.effort, data.clock)
@@ -351,7 +359,10 @@ def opened(what: Model | Run | str | Path, name: str | None) -> tuple[Run | None
         problem = f"{name!r} names a model of a run, and this is none"
         raise SettingError(problem, where=where, remedy="Give the run's folder, or no name")
     if not isinstance(what, str | Path) and not hasattr(what, "trained_on"):
-        raise SettingError(f"a {type(what).__name__} is no model", remedy="Give a model, a run, or the path of either")
+        raise SettingError(
+            f"a {type(what).__name__} is no model",
+            remedy="Give a model, a run, or the path of either",
+        )
     model = load_model(what) if isinstance(what, str | Path) else what
     return None, model
 

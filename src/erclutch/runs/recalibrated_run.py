@@ -150,10 +150,16 @@ def _moved(
     common, lowest_common, highest_common = numbers.get(GAIN, (0.0, 0.0, 0.0))
     if name in numbers:
         _, low, high = numbers[name]
-    elif name in law.gains and common:  # all moved together: the base's doubt of each stays, beside that of the gain
+    elif (
+        name in law.gains and common
+    ):  # all moved together: the base's doubt of each stays, beside that of the gain
         moved = common * estimate.value
-        low = moved - math.hypot(common * (estimate.value - estimate.low), estimate.value * (common - lowest_common))
-        high = moved + math.hypot(common * (estimate.high - estimate.value), estimate.value * (highest_common - common))
+        low = moved - math.hypot(
+            common * (estimate.value - estimate.low), estimate.value * (common - lowest_common)
+        )
+        high = moved + math.hypot(
+            common * (estimate.high - estimate.value), estimate.value * (highest_common - common)
+        )
         return replace(estimate, value=moved, low=low, high=high)
     else:
         return estimate

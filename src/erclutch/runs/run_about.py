@@ -60,7 +60,9 @@ def about_with(about: RunAbout, **said: str | None) -> RunAbout:
         try:
             date.fromisoformat(day)
         except ValueError as error:
-            raise SettingError(f"{day!r:.40} is no date", remedy="Write it as 2026-07-31") from error
+            raise SettingError(
+                f"{day!r:.40} is no date", remedy="Write it as 2026-07-31"
+            ) from error
     return replace(about, **given)
 
 
@@ -81,7 +83,9 @@ def kept_about(run_folder: Path) -> RunAbout:
         return about_with(RunAbout(), **texts)
     except (OSError, ValueError, TypeError, SettingError) as error:
         problem = f"cannot be understood: {plain_words(error)}"
-        raise RunError(problem, where=str(path), remedy="Remove this file and say it again") from error
+        raise RunError(
+            problem, where=str(path), remedy="Remove this file and say it again"
+        ) from error
 
 
 def read_about(run_folder: Path) -> RunAbout:
@@ -112,6 +116,8 @@ def write_about(run_folder: Path, about: RunAbout) -> None:
             path.unlink(missing_ok=True)
             return
         with whole_file(path) as partial:
-            partial.write_text(json.dumps(words, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+            partial.write_text(
+                json.dumps(words, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+            )
     except OSError as error:
         raise unwritable(path, error) from error

@@ -98,7 +98,9 @@ class Run(Shown):
         common = stems[0]
         if len(stems) > 1:
             alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*stems, strict=False))
-            common = "".join(letters[0] for letters in alike).rstrip("0123456789")  # a number may be cut in the middle
+            common = "".join(letters[0] for letters in alike).rstrip(
+                "0123456789"
+            )  # a number may be cut in the middle
         return named_after(common if len(common) >= _SHORTEST_NAME else stems[0])
 
     def entry(self, name: str) -> Mapping[str, Any]:
@@ -111,7 +113,9 @@ class Run(Shown):
             if name in (entry["name"], id_of(place)):
                 return entry
         known = ", ".join(f"{id_of(place)} ({name})" for place, name in enumerate(self.names))
-        raise RunError(f"no model {name!r}", where=str(self.folder), remedy=f"Choose one of {known}")
+        raise RunError(
+            f"no model {name!r}", where=str(self.folder), remedy=f"Choose one of {known}"
+        )
 
     def file(self, name: str) -> Path:
         """Path of a file whose digest run.json holds, once it has been checked.
@@ -129,7 +133,11 @@ class Run(Shown):
                 remedy="Restore the file, or fit the log again",
             ) from error
         if digest != self.body["files"][name]:
-            raise RunError("changed after the run", where=str(path), remedy="Restore the file, or fit the log again")
+            raise RunError(
+                "changed after the run",
+                where=str(path),
+                remedy="Restore the file, or fit the log again",
+            )
         return path
 
     def report(self) -> Any:
@@ -153,7 +161,11 @@ class Run(Shown):
         model = load_model(path)
         written = entry["model_digest"], entry.get("model", entry["name"]), entry["dynamics"]
         if (model.to_dict()["digest"], model.name, dict(model.times)) != written:
-            raise RunError("this is not the model that the run wrote", where=str(path), remedy="Fit the log again")
+            raise RunError(
+                "this is not the model that the run wrote",
+                where=str(path),
+                remedy="Fit the log again",
+            )
         return model
 
     def _final(self) -> Model:
@@ -166,7 +178,11 @@ class Run(Shown):
         model = load_model(path)
         digest = model.to_dict()["digest"]
         if digest != kept["model_digest"] or model.name != kept["name"]:
-            raise RunError("this is not the model that the run wrote", where=str(path), remedy="Fit the log again")
+            raise RunError(
+                "this is not the model that the run wrote",
+                where=str(path),
+                remedy="Fit the log again",
+            )
         return model
 
     def model_file(self, name: str | None = None) -> Path:
@@ -184,7 +200,11 @@ class Run(Shown):
         name = str(self.body["recommended"])
         standing = self.standing
         if standing.why_none:
-            remedy = "Turn a sign and fit again" if standing.sign_open else "Log more of what it has to explain"
+            remedy = (
+                "Turn a sign and fit again"
+                if standing.sign_open
+                else "Log more of what it has to explain"
+            )
             raise RunError(
                 f"this run recommends no model: the nearest, {name}, {standing.why_none}",
                 where=str(self.folder),
@@ -248,25 +268,39 @@ def read_run(folder: str | Path) -> Run:
         raise RunError(problem, where=str(folder), remedy="Give the --out folder of erclutch fit")
     try:
         body = json.loads(small_text(path))
-        json.dumps(body, ensure_ascii=False).encode()  # fails on half a character, which no report can hold
+        json.dumps(
+            body, ensure_ascii=False
+        ).encode()  # fails on half a character, which no report can hold
     except (OSError, ValueError, RecursionError) as error:
         what = f"not a run: run.json: {plain_words(error)}"
         remedy = "Give the --out folder of erclutch fit"
         if isinstance(error, FileNotFoundError):
-            what = "not a run: it holds no run.json" if Path(folder).is_dir() else "not a run: there is no such folder"
+            what = (
+                "not a run: it holds no run.json"
+                if Path(folder).is_dir()
+                else "not a run: there is no such folder"
+            )
             within = sorted(str(place.parent) for place in Path(folder).glob("*/run.json"))
             if within:
                 more = " ..." if len(within) > _NAMED else ""
                 remedy = f"Give one of the runs in it: {', '.join(within[:_NAMED])}{more}"
         raise RunError(what, where=str(folder), remedy=remedy) from error
     if not isinstance(body, dict) or cast(dict[str, Any], body).get("kind") != "erclutch run":
-        raise RunError("run.json does not describe a run", where=str(folder), remedy="Give the folder of erclutch fit")
+        raise RunError(
+            "run.json does not describe a run",
+            where=str(folder),
+            remedy="Give the folder of erclutch fit",
+        )
     body = cast(dict[str, Any], body)
     require_schema(body.get("schema"), RUN_SCHEMA, str(folder))
     if not keeps_digest(body):
-        raise RunError("run.json was changed after the run", where=str(folder), remedy="Fit the log again")
+        raise RunError(
+            "run.json was changed after the run", where=str(folder), remedy="Fit the log again"
+        )
     try:
         require_shape(body)
     except ValueError as error:
-        raise RunError(f"unfit entry: {error}", where=str(path), remedy="Fit the log again") from error
+        raise RunError(
+            f"unfit entry: {error}", where=str(path), remedy="Fit the log again"
+        ) from error
     return Run(Path(folder), body)

@@ -49,9 +49,13 @@ def read_rows(run: Run) -> RunRows:
         return _rows_of(run.body, columns)
     except LogError as error:
         remedy = error.remedy if RAISED in error.remedy else "Fit the log again"
-        raise RunError(f"does not fit run.json: {error.problem}", where=str(path), remedy=remedy) from error
+        raise RunError(
+            f"does not fit run.json: {error.problem}", where=str(path), remedy=remedy
+        ) from error
     except (ValueError, KeyError, TypeError) as error:
-        raise RunError(f"does not fit run.json: {error}", where=str(path), remedy="Fit the log again") from error
+        raise RunError(
+            f"does not fit run.json: {error}", where=str(path), remedy="Fit the log again"
+        ) from error
 
 
 def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
@@ -67,7 +71,11 @@ def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
     for start, stop, period in body["spans"]:
         known_period = None if period is None else float(period)
         spans.append(Span(int(start), int(stop), known_period))
-    further = {name.removeprefix(INPUT): column for name, column in columns.items() if name.startswith(INPUT)}
+    further = {
+        name.removeprefix(INPUT): column
+        for name, column in columns.items()
+        if name.startswith(INPUT)
+    }
     data = Dataset(
         device=body["device"],
         elements=tuple(Element(columns[f"field{tail}"], columns[f"slip{tail}"]) for tail in tails),

@@ -54,7 +54,9 @@ _object = _checked_as(dict, "an object")
 
 def _figure(value: Any, name: str) -> None:
     """A finite number of any size."""
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)  # True is an int to Python
+    is_number = isinstance(value, int | float) and not isinstance(
+        value, bool
+    )  # True is an int to Python
     if not is_number or not abs(value) <= sys.float_info.max:
         raise ValueError(f"{name} is {value!r:.40}, not a finite number")
 
@@ -114,7 +116,9 @@ def _list(of: _Check, least: int = 0) -> _Check:
 
     def check(value: Any, name: str) -> None:
         if not isinstance(value, list) or len(cast(list[Any], value)) < least:
-            raise ValueError(f"{name} is {value!r:.40}, not a list{f' of {least} or more' if least else ''}")
+            raise ValueError(
+                f"{name} is {value!r:.40}, not a list{f' of {least} or more' if least else ''}"
+            )
         for at, item in enumerate(cast(list[Any], value)):
             of(item, f"{name}[{at}]")
 
@@ -144,7 +148,9 @@ def _pairs(of: _Check) -> _Check:
     return check
 
 
-def _entries(required: Mapping[str, _Check], optional: Mapping[str, _Check] | None = None) -> _Check:
+def _entries(
+    required: Mapping[str, _Check], optional: Mapping[str, _Check] | None = None
+) -> _Check:
     """An object of these entries, and any others."""
 
     def check(value: Any, name: str) -> None:
@@ -164,17 +170,25 @@ _BANDED = _items(*(_or_null(_figure),) * 3)  # value, low, high
 def _banded(high: _Check) -> _Check:
     """A number with its band, or null all over."""
     null = _checked_as(type(None), "null")
-    return _either("a number with its band, or nulls", _items(_figure, _figure, high), _items(null, null, null))
+    return _either(
+        "a number with its band, or nulls", _items(_figure, _figure, high), _items(null, null, null)
+    )
 
 
 _SCORE = _entries(
     {"rows": _count, "bias": _or_null(_figure), "share": _BANDED, "r2": _BANDED}
     | dict.fromkeys(("mse", "rmse", "largest"), _banded(_figure))
 )
-_COVERAGE = _entries({"rows": _count, "where": _text} | dict.fromkeys(("share", "worst", "width"), _figure))
+_COVERAGE = _entries(
+    {"rows": _count, "where": _text} | dict.fromkeys(("share", "worst", "width"), _figure)
+)
 _PARAMETER = _entries(
     {"name": name_of, "meaning": _text, "unit": _text, "value": _figure}
-    | {"low": _or_null(_figure), "high": _or_null(_figure), "at_bound": _or_null(_one_of("lower", "upper"))}
+    | {
+        "low": _or_null(_figure),
+        "high": _or_null(_figure),
+        "at_bound": _or_null(_one_of("lower", "upper")),
+    }
 )
 _FIT = _entries(
     {
@@ -184,14 +198,29 @@ _FIT = _entries(
         "paper_form": _pairs(_or_null(_figure)),
         "condition": _or_null(_figure),
     }
-    | dict.fromkeys(("iterations", "rank", "unknowns", "bandwidth_rows", "train_rows", "weights"), _count)
+    | dict.fromkeys(
+        ("iterations", "rank", "unknowns", "bandwidth_rows", "train_rows", "weights"), _count
+    )
 )
 _RANKED = _entries(
     {
-        **{"name": name_of, "file": _text, "model_digest": _text, "title": _text, "sound": truth_of},
-        **{"dynamics": _pairs(_figure), "parameters_count": _count, "train": _SCORE, "test": _SCORE},
+        **{
+            "name": name_of,
+            "file": _text,
+            "model_digest": _text,
+            "title": _text,
+            "sound": truth_of,
+        },
+        **{
+            "dynamics": _pairs(_figure),
+            "parameters_count": _count,
+            "train": _SCORE,
+            "test": _SCORE,
+        },
         "excess_over_best": _banded(_or_null(_figure)),
-        "criteria": _entries(dict.fromkeys(("aic", "bic", "aic_independent", "bic_independent"), _or_null(_figure))),
+        "criteria": _entries(
+            dict.fromkeys(("aic", "bic", "aic_independent", "bic_independent"), _or_null(_figure))
+        ),
         **{"folds_rmse": _NUMBERS, "fit": _FIT, "notes": _list(_text)},
     },
     {
@@ -205,25 +234,52 @@ _RANKED = _entries(
 )
 _SETTINGS = _entries(
     {
-        **{"models": _list(_text), "lag": _text, "test": _either("a share or names", _figure, _list(_text))},
-        **{"blocks": _count, "friction": _or_null(truth_of), "offset": _or_null(truth_of), "seed": _count},
+        **{
+            "models": _list(_text),
+            "lag": _text,
+            "test": _either("a share or names", _figure, _list(_text)),
+        },
+        **{
+            "blocks": _count,
+            "friction": _or_null(truth_of),
+            "offset": _or_null(truth_of),
+            "seed": _count,
+        },
         **{"past": _list(_either("a row or a time", _count, _text)), "polish": truth_of},
     }
 )
 _READING = _entries(
     {},
     dict.fromkeys(("time", *(name.lower() for name in NAMED_COLUMNS)), _text)
-    | dict.fromkeys(("device", "rate", "lead", "begin", "end", "skip", "name_pattern", "map", "variable"), _text)
-    | {"resample": _text, "invalid": _one_of(*get_args(Invalid)), "derivative": _one_of(*get_args(DerivativeName))}
+    | dict.fromkeys(
+        ("device", "rate", "lead", "begin", "end", "skip", "name_pattern", "map", "variable"), _text
+    )
+    | {
+        "resample": _text,
+        "invalid": _one_of(*get_args(Invalid)),
+        "derivative": _one_of(*get_args(DerivativeName)),
+    }
     | dict.fromkeys(("input", "constant", "scale"), _list(_text))
     | {"cutoff": _figure, "window": _count},
 )
 _RECALIBRATION = _entries(
     dict.fromkeys(("run", "run_digest", "model", "way", "verdict"), _text)
-    | {"share": _figure, "stretches": _count, "numbers": _pairs(_NUMBERS), "unseen_blocks_rmse": _pairs(_NUMBERS)}
+    | {
+        "share": _figure,
+        "stretches": _count,
+        "numbers": _pairs(_NUMBERS),
+        "unseen_blocks_rmse": _pairs(_NUMBERS),
+    }
 )
 _LOG = _entries(
-    {"name": _text, "sha256": _text, "rows": _count, "segments": _count, "period_s": _period, "origin": _text}
+    {
+        "name": _text,
+        "sha256": _text,
+        "rows": _count,
+        "segments": _count,
+        "period_s": _period,
+        "origin": _text,
+    }
     | {"mapping": _or_null(_items(_text, _text))}
 )
 
@@ -241,7 +297,9 @@ _BODY = _entries(
         "spans": _list(_items(_count, _count, _or_null(_period))),
         "train_rows": _count,
         "test_rows": _count,
-        "findings": _list(_entries(dict.fromkeys(("level", "subject", "message", "remedy"), _text))),
+        "findings": _list(
+            _entries(dict.fromkeys(("level", "subject", "message", "remedy"), _text))
+        ),
         "ranking": _list(_RANKED, 1),
         "best": _text,
         "recommended": _text,
@@ -270,14 +328,18 @@ def require_shape(body: Mapping[str, Any]) -> None:
         if entry.get("id", id_of(at)) != id_of(at):
             raise ValueError(f"ranking[{at}].id is {entry['id']!r:.60}, not {id_of(at)!r}")
         if entry["file"] != f"models/{file_name(entry['name'])}.json":
-            raise ValueError(f"ranking[{at}].file is {entry['file']!r:.60}, not that of {entry['name']!r:.60}")
+            raise ValueError(
+                f"ranking[{at}].file is {entry['file']!r:.60}, not that of {entry['name']!r:.60}"
+            )
         count = len(entry["fit"]["parameters"]) + entry["fit"]["weights"]
         if entry["parameters_count"] != count:
             raise ValueError(
                 f"ranking[{at}].parameters_count is {entry['parameters_count']}, not {count} as in its fit"
             )
     if len(body["source_rows"]) != len(body["logs"]):
-        raise ValueError(f"source_rows are {len(body['source_rows'])}, not one for each of {len(body['logs'])} logs")
+        raise ValueError(
+            f"source_rows are {len(body['source_rows'])}, not one for each of {len(body['logs'])} logs"
+        )
     rows = body["train_rows"] + body["test_rows"]
     for key in ("source_rows", "spans"):
         starts = [start for start, *_ in body[key]]
@@ -285,7 +347,9 @@ def require_shape(body: Mapping[str, Any]) -> None:
         follow_each_other = starts == edges[:-1]
         rising = edges == sorted({*edges})
         if not follow_each_other or not rising or edges[-1] != rows:
-            raise ValueError(f"{key} are {body[key]!r:.40}, not stretches that cover the {rows} rows in order")
+            raise ValueError(
+                f"{key} are {body[key]!r:.40}, not stretches that cover the {rows} rows in order"
+            )
 
 
 def file_name(model: str) -> str:

@@ -176,11 +176,15 @@ def named(device: DeviceName, texts: Mapping[str, str]) -> NamedChannels:
     roles = {name: role for name, _, role, _ in _ROWS[device]}
     for name, text in texts.items():
         if name not in wired(device):
-            raise SettingError(f"there is no channel {name!r}", remedy=f"Name some of {', '.join(wired(device))}")
+            raise SettingError(
+                f"there is no channel {name!r}", remedy=f"Name some of {', '.join(wired(device))}"
+            )
         role = roles[name]
         match = _LABEL.fullmatch(text)
         if match is None or not match["label"] or not match["label"].isprintable():
-            raise SettingError(f"channel {name!r} is called {text!r}", remedy="Write it like 'coil current [A]'")
+            raise SettingError(
+                f"channel {name!r} is called {text!r}", remedy="Write it like 'coil current [A]'"
+            )
         labels[name] = match["label"]
         if match["unit"] is not None:
             unit = _in_si(name, match["unit"], role)
@@ -213,5 +217,7 @@ def _in_si(name: str, unit: str, role: str) -> str:
     factor, si_unit = fitting or (0.0, "")
     if factor != 1.0:
         allowed = ", ".join(si or "1" for si in signal.si_units)
-        raise SettingError(f"channel {name!r} is in {unit or '1'}", remedy=f"Send it in one of {allowed}")
+        raise SettingError(
+            f"channel {name!r} is in {unit or '1'}", remedy=f"Send it in one of {allowed}"
+        )
     return si_unit

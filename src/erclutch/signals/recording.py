@@ -42,7 +42,9 @@ SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
         kind.name: kind
         for kind in (
             SignalKind("field", "command to the fluid of a single element", _FIELD_UNITS),
-            SignalKind("slip", "relative speed across the element's fluid", ("rad/s", "m/s", "1/s")),
+            SignalKind(
+                "slip", "relative speed across the element's fluid", ("rad/s", "m/s", "1/s")
+            ),
             SignalKind("position", "relative position across the element's fluid", ("rad", "m")),
             SignalKind("effort", "torque or force that the device transmits", ("N*m", "N", "Pa")),
             SignalKind("E1", "field of clutch CH1", _FIELD_UNITS),
@@ -176,7 +178,9 @@ class Recording(Shown):
             for part in value.values() if isinstance(value, dict) else (value,):  # pyright: ignore[reportUnknownVariableType]
                 if isinstance(part, np.ndarray):
                     part.setflags(write=False)
-            object.__setattr__(self, name, MappingProxyType(value) if isinstance(value, dict) else value)  # pyright: ignore[reportUnknownArgumentType]
+            object.__setattr__(
+                self, name, MappingProxyType(value) if isinstance(value, dict) else value
+            )  # pyright: ignore[reportUnknownArgumentType]
 
     @property
     def rows(self) -> int:

@@ -41,11 +41,18 @@ class Derivative:
 
     def __post_init__(self) -> None:
         if self.name not in DERIVATIVES:
-            raise SettingError(f"unknown derivative {self.name!r}", remedy=f"Choose one of {', '.join(DERIVATIVES)}")
+            raise SettingError(
+                f"unknown derivative {self.name!r}",
+                remedy=f"Choose one of {', '.join(DERIVATIVES)}",
+            )
         if not (np.isfinite(self.cutoff) and self.cutoff > 0):
-            raise SettingError(f"a cutoff of {self.cutoff} Hz", remedy="Give a frequency above 0 Hz")
+            raise SettingError(
+                f"a cutoff of {self.cutoff} Hz", remedy="Give a frequency above 0 Hz"
+            )
         if self.window < 5 or self.window % 2 == 0:
-            raise SettingError(f"a window of {self.window} rows", remedy="Give an odd number, 5 or more")
+            raise SettingError(
+                f"a window of {self.window} rows", remedy="Give an odd number, 5 or more"
+            )
 
 
 @dataclass
@@ -91,13 +98,17 @@ def _gains(derivative: Derivative, period: float) -> tuple[float, float]:
         return 1.0, 1.0
     if derivative.cutoff * period >= 0.5:
         problem = f"a cutoff of {derivative.cutoff:g} Hz at a sampling rate of {1 / period:g} Hz"
-        raise SettingError(problem, remedy="Give a cutoff below half of the sampling rate, or use difference")
+        raise SettingError(
+            problem, remedy="Give a cutoff below half of the sampling rate, or use difference"
+        )
     if derivative.name == "lowpass":
         return 1.0, -float(np.expm1(-2.0 * np.pi * derivative.cutoff * period))
     # Steady-state gains of the position-speed Kalman filter follow from one number, the ratio of acceleration to
     # measurement noise (Kalata's tracking index); it is set so that the estimator's natural frequency is the cutoff.
     index = (2.0 * np.pi * derivative.cutoff * period) ** 2
-    rest = (np.sqrt(8.0 * index + index**2) - index) / 4.0  # 1 - r of Kalata; g = 1 - r^2, h = 2 (1 - r)^2
+    rest = (
+        np.sqrt(8.0 * index + index**2) - index
+    ) / 4.0  # 1 - r of Kalata; g = 1 - r^2, h = 2 (1 - r)^2
     return float(rest * (2.0 - rest)), float(2.0 * rest**2)
 
 

@@ -74,32 +74,63 @@ _SPELLINGS = (
     (re.compile(r"\b(?:oz|ozf)\s*[-.*·]?\s*in\b"), "ounce_force*inch"),
     (re.compile(r"\bin\s*[-.*·]?\s*(?:oz|ozf)\b"), "ounce_force*inch"),
     *(
-        (re.compile(rf"\b(?:{pounds}\s*[-.*·]?\s*{arm}|{arm}\s*[-.*·]?\s*{pounds})\b", re.IGNORECASE), means)
+        (
+            re.compile(
+                rf"\b(?:{pounds}\s*[-.*·]?\s*{arm}|{arm}\s*[-.*·]?\s*{pounds})\b", re.IGNORECASE
+            ),
+            means,
+        )
         for pounds in ("(?:lbf|lbs|lb)",)
-        for arm, means in (("(?:inch|in)", "pound_force*inch"), ("(?:foot|feet|ft)", "pound_force*foot"))
+        for arm, means in (
+            ("(?:inch|in)", "pound_force*inch"),
+            ("(?:foot|feet|ft)", "pound_force*foot"),
+        )
     ),
     (re.compile(r"(?<![\w.])lbs?f?(?!\w)", re.IGNORECASE), "pound_force"),
-    (re.compile(r"/\s*(?:S|SEC|Sec)(?!\w)"), "/s"),  # machines that write in capitals; nothing is over a siemens
-    *((re.compile(rf"(?<![\w.]){capitals}(?!\w)"), capitals.lower()) for capitals in ("MM", "CM", "IN", "DEG")),
+    (
+        re.compile(r"/\s*(?:S|SEC|Sec)(?!\w)"),
+        "/s",
+    ),  # machines that write in capitals; nothing is over a siemens
+    *(
+        (re.compile(rf"(?<![\w.]){capitals}(?!\w)"), capitals.lower())
+        for capitals in ("MM", "CM", "IN", "DEG")
+    ),
     (re.compile(r"(?<![\w.])(?:SEC|Sec)(?!\w)"), "s"),
     (re.compile(r"(?<![\w.])KN(?!\w)"), "kN"),
-    (re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"), "rad/s"),  # a dot for the line of the fraction
+    (
+        re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"),
+        "rad/s",
+    ),  # a dot for the line of the fraction
     (re.compile(r"(?<![\w.])([mk]?)[Nn]ewton[-. ]?[Mm]et(?:er|re)s?(?!\w)"), r"\1N*m"),
     (re.compile(r"[·⋅∙×•・･]"), "*"),  # the signs that people type for a product
     (re.compile(r"(?<![\w.])([mk]?)N[?\ufffd]m(?!\w)"), r"\1N*m"),  # a point that an encoding lost
     (re.compile(r"(?<![\w.])n[-.*]m(?!\w)"), "N*m"),  # nm without a sign is the nanometre
     (re.compile(r"(?<![\w.])(k?gf)\.(c?m)(?!\w)"), r"\1*\2"),
     # A torque in kilograms times an arm is one of weights; what goes on is an inertia or a momentum.
-    (re.compile(r"(?<![\w.])(k?g)(?:\s*[-.*·]\s*|\s+|(?=cm))([cm]?m)(?![\w^*/²])(?!\s*[/*^])"), r"\1f*\2"),
+    (
+        re.compile(r"(?<![\w.])(k?g)(?:\s*[-.*·]\s*|\s+|(?=cm))([cm]?m)(?![\w^*/²])(?!\s*[/*^])"),
+        r"\1f*\2",
+    ),
     (re.compile(r"\b((?:da|[numcdhkMGµμ])?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
-    (re.compile(r"(?<![\w.])mils?(?!\w)"), "thou"),  # of a machinist; that of a gunner is no unit of a bench
+    (
+        re.compile(r"(?<![\w.])mils?(?!\w)"),
+        "thou",
+    ),  # of a machinist; that of a gunner is no unit of a bench
     (re.compile(r"(?<![\w.])kp(?!\w)"), "kgf"),
     (re.compile(r"(?<![\w.])(?:d|dev|devir)\s*/\s*dk(?!\w)"), "turn/min"),  # Turkish
     (re.compile(r"^\s*[x×*]\s*(?=\d)"), ""),  # x1000 rpm
     (re.compile(r"(?<=\w)\s*[x×]\s*(?=\d+(?:\.\d+)?\s*$)"), "*"),  # rpm x1000
-    (re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"), r"\1*s"),  # pint reads Pas as several pascals
+    (
+        re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"),
+        r"\1*s",
+    ),  # pint reads Pas as several pascals
     (re.compile(r"-¹"), "^-1"),
-    (re.compile(r"(?<![\w.])(?:U|r|tr|rev|revs|giri|giros|obr|ot|omw|varv|rot|(?:umdr|Umdr)\.?)(?=\s*/)"), "turn"),
+    (
+        re.compile(
+            r"(?<![\w.])(?:U|r|tr|rev|revs|giri|giros|obr|ot|omw|varv|rot|(?:umdr|Umdr)\.?)(?=\s*/)"
+        ),
+        "turn",
+    ),
     (re.compile(r"(?<![\w.])[Aa]mps?(?!\w)"), "ampere"),  # pint reads amps as attometers per second
     (re.compile(r"(?<![\w.])([mkuµμ]?V)\s?(?:DC|AC|dc|ac|RMS|rms|eff)(?!\w)"), r"\1"),
     # ADC without a blank may be the counts of a converter.
@@ -119,7 +150,9 @@ _TENS = re.compile(
     r"|(?P<of>[^\W\d_].*?)\s*[×x*·]\s*10\s*(?P<behind>(?:\^|\*\*)[+-]?\d|-\d|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹])"
 )
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
-_DIFFERENCE = re.compile(r"\s*d(?:rpm|V|A|T|s|rad|deg|W|Hz|°)(?!\w).*")  # no tenth of it: a d is a difference
+_DIFFERENCE = re.compile(
+    r"\s*d(?:rpm|V|A|T|s|rad|deg|W|Hz|°)(?!\w).*"
+)  # no tenth of it: a d is a difference
 # A number over a unit is 1 or counts in tens, as 1/s and 1000/min do: 2/s is a unit that nobody writes.
 _ODD_COUNT = re.compile(r"(?!10*/)[\d.]+/")
 _FORM = re.compile(r"[\w\s.+*/()^%°µμΩ²³⁻¹-]*")
@@ -135,13 +168,21 @@ _PRODUCT = re.compile(rf"{_FACTOR}(?:[*/ ·]{_FACTOR}){{0,5}}")
 _USUAL = {"rad/s": "rpm", "m/s": "cm/s", "rad": "deg", "m": "mm"}
 #: Units of most logs with what pint says of them, factors by dimension, since pint takes half a second to load.
 _FACTORS = {
-    (("ampere", -1.0), ("gram", 1.0), ("meter", 2.0), ("second", -3.0)): {"V": 1e3, "kV": 1e6, "mV": 1.0},
+    (("ampere", -1.0), ("gram", 1.0), ("meter", 2.0), ("second", -3.0)): {
+        "V": 1e3,
+        "kV": 1e6,
+        "mV": 1.0,
+    },
     (("ampere", -1.0), ("gram", 1.0), ("meter", 1.0), ("second", -3.0)): {"V/m": 1e3, "kV/mm": 1e9},
     (("ampere", 1.0),): {"A": 1.0, "mA": 1e-3},
     (("ampere", 1.0), ("meter", -1.0)): {"A/m": 1.0},
     (("ampere", -1.0), ("gram", 1.0), ("second", -2.0)): {"T": 1e3},
     (("radian", 1.0),): {"rad": 1.0, "deg": math.pi / 180.0},
-    (("radian", 1.0), ("second", -1.0)): {"rad/s": 1.0, "deg/s": math.pi / 180.0, "rpm": 2.0 * math.pi / 60.0},
+    (("radian", 1.0), ("second", -1.0)): {
+        "rad/s": 1.0,
+        "deg/s": math.pi / 180.0,
+        "rpm": 2.0 * math.pi / 60.0,
+    },
     (("meter", 1.0),): {"m": 1.0, "mm": 1e-3, "cm": 1e-2},
     (("meter", 1.0), ("second", -1.0)): {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2},
     (("gram", 1.0), ("meter", 1.0), ("second", -2.0)): {"N": 1e3, "kN": 1e6},
@@ -151,7 +192,11 @@ _FACTORS = {
     (("second", 1.0),): {"s": 1.0, "ms": 1e-3, "us": 1e-6},
 }
 #: Unit -> factor and dimension.
-COMMON = {unit: (factor, dimension) for dimension, units in _FACTORS.items() for unit, factor in units.items()}
+COMMON = {
+    unit: (factor, dimension)
+    for dimension, units in _FACTORS.items()
+    for unit, factor in units.items()
+}
 #: Temperatures of a fluid lie between these, in K; a broken sensor's do not.
 LEAST_KELVIN = 150.0
 MOST_KELVIN = 800.0
@@ -203,13 +248,19 @@ def parse(text: str) -> Unit:
     tens = _TENS.fullmatch(spelled) if len(text) <= _LONGEST and "10" in text else None
     if tens:
         power = (tens["before"] or tens["behind"]).translate(_RAISED).lstrip("^*")
-        times = f"{10.0 ** int(power):.9f}".rstrip("0").rstrip(".")  # an e would be a charge to pint
+        times = f"{10.0 ** int(power):.9f}".rstrip("0").rstrip(
+            "."
+        )  # an e would be a charge to pint
         spelled = f"{times} {tens['unit'] or tens['of']}"
     for pattern, replacement in _SPELLINGS:
         spelled = pattern.sub(replacement, spelled)
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
     chained = re.search(r"\^|\*\*", _POWER.sub("", spelled))
-    has_form = _FORM.fullmatch(spelled) and not _DIFFERENCE.fullmatch(spelled) and not _ODD_COUNT.match(spelled)
+    has_form = (
+        _FORM.fullmatch(spelled)
+        and not _DIFFERENCE.fullmatch(spelled)
+        and not _ODD_COUNT.match(spelled)
+    )
     of_temperature = text in _KELVIN | _CELSIUS - {"C"}  # pint would take a second to refuse it
     if len(text) <= _LONGEST and has_form and not of_temperature and not chained:
         # In short units capitals tell one from another: mm and Mm, s and S.
@@ -236,7 +287,9 @@ def _evaluate(text: str, spelled: str) -> Unit | None:
         linear = abs(float(double.magnitude) - 2.0 * factor) <= 1e-12 * abs(factor)
         powers = [(str(name), float(power)) for name, power in base.unit_items()]
         dimension = tuple(sorted(powers))
-    except Exception:  # pint, its tokenizer and its arithmetic raise a dozen unrelated types on odd text
+    except (
+        Exception
+    ):  # pint, its tokenizer and its arithmetic raise a dozen unrelated types on odd text
         return None
     refused = any(name in {"kelvin", "bit", "count"} for name, _ in dimension)
     if not linear or refused or not 0.0 < factor < float("inf"):
@@ -370,5 +423,8 @@ def in_unit(text: str, unit: str) -> float:
         factor = given.factor / wanted.factor if fits_it else math.inf
     converted = number * factor
     if not math.isfinite(converted):
-        raise UnitError(f"'{text}' is no quantity in {unit or '1 or %'}", remedy=f"Write it like {f'2 {unit}'.strip()}")
+        raise UnitError(
+            f"'{text}' is no quantity in {unit or '1 or %'}",
+            remedy=f"Write it like {f'2 {unit}'.strip()}",
+        )
     return converted

@@ -67,42 +67,93 @@ class Outcome:
         return f"{self.instructions:.0f} instructions a step, {self.stack} B stack, {self.flash} B flash"
 
 
-def run_board(board: Board, program: ExportedStep, folder: Path, work: Path, repeats: int = 8) -> Outcome:
+def run_board(
+    board: Board, program: ExportedStep, folder: Path, work: Path, repeats: int = 8
+) -> Outcome:
     """Compile for a board, run under QEMU; instructions are counted over so many rounds of the vectors.
 
     Raises:
         ExportError: the compiler or the emulator failed.
     """
     n = program.name
-    words = [_COMPILER, *EXACT, "-O2", f"-mcpu={board.cpu}", "-mthumb", f"-mfpu={board.fpu}", "-mfloat-abi=hard"]
+    words = [
+        _COMPILER,
+        *EXACT,
+        "-O2",
+        f"-mcpu={board.cpu}",
+        "-mthumb",
+        f"-mfpu={board.fpu}",
+        "-mfloat-abi=hard",
+    ]
     words += ["-ffunction-sections", "-fdata-sections"]
     step = work / "step.o"
     what = f"cannot be compiled for the {board.name}"
-    run([*words, "-c", str(folder / f"{n}.c"), "-o", str(step)], f"{n}.c {what}", "Export the model again")
-    link = ["-ffreestanding", "-nostartfiles", "-Wl,--gc-sections", "-T", str(_HERE / "board.ld"), "-I", str(folder)]
+    run(
+        [*words, "-c", str(folder / f"{n}.c"), "-o", str(step)],
+        f"{n}.c {what}",
+        "Export the model again",
+    )
+    link = [
+        "-ffreestanding",
+        "-nostartfiles",
+        "-Wl,--gc-sections",
+        "-T",
+        str(_HERE / "board.ld"),
+        "-I",
+        str(folder),
+    ]
     link += [f'-DHEADER="{n}.h"', f'-DVECTORS="{n}_vectors.h"', f"-DINPUTS={len(program.inputs)}u"]
     link += [f"-DREPEATS={repeats}u"]
-    link += [f"-D{name}={n}_{name}" for name in ("state", "reset", "step", "inverse", "inverse_now", "real")]
+    link += [
+        f"-D{name}={n}_{name}"
+        for name in ("state", "reset", "step", "inverse", "inverse_now", "real")
+    ]
     image = work / "board.elf"
     sources = [str(_HERE / "board.c"), str(step)]
-    run([*words, *link, *sources, "-o", str(image)], f"the test bench {what}", "Install libnewlib-arm-none-eabi")
+    run(
+        [*words, *link, *sources, "-o", str(image)],
+        f"the test bench {what}",
+        "Install libnewlib-arm-none-eabi",
+    )
     log = work / "board.log"
     log.unlink(missing_ok=True)
-    emulator = [_EMULATOR, "-M", board.machine, "-display", "none", "-monitor", "none", "-serial", "none"]
+    emulator = [
+        _EMULATOR,
+        "-M",
+        board.machine,
+        "-display",
+        "none",
+        "-monitor",
+        "none",
+        "-serial",
+        "none",
+    ]
     emulator += ["-chardev", f"file,id=out,path={log}"]
     emulator += ["-semihosting-config", "enable=on,target=native,chardev=out", "-icount", "shift=0"]
-    run([*emulator, "-kernel", str(image)], f"{n} on the {board.name} under QEMU did not end well", "Export it again")
+    run(
+        [*emulator, "-kernel", str(image)],
+        f"{n} on the {board.name} under QEMU did not end well",
+        "Export it again",
+    )
     return _outcome(log.read_text(encoding="ascii"), _flash(step))
 
 
 def _outcome(text: str, flash: int) -> Outcome:
-    counts = {k: float(v) for k, v in re.findall(r"^(TICKS|EMPTY|CALLS|STACK) (\d+)$", text, re.MULTILINE)}
-    printed = "\n".join(line for line in text.splitlines() if re.match(r"[0-9a-f]{8,16} \d+$", line))
+    counts = {
+        k: float(v) for k, v in re.findall(r"^(TICKS|EMPTY|CALLS|STACK) (\d+)$", text, re.MULTILINE)
+    }
+    printed = "\n".join(
+        line for line in text.splitlines() if re.match(r"[0-9a-f]{8,16} \d+$", line)
+    )
     each = 40.0 * (counts["TICKS"] - counts["EMPTY"]) / counts["CALLS"]
     return Outcome(printed, each, int(counts["STACK"]), flash)
 
 
 def _flash(step: Path) -> int:
     """Code, constants and initial data of the object file."""
-    text = run(["arm-none-eabi-size", str(step)], "no size", "Install binutils-arm-none-eabi").splitlines()[1].split()
+    text = (
+        run(["arm-none-eabi-size", str(step)], "no size", "Install binutils-arm-none-eabi")
+        .splitlines()[1]
+        .split()
+    )
     return int(text[0]) + int(text[1])

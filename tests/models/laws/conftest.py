@@ -12,10 +12,20 @@ from erclutch.models.laws import Law, ladder, law_from_name
 
 _FORMS = tuple(
     f"{name}/{form}"
-    for name in ("bingham", "herschel-bulkley", "casson", "seo-seo", "cho-choi-jhon", "hem", "rbfm-5")
+    for name in (
+        "bingham",
+        "herschel-bulkley",
+        "casson",
+        "seo-seo",
+        "cho-choi-jhon",
+        "hem",
+        "rbfm-5",
+    )
     for form in ("square", "power", "critical")
 )
-SPECIFICATIONS = tuple(dict.fromkeys((*ladder(), *_FORMS, "rbfm-2", "bingham/saturating", "bingham/tanh")))
+SPECIFICATIONS = tuple(
+    dict.fromkeys((*ladder(), *_FORMS, "rbfm-2", "bingham/saturating", "bingham/tanh"))
+)
 
 
 @pytest.fixture(params=SPECIFICATIONS)

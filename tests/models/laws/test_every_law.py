@@ -23,14 +23,20 @@ Point = Callable[[Law, Sequence[float]], list[float]]
 
 MOST_SHAPES = 8
 shares = st.lists(st.floats(0.0, 1.0), min_size=MOST_SHAPES, max_size=MOST_SHAPES)
-free = settings(max_examples=examples(15), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+free = settings(
+    max_examples=examples(15),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
 
 # Zero among them, small, typical and beyond the reference.
 FIELDS = np.array([0.0, 0.0, 0.01, 0.2, 0.41, 0.7, 1.0, 1.0, 1.3])
 SLIPS = np.array([0.0, 0.7, -0.3, 0.0, 1e-3, -2.0, 0.5, -1e-3, 4.0])
 
 
-def assert_slopes(of: Callable[[Any], tuple[Any, ...]], columns: tuple[Any, ...], index: int, at: float) -> None:
+def assert_slopes(
+    of: Callable[[Any], tuple[Any, ...]], columns: tuple[Any, ...], index: int, at: float
+) -> None:
     """Derivatives of columns by seed ``index`` against central differences of ``of`` around ``at``."""
     # Extended precision, where there is any: terms that nearly cancel leave its digits to the difference.
     step = np.longdouble(1e-6 * max(abs(at), 1e-2))
@@ -40,17 +46,25 @@ def assert_slopes(of: Callable[[Any], tuple[Any, ...]], columns: tuple[Any, ...]
         size = 1 + np.abs(value_of(column)).max()
         # Rounding of the difference; and of the derivative, whose terms grow as 1 / rate where a rate goes to zero.
         rate = max(abs(at), OFF_ZERO)
-        floor = 4.0 * size * (np.finfo(np.longdouble).eps / step + np.finfo(float).eps / rate) + 1e-9
-        np.testing.assert_array_less(np.abs(exact - difference), 2e-5 * np.abs(exact) + floor + 1e-30)
+        floor = (
+            4.0 * size * (np.finfo(np.longdouble).eps / step + np.finfo(float).eps / rate) + 1e-9
+        )
+        np.testing.assert_array_less(
+            np.abs(exact - difference), 2e-5 * np.abs(exact) + floor + 1e-30
+        )
 
 
 @free
 @given(shares=shares)
-def test_derivatives_by_shape_parameters(law: Law, columns: Columns, point: Point, shares: list[float]) -> None:
+def test_derivatives_by_shape_parameters(
+    law: Law, columns: Columns, point: Point, shares: list[float]
+) -> None:
     q = point(law, shares)
     dual = columns(law, FIELDS, SLIPS, seed(q))
     for i in range(len(q)):
-        assert_slopes(lambda v, i=i: columns(law, FIELDS, SLIPS, [*q[:i], v, *q[i + 1 :]]), dual, i, q[i])
+        assert_slopes(
+            lambda v, i=i: columns(law, FIELDS, SLIPS, [*q[:i], v, *q[i + 1 :]]), dual, i, q[i]
+        )
 
 
 @free
@@ -73,7 +87,9 @@ def test_derivative_by_slip(law: Law, columns: Columns, point: Point, shares: li
 
 @free
 @given(shares=shares, E=st.floats(0, 1.5), w=st.floats(-5, 5))
-def test_odd_in_slip(law: Law, columns: Columns, point: Point, shares: list[float], E: float, w: float) -> None:
+def test_odd_in_slip(
+    law: Law, columns: Columns, point: Point, shares: list[float], E: float, w: float
+) -> None:
     q = point(law, shares)
     field, slip = np.array([E, E, E]), np.array([w, -w, 0.0])
     for column in columns(law, field, slip, q):
@@ -89,14 +105,20 @@ def test_gains_and_columns_are_as_many(law: Law, columns: Columns, point: Point)
     assert len(set(names)) == len(names)
 
 
-def test_finite_with_finite_derivatives_on_every_corner_of_the_bounds(law: Law, columns: Columns, point: Point) -> None:
+def test_finite_with_finite_derivatives_on_every_corner_of_the_bounds(
+    law: Law, columns: Columns, point: Point
+) -> None:
     E = np.array([0.0, 1e-300, 1e-12, 1e-6, 1e-3, 0.5, 1.0, 2.0])[:, None]
     w = np.array([0.0, 1e-300, -1e-12, 1e-6, -1e-3, 1.0, -5.0, 30.0])[None, :]
     fields, slips = (np.ascontiguousarray(x).ravel() for x in np.broadcast_arrays(E, w))
     count = len(law.stimulus_shape) + len(law.shape)
     for corner in itertools.product((0.0, 1.0), repeat=count):
         q = point(law, corner)
-        duals = [*seed(q), Dual(fields, {count: np.ones(fields.size)}), Dual(slips, {count + 1: np.ones(slips.size)})]
+        duals = [
+            *seed(q),
+            Dual(fields, {count: np.ones(fields.size)}),
+            Dual(slips, {count + 1: np.ones(slips.size)}),
+        ]
         for column in columns(law, duals[count], duals[count + 1], duals[:count]):
             assert np.isfinite(value_of(column)).all(), q
             for i in range(count + 2):
@@ -105,19 +127,25 @@ def test_finite_with_finite_derivatives_on_every_corner_of_the_bounds(law: Law, 
 
 @free
 @given(shares=shares)
-def test_nothing_happens_without_field_and_slip(law: Law, columns: Columns, point: Point, shares: list[float]) -> None:
+def test_nothing_happens_without_field_and_slip(
+    law: Law, columns: Columns, point: Point, shares: list[float]
+) -> None:
     for column in columns(law, np.zeros(1), np.zeros(1), point(law, shares)):
         assert column[0] == 0.0
 
 
 @free
 @given(shares=shares)
-def test_without_field_only_viscosity_is_left(law: Law, columns: Columns, point: Point, shares: list[float]) -> None:
+def test_without_field_only_viscosity_is_left(
+    law: Law, columns: Columns, point: Point, shares: list[float]
+) -> None:
     shapes = (*law.stimulus_shape, *law.shape)
     values = dict(zip((s.name for s in shapes), point(law, shares), strict=True))
     values["w_s"] = 1e-3
     if "E_on" in values:
-        values["E_on"] = max(values["E_on"], 0.5)  # a threshold of a few step widths is on without field already
+        values["E_on"] = max(
+            values["E_on"], 0.5
+        )  # a threshold of a few step widths is on without field already
     w = np.array([-3.0, -0.4, 0.02, 1.0, 3.0])
     got = columns(law, np.zeros(w.size), w, list(values.values()))
     name = law.name
@@ -142,7 +170,9 @@ GROWING = {name: form for name, form in YIELD_FORMS.items() if form is not CONST
 @pytest.mark.parametrize("form", GROWING.values(), ids=GROWING)
 @free
 @given(share=st.floats(0.0, 1.0))
-def test_yield_factor_is_zero_without_field_one_at_the_reference_and_grows(form: Any, share: float) -> None:
+def test_yield_factor_is_zero_without_field_one_at_the_reference_and_grows(
+    form: Any, share: float
+) -> None:
     q = [s.lower * (s.upper / s.lower) ** share for s in form.shape]
     E = np.linspace(0.0, 1.0, 101)
     y = form.factor(E, *q)

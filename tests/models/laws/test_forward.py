@@ -43,12 +43,16 @@ def test_where_slips_never_turn_it_is_the_law_itself(name: str) -> None:
     assert [s.name for s in turning.shape][1:] == [s.name for s in forward.shape]
     shape = [0.5 * (s.scanned[0] + s.scanned[1]) for s in forward.shape]
     w = np.array([0.5, 1.0, 2.0, 3.0])
-    for a, b in zip(turning.columns(E, w, 1e-3, *shape), forward.columns(E, w, *shape), strict=True):
+    for a, b in zip(
+        turning.columns(E, w, 1e-3, *shape), forward.columns(E, w, *shape), strict=True
+    ):
         np.testing.assert_allclose(a, b, rtol=1e-12)
 
 
 def test_kept_and_read_again() -> None:
-    made = model("bingham/square/forward", {"T_y_1": 0.4, "eta_1": 0.02, "T_y_2": 0.3, "eta_2": 0.01})
+    made = model(
+        "bingham/square/forward", {"T_y_1": 0.4, "eta_1": 0.02, "T_y_2": 0.3, "eta_2": 0.01}
+    )
     assert model_from_dict(made.to_dict()).structure.law.forward
     assert model_from_dict(made.to_dict()).to_dict() == made.to_dict()
 
@@ -58,7 +62,9 @@ def test_friction_keeps_its_sign_too() -> None:
     structure = Structure("coaxial", "bingham/forward", law, "none", friction=True)
     clock = Clock(np.linspace(0.0, 3e-3, 4), (Span(0, 4, 1e-3),))
     slip = np.array([1.0, -1.0, 0.0, 2.0])
-    columns = structure.columns((Element(E, slip), Element(E, -slip)), clock, Reference(0.5, 1.0, 1e-3), [])
+    columns = structure.columns(
+        (Element(E, slip), Element(E, -slip)), clock, Reference(0.5, 1.0, 1e-3), []
+    )
     np.testing.assert_array_equal(columns[2], np.ones(4))
     np.testing.assert_array_equal(columns[5], -np.ones(4))
 

@@ -36,17 +36,44 @@ def test_a_good_law_passes() -> None:
 @pytest.mark.parametrize(
     ("law", "said"),
     [
-        (law_of(good, (YIELD, VISCOSITY, YIELD)), r"two parameters of one name: w_s, T_y, eta, T_y"),
+        (
+            law_of(good, (YIELD, VISCOSITY, YIELD)),
+            r"two parameters of one name: w_s, T_y, eta, T_y",
+        ),
         (law_of(good, (YIELD,)), r"for each of its gains \(T_y\), it returns 2 columns"),
         (law_of(lambda *_: np.zeros(4), (YIELD,)), "it returns ndarray"),
-        (replace(law_of(good), name="pull"), "calls itself 'pull'; its Law.name and its entry point must agree"),
-        (law_of(lambda field, slip, turn: (field, slip * np.nan)), "returns for the gain eta what is no finite array"),
-        (law_of(lambda field, slip, turn: (field, slip[:2])), "returns for the gain eta what is no finite array"),
-        (law_of(lambda field, slip, turn: (1j * field, slip)), "returns for the gain T_y what is no finite array"),
-        (law_of(lambda field, slip, turn: (field, np.multiply(slip, 2.0, out=slip))), "output array is read-only"),
-        (law_of(lambda field, slip, turn: (field, slip + next(_COUNT))), "other numbers for the same rows"),
-        (law_of(lambda field, slip, turn: (np.asarray(good(field, slip, turn)[0]), slip)), "loses the derivatives"),
-        (law_of(lambda *_: 1 / 0), r"ZeroDivisionError: division by zero \(test_outside_law\.py, line \d+\)"),
+        (
+            replace(law_of(good), name="pull"),
+            "calls itself 'pull'; its Law.name and its entry point must agree",
+        ),
+        (
+            law_of(lambda field, slip, turn: (field, slip * np.nan)),
+            "returns for the gain eta what is no finite array",
+        ),
+        (
+            law_of(lambda field, slip, turn: (field, slip[:2])),
+            "returns for the gain eta what is no finite array",
+        ),
+        (
+            law_of(lambda field, slip, turn: (1j * field, slip)),
+            "returns for the gain T_y what is no finite array",
+        ),
+        (
+            law_of(lambda field, slip, turn: (field, np.multiply(slip, 2.0, out=slip))),
+            "output array is read-only",
+        ),
+        (
+            law_of(lambda field, slip, turn: (field, slip + next(_COUNT))),
+            "other numbers for the same rows",
+        ),
+        (
+            law_of(lambda field, slip, turn: (np.asarray(good(field, slip, turn)[0]), slip)),
+            "loses the derivatives",
+        ),
+        (
+            law_of(lambda *_: 1 / 0),
+            r"ZeroDivisionError: division by zero \(test_outside_law\.py, line \d+\)",
+        ),
     ],
 )
 def test_a_bad_law_is_named(law: Law, said: str) -> None:

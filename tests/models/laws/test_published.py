@@ -23,7 +23,9 @@ free = settings(max_examples=examples(30), deadline=None)
 
 def same(got: Any, expected: Any, rtol: float = 1e-12) -> None:
     np.testing.assert_allclose(
-        *np.broadcast_arrays(np.asarray(got, float), np.asarray(expected, float)), rtol=rtol, atol=1e-14
+        *np.broadcast_arrays(np.asarray(got, float), np.asarray(expected, float)),
+        rtol=rtol,
+        atol=1e-14,
     )
 
 
@@ -41,16 +43,26 @@ def test_bingham_is_equation_1(n: float) -> None:
 
 @pytest.mark.parametrize("form", ["square", "power", "critical", "saturating", "tanh"])
 def test_what_reduces_to_bingham(form: str) -> None:
-    field = {"square": (), "power": (1.4,), "critical": (0.3,), "saturating": (1.3, 0.8), "tanh": (0.8,)}[form]
+    field = {
+        "square": (),
+        "power": (1.4,),
+        "critical": (0.3,),
+        "saturating": (1.3, 0.8),
+        "tanh": (0.8,),
+    }[form]
     bingham = columns_of(f"bingham/{form}", *field)
     for specification, shape in (
         ("herschel-bulkley", (1.0,)),  # m
         ("hem", (0.0, 3.0)),  # kappa, beta
         ("seo-seo", (0.0, 1.3)),  # a, b
     ):
-        for got, expected in zip(columns_of(f"{specification}/{form}", *shape, *field), bingham, strict=True):
+        for got, expected in zip(
+            columns_of(f"{specification}/{form}", *shape, *field), bingham, strict=True
+        ):
             same(got, expected)
-    standing, viscous = columns_of(f"cho-choi-jhon/{form}", 0.0, 2.0, 1e12, 1.0, *field)  # t_1, a, t_2, b
+    standing, viscous = columns_of(
+        f"cho-choi-jhon/{form}", 0.0, 2.0, 1e12, 1.0, *field
+    )  # t_1, a, t_2, b
     same(standing, bingham[0])
     same(viscous, bingham[1], 1e-9)
 
@@ -72,7 +84,9 @@ def test_seo_seo_as_published() -> None:
     far = law_from_name("seo-seo/square").columns(np.ones(1), np.array([1e6]), STIFF, a, b)[0]
     assert far[0] == pytest.approx(1.0, abs=1e-6)
     for b in (0.05, 0.5, 1.16, 6.0):
-        fall = law_from_name("seo-seo/square").columns(np.ones(4000), np.geomspace(0.05, 1e3, 4000), STIFF, 1.0, b)[0]
+        fall = law_from_name("seo-seo/square").columns(
+            np.ones(4000), np.geomspace(0.05, 1e3, 4000), STIFF, 1.0, b
+        )[0]
         assert 1 - np.exp(-1) >= 1 - fall.min() >= 0.316
 
 
@@ -109,7 +123,9 @@ def test_casson_adds_roots(r: float, T_y: float) -> None:
     beta_2=st.floats(-10.0, 10.0).filter(lambda b: abs(b) > 1e-3),
     largest=st.floats(0.1, 2000.0),
 )
-def test_hem_is_equation_9_in_the_data_s_units(k_2: float, beta_1: float, beta_2: float, largest: float) -> None:
+def test_hem_is_equation_9_in_the_data_s_units(
+    k_2: float, beta_1: float, beta_2: float, largest: float
+) -> None:
     """k_2 (beta_1 + exp(beta_2 E)) with E in the user's unit, through our eta_0, kappa and beta, and back."""
     law = law_from_name("hem/square")
     beta_2 = beta_2 / largest
@@ -123,7 +139,9 @@ def test_hem_is_equation_9_in_the_data_s_units(k_2: float, beta_1: float, beta_2
     assert np.all(off <= OFF_ZERO * k_2 * (abs(terms[0]) + terms[1]) * np.abs(W))
     assert law.paper_form is not None
     published = law.paper_form({"kappa": kappa, "beta": beta_2}, {"eta_0": eta_0}, largest)
-    assert published == pytest.approx({"k_2": k_2, "beta_1": beta_1, "beta_2": beta_2}, rel=1e-9, abs=1e-9)
+    assert published == pytest.approx(
+        {"k_2": k_2, "beta_1": beta_1, "beta_2": beta_2}, rel=1e-9, abs=1e-9
+    )
 
 
 @pytest.mark.parametrize("n", [2, 5, 10])
@@ -147,7 +165,10 @@ def test_rbfm_is_equations_12_to_14(n: int, seed: int) -> None:
     got = sum(g * c for g, c in zip(gains.values(), law.columns(E, W, STIFF), strict=True))
     np.testing.assert_allclose(got, k_0 * field**2 * SIGN + eta * W, rtol=0, atol=1e-12 * n)
     # The constraint of (16) is the bound of eta_0: the viscosity without field.
-    zero = sum(g * c for g, c in zip(gains.values(), law.columns(np.zeros(1), np.ones(1), STIFF), strict=True))
+    zero = sum(
+        g * c
+        for g, c in zip(gains.values(), law.columns(np.zeros(1), np.ones(1), STIFF), strict=True)
+    )
     assert zero == pytest.approx([gains["eta_0"]], rel=1e-12)
 
 

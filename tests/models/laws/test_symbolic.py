@@ -25,18 +25,25 @@ def test_equation_equals_the_columns_times_gains(
     names = ["E", "w", *(s.name for s in shapes), *(g.name for g in law.gains)]
     symbols = {s.name: s for s in expression.free_symbols}
     assert set(symbols) <= set(names)
-    function = sympy.lambdify([symbols.get(name, sympy.Symbol(name)) for name in names], expression, "numpy")
+    function = sympy.lambdify(
+        [symbols.get(name, sympy.Symbol(name)) for name in names], expression, "numpy"
+    )
     E, w = rng.uniform(0.1, 1.2, 40), rng.uniform(0.1, 3.0, 40)
     for _ in range(5):
         q = point(law, rng.uniform(0.25, 0.75, len(shapes)).tolist())
         if law.name == "casson":  # its root is regularised where y r |w| nears 1e-6
-            q = [0.3 if s.name == "r" else 1.5 if s.name == "n" else v for s, v in zip(shapes, q, strict=True)]
+            q = [
+                0.3 if s.name == "r" else 1.5 if s.name == "n" else v
+                for s, v in zip(shapes, q, strict=True)
+            ]
         gains = rng.uniform(0.5, 2.0, len(law.gains))
         expected = sum(g * c for g, c in zip(gains, columns(law, E, w, q), strict=True))
         np.testing.assert_allclose(function(E, w, *q, *gains), expected, rtol=1e-7)
 
 
-@pytest.mark.parametrize("specification", ["bingham/square", "bingham/power", "hem/square", "quadratic"])
+@pytest.mark.parametrize(
+    "specification", ["bingham/square", "bingham/power", "hem/square", "quadratic"]
+)
 def test_text_is_the_published_equation(specification: str) -> None:
     published = {
         "bingham/square": "T_y*E^2*tanh(w/w_s) + eta*w",
@@ -45,7 +52,10 @@ def test_text_is_the_published_equation(specification: str) -> None:
         "quadratic": "T_y*E^2*tanh(w/w_s) + eta*w",
     }[specification]
     # A symbol for each name: SymPy's parser would take E for Euler's number.
-    names = {name: sympy.Symbol(name) for name in ("E", "w", "w_s", "n", "T_y", "eta", "eta_0", "kappa", "beta")}
+    names = {
+        name: sympy.Symbol(name)
+        for name in ("E", "w", "w_s", "n", "T_y", "eta", "eta_0", "kappa", "beta")
+    }
     parse: Any = sympy.sympify
     got, expected = (
         parse(text.replace("^", "**"), locals=names)

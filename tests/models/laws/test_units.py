@@ -19,7 +19,9 @@ def synthetic(rows: int = 500) -> Dataset:
     rng = np.random.default_rng(11)
     field = 1800.0 * np.repeat(rng.random(rows // 10) * (rng.random(rows // 10) > 0.2), 10)
     slip = 40.0 * np.sin(np.linspace(0.0, 60.0, rows)) * rng.uniform(0.1, 1.0, rows)
-    effort = 0.4 * (field / 1800) ** 1.7 * np.tanh(slip / 2.0) + 4e-3 * slip * (1 + 0.4 * np.expm1(field / 1800))
+    effort = 0.4 * (field / 1800) ** 1.7 * np.tanh(slip / 2.0) + 4e-3 * slip * (
+        1 + 0.4 * np.expm1(field / 1800)
+    )
     effort += 1e-3 * rng.standard_normal(rows)
     clock = Clock(np.arange(float(rows)) * 1e-3, (Span(0, rows, 1e-3),))
     return Dataset("single", (Element(field, slip),), effort, clock, Units("N*m", "V", "rad/s"))
@@ -50,10 +52,17 @@ def test_same_parameters_in_other_units(specification: str, dynamics: str) -> No
         Units("mN*m", "kV", "1/min"),
     )
     structure = Structure(
-        "single", specification, law_from_name(specification), "lag" if dynamics == "lag" else "none", True, True
+        "single",
+        specification,
+        law_from_name(specification),
+        "lag" if dynamics == "lag" else "none",
+        True,
+        True,
     )
     one, two = fit_structure(data, structure), fit_structure(other, structure)
-    assert two.model.predict(other) == pytest.approx(one.model.predict(data) * NEWTON_METRE, rel=1e-5, abs=1e-6)
+    assert two.model.predict(other) == pytest.approx(
+        one.model.predict(data) * NEWTON_METRE, rel=1e-5, abs=1e-6
+    )
     parameters = [*structure.shapes(1e-3), *structure.gains()]
     for parameter, a, b in zip(parameters, one.estimates, two.estimates, strict=True):
         d = parameter.dimension
@@ -62,7 +71,9 @@ def test_same_parameters_in_other_units(specification: str, dynamics: str) -> No
         for end in ("value", "low", "high"):
             expected = getattr(a, end) * factor
             scale = 1e-4 * abs(a.high - a.low) * factor if np.isfinite(a.high - a.low) else 0.0
-            assert getattr(b, end) == pytest.approx(expected, rel=1e-4, abs=scale, nan_ok=True), parameter.name
+            assert getattr(b, end) == pytest.approx(expected, rel=1e-4, abs=scale, nan_ok=True), (
+                parameter.name
+            )
     assert two.paper_form.keys() == one.paper_form.keys()
 
 

@@ -24,8 +24,14 @@ def _target(rng: np.random.Generator, rows: int = 600) -> tuple[np.ndarray, np.n
 
 
 @settings(max_examples=examples(15), deadline=None)
-@given(seed=st.integers(0, 999), hidden=st.sampled_from([(2,), (4,), (3, 2), (2, 3)]), tries=st.integers(1, 3))
-def test_an_exchange_keeps_the_size_and_never_costs_more(seed: int, hidden: tuple[int, ...], tries: int) -> None:
+@given(
+    seed=st.integers(0, 999),
+    hidden=st.sampled_from([(2,), (4,), (3, 2), (2, 3)]),
+    tries=st.integers(1, 3),
+)
+def test_an_exchange_keeps_the_size_and_never_costs_more(
+    seed: int, hidden: tuple[int, ...], tries: int
+) -> None:
     rng = np.random.default_rng(seed)
     x, y = _target(rng, 200)
     sizes = (2, *hidden, 1)
@@ -44,7 +50,9 @@ def test_an_exchange_keeps_the_size_and_never_costs_more(seed: int, hidden: tupl
 def test_a_neuron_that_is_missing_comes_and_an_idle_one_goes() -> None:
     rng = np.random.default_rng(2)
     sizes = (2, 3, 1)
-    truth = np.concatenate([rng.normal(size=(3, 2)).ravel() * 3.0, rng.normal(size=3), [0.8, -0.6, 0.7], [0.1]])
+    truth = np.concatenate(
+        [rng.normal(size=(3, 2)).ravel() * 3.0, rng.normal(size=3), [0.8, -0.6, 0.7], [0.1]]
+    )
     x = rng.uniform(-1.0, 1.0, (2, 500))
     y = forward_fnn(tables_of(truth, sizes), x)
     idle = truth.copy()
@@ -54,7 +62,9 @@ def test_a_neuron_that_is_missing_comes_and_an_idle_one_goes() -> None:
         return WeightedRows(x, y, None, layers, single=False)
 
     rows = rows_of(sizes)
-    start = Trained(with_best_output(rows, idle), rows.at(with_best_output(rows, idle)).cost, 0, "iterations")
+    start = Trained(
+        with_best_output(rows, idle), rows.at(with_best_output(rows, idle)).cost, 0, "iterations"
+    )
     after = exchanged(rows_of, sizes, start, rng, None, 1, 6)
     assert start.cost > 1e-2 * float(y @ y)
     assert after.cost < 1e-3 * start.cost
@@ -75,9 +85,13 @@ def test_a_network_of_one_neuron_stays_as_it_is() -> None:
 @pytest.mark.slow
 def test_exchanges_lead_lower_than_more_steps() -> None:
     x, y = _target(np.random.default_rng(5), 3000)
-    plain = [train((x, y, x), (5,), seed, Schedule(1, (Round(0, 200, 1),))).cost for seed in range(8)]
+    plain = [
+        train((x, y, x), (5,), seed, Schedule(1, (Round(0, 200, 1),))).cost for seed in range(8)
+    ]
     last = Round(0, 0, 1, tries=4, exchanges=8)
-    traded = [train((x, y, x), (5,), seed, Schedule(1, (Round(0, 30, 1), last))).cost for seed in range(8)]
+    traded = [
+        train((x, y, x), (5,), seed, Schedule(1, (Round(0, 30, 1), last))).cost for seed in range(8)
+    ]
     assert np.median(traded) < 0.8 * np.median(plain)
 
 

@@ -38,9 +38,13 @@ def logged(device: DeviceName, levels: tuple[float, ...], rows: int = 2000) -> D
     """SYNTHETIC rows of a few fields, at slips within 2 rad/s. The effort grows with the field."""
     rng = np.random.default_rng(0)
     count = 2 if device == "coaxial" else 1
-    elements = tuple(Element(rng.choice(levels, rows), rng.uniform(-2.0, 2.0, rows)) for _ in range(count))
+    elements = tuple(
+        Element(rng.choice(levels, rows), rng.uniform(-2.0, 2.0, rows)) for _ in range(count)
+    )
     sides = zip((1.0, -1.0), elements, strict=False)
-    effort = sum(side * (3.0 * e.field * np.tanh(side * e.slip / 0.1) + 0.1 * e.slip) for side, e in sides)
+    effort = sum(
+        side * (3.0 * e.field * np.tanh(side * e.slip / 0.1) + 0.1 * e.slip) for side, e in sides
+    )
     noisy = np.asarray(effort + 0.01 * rng.standard_normal(rows), np.float64)
     return Dataset(device, elements, noisy, clock_of(rows), Units("N*m", "A", "rad/s"))
 
@@ -48,8 +52,13 @@ def logged(device: DeviceName, levels: tuple[float, ...], rows: int = 2000) -> D
 def trained(device: DeviceName, dynamics: str = "none") -> tuple[NetworkModel, Dataset]:
     """A network with a law beyond the rows of three fields, between which no row is."""
     rows = logged(device, (0.0, 0.5, 1.0))
-    network = replace(network_model("fnn-6", device, dynamics), trained_on=range_of(rows), units=rows.units)
-    fluids = [field_in_fluid(e.field, network.structure, rows.clock, network.dynamics) for e in rows.elements]
+    network = replace(
+        network_model("fnn-6", device, dynamics), trained_on=range_of(rows), units=rows.units
+    )
+    fluids = [
+        field_in_fluid(e.field, network.structure, rows.clock, network.dynamics)
+        for e in rows.elements
+    ]
     elements = [Element(fluid, e.slip) for fluid, e in zip(fluids, rows.elements, strict=True)]
     made = with_law(replace(network, near=near_cells(network.trained_on, elements)))
     assert made.beyond is not None
@@ -66,7 +75,8 @@ def test_at_training_rows_the_law_changes_no_bit(device: DeviceName, dynamics: s
     network, rows = trained(device, dynamics)
     for exactly in (True, False):
         one, other = (
-            m.effort(rows.elements, rows.clock, exactly=exactly) for m in (network, replace(network, beyond=None))
+            m.effort(rows.elements, rows.clock, exactly=exactly)
+            for m in (network, replace(network, beyond=None))
         )
         assert np.array_equal(one, other)
 
@@ -79,7 +89,9 @@ def test_at_a_field_that_no_row_had_the_law_is_alone(device: DeviceName, field: 
     assert law is not None
     wanted = law.effort(elements, rows.clock)
     assert np.array_equal(network.effort(elements, rows.clock), wanted)
-    assert np.array_equal(network.steady([e.field for e in elements], [e.slip for e in elements]), wanted)
+    assert np.array_equal(
+        network.steady([e.field for e in elements], [e.slip for e in elements]), wanted
+    )
 
 
 def test_between_both_nothing_jumps() -> None:
@@ -135,7 +147,9 @@ def test_an_exported_step_fades_as_predict_does(precision: Any, dynamics: str) -
     if precision == "float64":
         assert np.array_equal(effort, wanted)
     assert np.abs(effort - wanted).max() < 1e-4 * step.scale
-    alone = reference(step_of(replace(network, beyond=None), ExportOptions("m", precision, PERIOD)), inputs)[0]
+    alone = reference(
+        step_of(replace(network, beyond=None), ExportOptions("m", precision, PERIOD)), inputs
+    )[0]
     assert np.abs(alone - wanted).max() > 0.1 * step.scale
 
 
@@ -159,20 +173,28 @@ def test_a_file_keeps_the_law_and_files_without_load_as_before(tmp_path: Path) -
 def test_a_law_with_inputs_that_the_network_has_not_is_refused(tmp_path: Path) -> None:
     heated = with_law(network_model("fnn-3", "single", extras=("temperature",)))
     path = tmp_path / "model.json"
-    path.write_text(json.dumps(replace(network_model("fnn-3", "single"), beyond=heated.beyond).to_dict()))
+    path.write_text(
+        json.dumps(replace(network_model("fnn-3", "single"), beyond=heated.beyond).to_dict())
+    )
     with pytest.raises(RunError, match="inputs that the network has not"):
         load_model(path)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("logs", "asked"), [((0.0, 0.25, 0.5, 0.75), 1.2), ((0.0, 0.5, 1.0), 0.25)])
-def test_a_field_that_no_log_had_is_met_whatever_the_start(logs: tuple[float, ...], asked: float) -> None:
+@pytest.mark.parametrize(
+    ("logs", "asked"), [((0.0, 0.25, 0.5, 0.75), 1.2), ((0.0, 0.5, 1.0), 0.25)]
+)
+def test_a_field_that_no_log_had_is_met_whatever_the_start(
+    logs: tuple[float, ...], asked: float
+) -> None:
     train = logged("single", logs)
     far = logged("single", (asked,))
     for seed in range(2):
         candidate = Networks().candidates(Settings(("fnn-4",), "none", seed=seed), train)[0]
         outcome = candidate.fit(train, [], 1)
-        again = candidate.refit(train, np.ones(train.rows, np.bool_), outcome, [Fitted(candidate, outcome)])
+        again = candidate.refit(
+            train, np.ones(train.rows, np.bool_), outcome, [Fitted(candidate, outcome)]
+        )
         for model in (outcome.model, again.model):
             assert rms(far.effort - model.predict(far)) < 0.15 * float(np.std(far.effort))
 

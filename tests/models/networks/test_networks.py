@@ -20,7 +20,13 @@ from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.networks.backprop import WeightedRows, tables_of, weights_of
 from erclutch.fit.networks.first_weights import first_weights, with_best_output
 from erclutch.fit.networks.fit_fnn import schedule_for, train
-from erclutch.fit.networks.fit_network import fit_network, mean_squares, scaling_of, slips_for, slips_of
+from erclutch.fit.networks.fit_network import (
+    fit_network,
+    mean_squares,
+    scaling_of,
+    slips_for,
+    slips_of,
+)
 from erclutch.fit.networks.fit_rbfn import by_forward_selection, by_k_means, refined, weights_for
 from erclutch.fit.networks.geodesic import levenberg_marquardt
 from erclutch.fit.solver.centroids import compress
@@ -73,7 +79,10 @@ def test_the_gram_matrix_is_that_of_the_slopes(
 
     step = 1e-6
     slopes = np.column_stack(
-        [(residual(theta - step * e) - residual(theta + step * e)) / (2 * step) for e in np.eye(theta.size)]
+        [
+            (residual(theta - step * e) - residual(theta + step * e)) / (2 * step)
+            for e in np.eye(theta.size)
+        ]
     )
     whole = np.column_stack([slopes, residual(theta)])
     with pytest.MonkeyPatch.context() as patch:
@@ -86,9 +95,14 @@ def test_the_gram_matrix_is_that_of_the_slopes(
     np.testing.assert_allclose(rows.gram(point), whole.T @ whole, rtol=1e-5, atol=1e-6)
     assert point.cost == pytest.approx(float(whole[:, -1] @ whole[:, -1]), rel=1e-12)
     along = rng.normal(size=theta.size)
-    bent = -(residual(theta + 1e-4 * along) - 2 * residual(theta) + residual(theta - 1e-4 * along)) / 1e-8
+    bent = (
+        -(residual(theta + 1e-4 * along) - 2 * residual(theta) + residual(theta - 1e-4 * along))
+        / 1e-8
+    )
     np.testing.assert_allclose(rows.bend(point, along), slopes.T @ bent, rtol=1e-4, atol=1e-4)
-    assert np.array_equal(np.concatenate([table.ravel() for table in tables_of(theta, sizes).values()]), theta)
+    assert np.array_equal(
+        np.concatenate([table.ravel() for table in tables_of(theta, sizes).values()]), theta
+    )
 
 
 @settings(max_examples=examples(20), deadline=None)
@@ -96,7 +110,9 @@ def test_the_gram_matrix_is_that_of_the_slopes(
 def test_the_best_output_layer_leaves_no_slope(hidden: list[int], seed: int) -> None:
     rng = np.random.default_rng(seed)
     sizes = (2, *hidden, 1)
-    rows = WeightedRows(rng.uniform(-1, 1, (2, 60)), rng.normal(size=60), rng.uniform(1, 9, 60), sizes, single=False)
+    rows = WeightedRows(
+        rng.uniform(-1, 1, (2, 60)), rng.normal(size=60), rng.uniform(1, 9, 60), sizes, single=False
+    )
     first = first_weights(rng, sizes)
     best = with_best_output(rows, first)
     output = hidden[-1] + 1
@@ -111,7 +127,9 @@ def test_the_best_output_layer_leaves_no_slope(hidden: list[int], seed: int) -> 
 def test_transitions_start_where_a_slip_is_zero(name: str, device: DeviceName) -> None:
     structure = network_from_name(name, device, extras=("x1",))
     rng = np.random.default_rng(4)
-    x = rng.normal(3.0, [[1.0], [20.0], [30.0], [1.0]][: len(structure.inputs)], (len(structure.inputs), 500))
+    x = rng.normal(
+        3.0, [[1.0], [20.0], [30.0], [1.0]][: len(structure.inputs)], (len(structure.inputs), 500)
+    )
     scaling = scaling_of(x, rng.normal(size=500), "fnn")
     slips = slips_for(structure, scaling, mean_squares(structure, x))
     seen = slips.slope @ scaling.inputs(x) + slips.offset[:, None]
@@ -124,7 +142,9 @@ def test_transitions_start_where_a_slip_is_zero(name: str, device: DeviceName) -
     at_rest = np.linalg.lstsq(slips.slope[:, 1:], -slips.offset, rcond=None)[0]
     transitions = np.abs(w[:, 1:] @ at_rest + b) < 1e-9
     own = 3 if device == "coaxial" else 2
-    assert transitions.sum() == len(slips.offset) * round(0.55 * own / (own + 1) * n / len(slips.offset))
+    assert transitions.sum() == len(slips.offset) * round(
+        0.55 * own / (own + 1) * n / len(slips.offset)
+    )
     assert np.abs(w[:, own:]).min() > 0.0  # a further input shifts each of them
 
 
@@ -141,13 +161,18 @@ def test_a_known_network_is_found_again() -> None:
 
 @pytest.mark.slow
 def test_polish_never_makes_it_worse(data: Dataset) -> None:
-    rough, fine = (fit_network(data, network_from_name("fnn-6"), polish=p).train_cost for p in (False, True))
+    rough, fine = (
+        fit_network(data, network_from_name("fnn-6"), polish=p).train_cost for p in (False, True)
+    )
     assert fine <= rough * (1 + 1e-9)
 
 
 @pytest.mark.slow
 def test_the_number_of_workers_changes_no_weight(data: Dataset) -> None:
-    one, three = (fit_network(data, network_from_name("fnn-5-3"), seed=2, workers=w).model.to_dict() for w in (1, 3))
+    one, three = (
+        fit_network(data, network_from_name("fnn-5-3"), seed=2, workers=w).model.to_dict()
+        for w in (1, 3)
+    )
     assert one == three
     assert fit_network(data, network_from_name("fnn-5-3"), seed=3).model.to_dict() != one
 
@@ -162,7 +187,12 @@ def test_a_start_that_cannot_be_improved_says_so() -> None:
 
 
 @settings(max_examples=examples(30), deadline=None)
-@given(inputs=st.integers(1, 6), rows=st.integers(2, 300), level=st.integers(0, 2), seed=st.integers(0, 999))
+@given(
+    inputs=st.integers(1, 6),
+    rows=st.integers(2, 300),
+    level=st.integers(0, 2),
+    seed=st.integers(0, 999),
+)
 def test_centroids_keep_rows_means_and_cost(inputs: int, rows: int, level: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     x, y = rng.normal(size=(inputs, rows)), rng.normal(size=rows)
@@ -185,7 +215,12 @@ def bumps() -> tuple[Any, Any, Any]:
     rng = np.random.default_rng(5)
     centres = rng.uniform(0.1, 0.9, (4, 2))
     x = rng.uniform(0, 1, (2, 3000))
-    tables = {"centres": centres, "spreads": np.full(4, 0.25), "w": np.array([1.0, -2.0, 1.5, 0.7]), "b": np.ones(1)}
+    tables = {
+        "centres": centres,
+        "spreads": np.full(4, 0.25),
+        "w": np.array([1.0, -2.0, 1.5, 0.7]),
+        "b": np.ones(1),
+    }
     return x, forward_rbfn(tables, x), centres
 
 
@@ -231,7 +266,14 @@ def test_equations_18_and_20_choose_the_inputs(data: Dataset) -> None:
     first, second = data.elements
     for name, expected in (
         ("rbfn-3", [first.field - second.field, first.slip, second.slip]),
-        ("fnn-3", [first.field - second.field, (first.slip - second.slip) / 2, -(first.slip + second.slip) / 2]),
+        (
+            "fnn-3",
+            [
+                first.field - second.field,
+                (first.slip - second.slip) / 2,
+                -(first.slip + second.slip) / 2,
+            ],
+        ),
     ):
         x = inputs_of(network_from_name(name), data.elements, data.clock, {}, {})
         np.testing.assert_allclose(x, expected)
@@ -272,7 +314,9 @@ def test_the_equation_has_one_sign_for_a_negative_offset() -> None:
 
 @pytest.mark.slow
 def test_networks_stand_in_the_ranking(data: Dataset) -> None:
-    found = compare(data, Settings(models=("bingham/forward", "fnn-4", "rbfn-5"), lag="auto", blocks=2))
+    found = compare(
+        data, Settings(models=("bingham/forward", "fnn-4", "rbfn-5"), lag="auto", blocks=2)
+    )
     names = {e.name for e in found.entries}
     assert {"fnn-4", "fnn-4+lag", "rbfn-5", "rbfn-5+lag", "bingham/forward"} <= names
     entry = found.entry("fnn-4+lag")
@@ -324,7 +368,8 @@ def test_rows_that_are_not_finite(bad: float) -> None:
     slip[3] = bad
     with pytest.raises(CheckError, match="input slip has 1 values that are not finite"):
         fit_network(
-            replace(log, elements=(Element(log.elements[0].field, slip),)), network_from_name("fnn-4", "single")
+            replace(log, elements=(Element(log.elements[0].field, slip),)),
+            network_from_name("fnn-4", "single"),
         )
 
 

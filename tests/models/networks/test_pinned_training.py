@@ -46,8 +46,19 @@ def test_steps_of_training(pinned: Pinned) -> None:
         rows = WeightedRows(x, y, 1.0 + x[0] ** 2, sizes, False)
         now = rows.at(theta)
         trained = levenberg_marquardt(rows, theta, 6)
-        found += [summed(theta), now.cost, summed(rows.gram(now)), summed(rows.bend(now, 0.1 * theta)), trained.cost]
-        found += [trained.steps, trained.stop, trained.damping, [summed(t) for t in without_one(rows, trained.theta)]]
+        found += [
+            summed(theta),
+            now.cost,
+            summed(rows.gram(now)),
+            summed(rows.bend(now, 0.1 * theta)),
+            trained.cost,
+        ]
+        found += [
+            trained.steps,
+            trained.stop,
+            trained.damping,
+            [summed(t) for t in without_one(rows, trained.theta)],
+        ]
         found += [summed(part) for part in new_neurons(rng, sizes, 5, along)]
         found.append(smaller(sizes))
     pinned(found, rel=1e-5)
@@ -76,5 +87,20 @@ def test_centres(pinned: Pinned) -> None:
 
 
 def test_schedules(pinned: Pinned) -> None:
-    kinds = [((8,), 2), ((16,), 3), ((12, 6), 3), ((16,), 5), ((16,), 9), ((4, 4), 4), ((40,), 2), ((2,), 2)]
-    pinned([str(schedule_for(hidden, count, polish)) for hidden, count in kinds for polish in (False, True)])
+    kinds = [
+        ((8,), 2),
+        ((16,), 3),
+        ((12, 6), 3),
+        ((16,), 5),
+        ((16,), 9),
+        ((4, 4), 4),
+        ((40,), 2),
+        ((2,), 2),
+    ]
+    pinned(
+        [
+            str(schedule_for(hidden, count, polish))
+            for hidden, count in kinds
+            for polish in (False, True)
+        ]
+    )

@@ -15,15 +15,23 @@ from erclutch.models.networks.forward import forward_fnn
 from tests.support.examples import examples
 
 
-def _rows(sizes: tuple[int, ...], theta: np.ndarray, rng: np.random.Generator) -> tuple[WeightedRows, np.ndarray]:
+def _rows(
+    sizes: tuple[int, ...], theta: np.ndarray, rng: np.random.Generator
+) -> tuple[WeightedRows, np.ndarray]:
     x = rng.uniform(-1.0, 1.0, (sizes[0], 500))
     y = forward_fnn(tables_of(theta, sizes), x)
     return WeightedRows(x, y, None, sizes, single=False), x
 
 
 @settings(max_examples=examples(30), deadline=None)
-@given(seed=st.integers(0, 999), layers=st.sampled_from([(3, 6, 1), (2, 4, 5, 1), (1, 2, 1)]), data=st.data())
-def test_the_neuron_that_does_nothing_goes_first(seed: int, layers: tuple[int, ...], data: st.DataObject) -> None:
+@given(
+    seed=st.integers(0, 999),
+    layers=st.sampled_from([(3, 6, 1), (2, 4, 5, 1), (1, 2, 1)]),
+    data=st.data(),
+)
+def test_the_neuron_that_does_nothing_goes_first(
+    seed: int, layers: tuple[int, ...], data: st.DataObject
+) -> None:
     rng = np.random.default_rng(seed)
     theta = rng.normal(size=weights_of(layers))
     idle = data.draw(st.integers(0, layers[-2] - 1))
@@ -62,7 +70,9 @@ def test_weights_that_decay_end_where_the_cost_pulls_as_much_as_their_squares() 
     rng = np.random.default_rng(1)
     sizes = (2, 3, 1)
     x = rng.uniform(-1.0, 1.0, (2, 200))
-    rows = WeightedRows(x, np.tanh(2.0 * x[0]) + 0.1 * rng.normal(size=200), None, sizes, single=False)
+    rows = WeightedRows(
+        x, np.tanh(2.0 * x[0]) + 0.1 * rng.normal(size=200), None, sizes, single=False
+    )
     start = rng.normal(size=weights_of(sizes))
     decay = 1e-3
     ended = levenberg_marquardt(rows, start, 300, decay=decay).theta
@@ -87,6 +97,11 @@ def test_spare_neurons_lead_lower() -> None:
     y = np.tanh(20.0 * x[1]) * x[0] ** 2 + 0.3 * np.sin(3.0 * x[0])
     last = Round(0, 60, 1)
     rows = (x, y, x)
-    plain = [train(rows, (5,), seed, Schedule(1, (Round(0, 30, 1), last))).cost for seed in range(8)]
-    spare = [train(rows, (5,), seed, Schedule(1, (Round(0, 30, 1, 5), last), 5)).cost for seed in range(8)]
+    plain = [
+        train(rows, (5,), seed, Schedule(1, (Round(0, 30, 1), last))).cost for seed in range(8)
+    ]
+    spare = [
+        train(rows, (5,), seed, Schedule(1, (Round(0, 30, 1, 5), last), 5)).cost
+        for seed in range(8)
+    ]
     assert np.median(spare) < 0.9 * np.median(plain)

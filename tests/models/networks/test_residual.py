@@ -46,7 +46,9 @@ def device(rows: int = 6000, seed: int = 0, *, missed: float = 3.0, field: Any =
     field = np.repeat(rng.uniform(0.0, 2.0, rows // 100), 100) if field is None else field
     slip = 20.0 * np.sin(2.0 * np.pi * 1.7 * time + 3.0 * np.sin(0.9 * time))
     bump = missed * np.exp(-((field - 1.0) ** 2) / 0.1 - (slip - 8.0) ** 2 / 30.0)
-    effort = (2.0 + 5.0 * field) * np.tanh(slip / 2.0) + 0.2 * slip + bump + rng.normal(0.0, 0.05, rows)
+    effort = (
+        (2.0 + 5.0 * field) * np.tanh(slip / 2.0) + 0.2 * slip + bump + rng.normal(0.0, 0.05, rows)
+    )
     clock = Clock(time, (Span(0, rows, PERIOD),))
     return Dataset("single", (Element(field, slip),), effort, clock, Units("N", "A", "mm/s"))
 
@@ -98,7 +100,9 @@ ANY = st.floats(allow_nan=True, allow_infinity=True)
 @pytest.mark.slow
 @settings(max_examples=examples(300), deadline=None)
 @given(x=st.lists(st.tuples(ANY, ANY, ANY, ANY), min_size=1, max_size=5))
-def test_the_limit_holds_for_any_input(with_memory: ResidualModel, x: list[tuple[float, ...]]) -> None:
+def test_the_limit_holds_for_any_input(
+    with_memory: ResidualModel, x: list[tuple[float, ...]]
+) -> None:
     correction = with_memory.correction
     inputs = np.array(x, np.float64).T[: len(correction.network.structure.inputs)]
     with np.errstate(all="ignore"):
@@ -108,7 +112,9 @@ def test_the_limit_holds_for_any_input(with_memory: ResidualModel, x: list[tuple
 
 @settings(max_examples=examples(200), deadline=None)
 @given(field=st.floats(-1e3, 1e3), slip=st.floats(-1e5, 1e5))
-def test_the_law_is_alone_outside_the_training_range(model: ResidualModel, field: float, slip: float) -> None:
+def test_the_law_is_alone_outside_the_training_range(
+    model: ResidualModel, field: float, slip: float
+) -> None:
     reach = model.correction.covered.reach * (model.law.reference.field, 1.0)
     far = field < -reach[0] or field > 2.0 + reach[0] or abs(slip) > 20.0 + reach[1]
     at = [np.array([field])], [np.array([slip])]
@@ -157,7 +163,10 @@ def _one_corner_less(body: dict[str, Any]) -> None:
 
 
 def _corners_swapped(body: dict[str, Any]) -> None:
-    body["covered"]["low"], body["covered"]["high"] = body["covered"]["high"], body["covered"]["low"]
+    body["covered"]["low"], body["covered"]["high"] = (
+        body["covered"]["high"],
+        body["covered"]["low"],
+    )
 
 
 def _no_network(body: dict[str, Any]) -> None:
@@ -209,7 +218,9 @@ def test_the_c_has_predicts_bits_and_off_those_of_the_law(
 @pytest.mark.parametrize("kind", ["model", "with_memory"])
 @pytest.mark.parametrize("on", [True, False])
 def test_the_inverse_of_the_next_step_feels_the_switch(kind: str, on: bool, request: Any) -> None:
-    made = compile_model(step_of(request.getfixturevalue(kind), ExportOptions(name="m", limits=(-1e3, 1e3))))
+    made = compile_model(
+        step_of(request.getfixturevalue(kind), ExportOptions(name="m", limits=(-1e3, 1e3)))
+    )
     made.reset()
     made.use_residual(on)
     made.step(0.9, 7.5)
@@ -218,14 +229,18 @@ def test_the_inverse_of_the_next_step_feels_the_switch(kind: str, on: bool, requ
     assert made.step(field, 7.7) == pytest.approx(wanted, abs=1e-9)
 
 
-def test_the_state_has_the_switch_only_where_there_is_a_network_on_a_law(model: ResidualModel) -> None:
+def test_the_state_has_the_switch_only_where_there_is_a_network_on_a_law(
+    model: ResidualModel,
+) -> None:
     assert SWITCHED_OFF in step_record(step_of(model)).record.after
     assert SWITCHED_OFF not in step_record(step_of(model.law)).record.after
 
 
 @pytest.mark.slow
 def test_a_comparison_names_fits_and_says_what_the_network_adds() -> None:
-    found = compare(device(30_000), Settings(models=("bingham", "bingham+fnn-4"), lag="none", test=0.3))
+    found = compare(
+        device(30_000), Settings(models=("bingham", "bingham+fnn-4"), lag="none", test=0.3)
+    )
     assert {e.name for e in found.entries} == {"bingham", "bingham+fnn-4"}
     entry = found.entry("bingham+fnn-4")
     assert entry.test.rmse.value < found.entry("bingham").test.rmse.value
@@ -260,7 +275,11 @@ def test_the_default_tries_a_network_on_what_the_law_with_memory_misses() -> Non
 def test_a_short_log_gets_no_network_with_more_weights_than_rows(data: Dataset) -> None:
     short = remembering(data).take(np.arange(data.rows) < 300)
     found = compare(short, Settings(models=("bingham", "fnn-50")))
-    assert any(remembers(stage) for e in found.entries for stage in stages_of(e.outcome.model.structure.dynamics))
+    assert any(
+        remembers(stage)
+        for e in found.entries
+        for stage in stages_of(e.outcome.model.structure.dynamics)
+    )
     networks = {entry.name: entry.outcome for entry in found.entries if entry.outcome.weights}
     assert "fnn-50" in networks
     assert all(outcome.weights < found.data.take(~found.test).rows for outcome in networks.values())
@@ -283,7 +302,8 @@ def test_names() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["bingam+fnn-16", "bingham+fnn-0", "fnn-4+fnn-4", "bingham+fnn-4+lags", "bingham+lag+fnn-4"]
+    "name",
+    ["bingam+fnn-16", "bingham+fnn-0", "fnn-4+fnn-4", "bingham+fnn-4+lags", "bingham+lag+fnn-4"],
 )
 def test_a_wrong_name_is_refused(name: str, data: Dataset) -> None:
     with pytest.raises(SettingError):
@@ -292,11 +312,18 @@ def test_a_wrong_name_is_refused(name: str, data: Dataset) -> None:
 
 def test_a_name_may_hold_stages_of_its_own(data: Dataset) -> None:
     def asked(*models: str, lag: str = "none") -> list[tuple[str, str]]:
-        return [(s.specification, s.dynamics) for s in residuals_for(data, Settings(models=models, lag=lag))]
+        return [
+            (s.specification, s.dynamics)
+            for s in residuals_for(data, Settings(models=models, lag=lag))
+        ]
 
     both = "bingham+fnn-4"
     assert asked("bingham+fnn-4+lag+dahl", "bingham+lag", "fnn-4") == [(both, "lag+dahl")]
-    assert asked("bingham+fnn-4", "bingham+fnn-4+dahl", lag="auto") == [(both, "none"), (both, "lag"), (both, "dahl")]
+    assert asked("bingham+fnn-4", "bingham+fnn-4+dahl", lag="auto") == [
+        (both, "none"),
+        (both, "lag"),
+        (both, "dahl"),
+    ]
     assert not structures_for(data, Settings(models=("bingham+fnn-4+lag",)))
 
 

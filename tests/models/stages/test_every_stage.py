@@ -22,7 +22,14 @@ from erclutch.models.laws import law_from_name
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.model import Range
 from erclutch.models.stages import GROUP, stage_named
-from erclutch.models.stages.stage import Memory, PositionStage, SlipAndStrength, SlipStage, Stage, StageFamily
+from erclutch.models.stages.stage import (
+    Memory,
+    PositionStage,
+    SlipAndStrength,
+    SlipStage,
+    Stage,
+    StageFamily,
+)
 from erclutch.models.stages.temperature_factor import TemperatureFactor
 from erclutch.models.structure import Reference, Structure
 from erclutch.registry import find, names
@@ -36,9 +43,13 @@ STAGES = {
     for name in names(GROUP)
     for plugin in [find(GROUP, name)]
     for forms in (
-        ("", *(f"/{form}" for form in plugin.value.forms)) if isinstance(plugin.value, StageFamily) else ("",)
+        ("", *(f"/{form}" for form in plugin.value.forms))
+        if isinstance(plugin.value, StageFamily)
+        else ("",)
     )
-    for number in (("", "-3") if isinstance(plugin.value, StageFamily) and plugin.value.count else ("",))
+    for number in (
+        ("", "-3") if isinstance(plugin.value, StageFamily) and plugin.value.count else ("",)
+    )
     for stage in [stage_named(f"{name}{number}{forms}")]
 }
 PERIOD, ROWS = 1e-3, 240
@@ -97,14 +108,19 @@ def numbers(stage: Stage) -> dict[str, float]:
 
 def coming(stage: Stage, u: Array) -> Any:
     """What comes into a stage for a signal: of a stage on the slip a slip that turns, and the signal as strength."""
-    return SlipAndStrength(2.0 * np.sin(np.arange(u.size) / 11.0), u) if stage.place == "slip" else u
+    return (
+        SlipAndStrength(2.0 * np.sin(np.arange(u.size) / 11.0), u) if stage.place == "slip" else u
+    )
 
 
 def rows_of(signal: Any) -> list[Any]:
     """A signal row by row, in numbers that round as the C does."""
     if isinstance(signal, SlipAndStrength):
         pairs = zip(signal.slip.tolist(), signal.strength.tolist(), strict=True)
-        return [SlipAndStrength(array_as_in_c([slip]), array_as_in_c([strength])) for slip, strength in pairs]
+        return [
+            SlipAndStrength(array_as_in_c([slip]), array_as_in_c([strength]))
+            for slip, strength in pairs
+        ]
     return [array_as_in_c([x]) for x in signal.tolist()]
 
 
@@ -116,7 +132,9 @@ def responses(stage: Stage, signal: Any, q: Sequence[Any], rows: slice = slice(N
 
 def exactly(signal: Any) -> Any:
     return (
-        SlipAndStrength(*map(array_as_in_c, signal)) if isinstance(signal, SlipAndStrength) else array_as_in_c(signal)
+        SlipAndStrength(*map(array_as_in_c, signal))
+        if isinstance(signal, SlipAndStrength)
+        else array_as_in_c(signal)
     )
 
 
@@ -145,9 +163,14 @@ def test_the_step_is_the_response(stage: Stage) -> None:
     q, u, memory = numbers(stage), coming(stage, signal()), Plain()
     stepped = np.array([memory.row(stage, x, q) for x in rows_of(u)]).T
     for mine, whole, exact in zip(
-        stepped, responses(stage, u, list(q.values())), responses(stage, exactly(u), list(q.values())), strict=True
+        stepped,
+        responses(stage, u, list(q.values())),
+        responses(stage, exactly(u), list(q.values())),
+        strict=True,
     ):
-        np.testing.assert_allclose(mine, whole, rtol=0, atol=1e-12 * max(1.0, float(np.abs(mine).max())))
+        np.testing.assert_allclose(
+            mine, whole, rtol=0, atol=1e-12 * max(1.0, float(np.abs(mine).max()))
+        )
         np.testing.assert_array_equal(mine, np.asarray(exact))
 
 
@@ -197,7 +220,9 @@ def test_derivatives_are_those_of_differences(stage: Stage) -> None:
         for output, up, down in zip(found, *ends, strict=True):
             slope = (up - down) / (2 * h)
             np.testing.assert_allclose(
-                partial_of(output, k) + 0.0 * slope, slope, atol=2e-5 * float(np.max(np.abs(slope))) + 1e-12
+                partial_of(output, k) + 0.0 * slope,
+                slope,
+                atol=2e-5 * float(np.max(np.abs(slope))) + 1e-12,
             )
 
 
@@ -208,14 +233,18 @@ def model_with(stage: Stage) -> TorqueModel:
     ranges = Range((0.0, 2.0), (-3.0, 3.0), (-2e4, 2e4))
     warm = [(250.0, 400.0)] * len(structure.extras)
     reference = Reference(2.0, 1.7, PERIOD, (320.0,) * len(warm), 320.0)
-    return TorqueModel(structure, reference, shape, gains, Units("N", "A", "m/s"), ranges, extra_ranges=tuple(warm))
+    return TorqueModel(
+        structure, reference, shape, gains, Units("N", "A", "m/s"), ranges, extra_ranges=tuple(warm)
+    )
 
 
 @pytest.mark.usefixtures("compiled_plainly")
 @pytest.mark.slow
 @stages
 @pytest.mark.parametrize("precision", ["float64", "float32"])
-def test_the_c_has_the_bits_of_the_record_and_of_predict(stage: Stage, precision: Any, tmp_path: Path) -> None:
+def test_the_c_has_the_bits_of_the_record_and_of_predict(
+    stage: Stage, precision: Any, tmp_path: Path
+) -> None:
     try:
         native()
     except Exception as error:
@@ -237,7 +266,9 @@ def test_the_c_has_the_bits_of_the_record_and_of_predict(stage: Stage, precision
 
 @stages
 def test_the_equation_names_all_numbers_and_outputs(stage: Stage) -> None:
-    names = [p.name for p in stage.parameters(PERIOD)] + (list(stage.outputs) if isinstance(stage, SlipStage) else [])
+    names = [p.name for p in stage.parameters(PERIOD)] + (
+        list(stage.outputs) if isinstance(stage, SlipStage) else []
+    )
     words = set(re.findall(r"[A-Za-z]\w*", stage.equation))
     assert set(names) <= words, set(names) - words
     assert f"{stage.name}: {stage.equation}." in model_with(stage).equation()
@@ -259,9 +290,13 @@ def test_a_form_that_a_stage_does_not_have_is_refused(stage: str, offered: str) 
 
 @pytest.mark.parametrize("stage", ["arrhenius", "softening", "softening/exponential"])
 def test_a_stage_of_temperature_asks_for_the_temperature(stage: str) -> None:
-    assert Structure("single", "bingham", law_from_name("bingham", "single"), dynamics=stage).extras == (TEMPERATURE,)
+    assert Structure(
+        "single", "bingham", law_from_name("bingham", "single"), dynamics=stage
+    ).extras == (TEMPERATURE,)
     assert Structure("single", "bingham", law_from_name("bingham", "single")).extras == ()
 
 
 def test_a_stage_of_the_position_asks_for_the_position() -> None:
-    assert Structure("single", "bingham", law_from_name("bingham", "single"), dynamics="ripple").extras == (POSITION,)
+    assert Structure(
+        "single", "bingham", law_from_name("bingham", "single"), dynamics="ripple"
+    ).extras == (POSITION,)

@@ -24,12 +24,18 @@ def clock_of(rows: int, period: float = PERIOD) -> Clock:
     return Clock(np.arange(rows, dtype=np.float64) * period, (Span(0, rows, period),))
 
 
-def response(name: str, slip: Array, strength: Array | float, q: list[float], period: float = PERIOD) -> Array:
+def response(
+    name: str, slip: Array, strength: Array | float, q: list[float], period: float = PERIOD
+) -> Array:
     moved = SlipAndStrength(slip, np.broadcast_to(np.asarray(strength), slip.shape).copy())
-    return np.asarray(stage_named(name).respond(moved, clock_of(slip.size, period), q, slice(None))[0])
+    return np.asarray(
+        stage_named(name).respond(moved, clock_of(slip.size, period), q, slice(None))[0]
+    )
 
 
-slips = st.lists(st.floats(-5.0, 5.0).map(lambda w: w if abs(w) > 1e-9 else 0.0), min_size=2, max_size=60).map(np.array)
+slips = st.lists(
+    st.floats(-5.0, 5.0).map(lambda w: w if abs(w) > 1e-9 else 0.0), min_size=2, max_size=60
+).map(np.array)
 YIELDING = {
     "dahl": [4e-3],
     "stops": [4e-3],
@@ -57,7 +63,9 @@ def test_no_row_gives_back_more_than_was_stored(name: str, slip: Array) -> None:
 def test_a_field_that_changes_may_give_more(name: str, before: float, after: float) -> None:
     """The guarantee is for a constant field: a spring that stiffens while it is stretched is paid for by the supply."""
     r, rows = 4e-3, 2000
-    slip = np.concatenate([[1e-3], np.full(rows, -4.0 * r / PERIOD / rows)])  # yielded, then slowly back
+    slip = np.concatenate(
+        [[1e-3], np.full(rows, -4.0 * r / PERIOD / rows)]
+    )  # yielded, then slowly back
     field_of_row = np.where(np.arange(slip.size) < 1, before, after)
     ahead = name.endswith("field")
     effort = response(name, slip, field_of_row, [r]) * (1.0 if ahead else field_of_row)
@@ -71,8 +79,12 @@ def test_a_field_that_changes_may_give_more(name: str, before: float, after: flo
 @pytest.mark.parametrize(("name", "q"), [("bouc-wen", [5e-3, 1.0]), ("lugre", [5e-3, 1.0, 0.3])])
 def test_it_becomes_dahls(name: str, q: list[float]) -> None:
     slip = np.sin(np.arange(400) / 20.0)
-    allowed = 2e-3 if name == "bouc-wen" else 1e-12  # the step of Bouc-Wen is of second order, that of Dahl exact
-    np.testing.assert_allclose(response(name, slip, 1.0, q), response("dahl", slip, 1.0, [5e-3]), atol=allowed)
+    allowed = (
+        2e-3 if name == "bouc-wen" else 1e-12
+    )  # the step of Bouc-Wen is of second order, that of Dahl exact
+    np.testing.assert_allclose(
+        response(name, slip, 1.0, q), response("dahl", slip, 1.0, [5e-3]), atol=allowed
+    )
 
 
 @pytest.mark.parametrize("exponent", [1, 2])
@@ -82,7 +94,9 @@ def test_bouc_wen_solves_its_equation(exponent: int, beta: float) -> None:
     t = np.arange(600, dtype=np.float64) * PERIOD
 
     def rate(w: float, z: float) -> float:
-        return (w - beta * abs(w) * abs(z) ** (exponent - 1) * z - (1 - beta) * w * abs(z) ** exponent) / r
+        return (
+            w - beta * abs(w) * abs(z) ** (exponent - 1) * z - (1 - beta) * w * abs(z) ** exponent
+        ) / r
 
     _agrees(lambda slip: response(f"bouc-wen-{exponent}", slip, 1.0, [r, beta]), rate, t, 2e-3)
 
@@ -97,13 +111,20 @@ def test_lugre_solves_its_equation() -> None:
     _agrees(lambda slip: response("lugre", slip, 1.0, [r, h, w_l]), rate, t, 5e-3)
 
 
-def _agrees(respond: Callable[[Array], Array], rate: Callable[[float, float], float], t: Array, allowed: float) -> None:
+def _agrees(
+    respond: Callable[[Array], Array],
+    rate: Callable[[float, float], float],
+    t: Array,
+    allowed: float,
+) -> None:
     """A response against a solver on a slip that is held over each row, from the settled state."""
     slip = 1.3 * np.sin(20.0 * t + 0.5)
     found = respond(slip)
     state, expected = found[0], [found[0]]
     for w in slip[1:]:
-        state = solve_ivp(lambda _, x, w=w: [rate(w, x[0])], (0.0, PERIOD), [state], rtol=1e-9, atol=1e-12).y[0, -1]
+        state = solve_ivp(
+            lambda _, x, w=w: [rate(w, x[0])], (0.0, PERIOD), [state], rtol=1e-9, atol=1e-12
+        ).y[0, -1]
         expected.append(state)
     np.testing.assert_allclose(found, expected, atol=allowed)
 
@@ -127,7 +148,9 @@ def published(t: Array, slip: Callable[[float], float], volt: float, start: Arra
         v = slip(at) - crawl(slip(at), z, d)
         return [-GAMMA * abs(v) * z * abs(z) - BETA * v * z * z + A * v, v]
 
-    found = solve_ivp(rates, (t[0], t[-1]), start, t_eval=t, method="LSODA", rtol=1e-9, atol=1e-12).y
+    found = solve_ivp(
+        rates, (t[0], t[-1]), start, t_eval=t, method="LSODA", rtol=1e-9, atol=1e-12
+    ).y
     return np.array([c_1 * crawl(slip(at), z, d) for at, z, d in zip(t, *found, strict=True)])
 
 
@@ -142,10 +165,21 @@ def test_spencer_with_the_papers_parameters(volt: float) -> None:
 
     end = np.sqrt(A / (GAMMA + BETA))
     c = C_1A + C_1B * VOLT
-    q = [C_1A / c, C_0A / c, C_0B * VOLT / c, ALPHA_A * end / c, ALPHA_B * VOLT * end / c, K_0 / c, end / A, 0.5]
+    q = [
+        C_1A / c,
+        C_0A / c,
+        C_0B * VOLT / c,
+        ALPHA_A * end / c,
+        ALPHA_B * VOLT * end / c,
+        K_0 / c,
+        end / A,
+        0.5,
+    ]
     mine = c * response("spencer", slip(t), volt / VOLT, q, period)
     start = np.array([end, 0.0])  # yielded
     expected = published(t, slip, volt, start)
     np.testing.assert_allclose(mine, expected, atol=0.01 * np.abs(expected).max())
-    if volt == VOLT:  # the paper's damper: up to 1.5 kN at saturation, which k_1 and the accumulator add to
+    if (
+        volt == VOLT
+    ):  # the paper's damper: up to 1.5 kN at saturation, which k_1 and the accumulator add to
         assert 1100 < np.abs(mine).max() < 1700

@@ -9,7 +9,9 @@ from scipy.linalg import expm
 from erclutch.models.stages.oscillator import _swing, coefficients
 
 
-@pytest.mark.parametrize("x", [0.0, 1e-12, -1e-12, 0.0099, -0.0099, 0.0101, -0.0101, 1.0, -1.0, 30.0, -30.0, 400.0])
+@pytest.mark.parametrize(
+    "x", [0.0, 1e-12, -1e-12, 0.0099, -0.0099, 0.0101, -0.0101, 1.0, -1.0, 30.0, -30.0, 400.0]
+)
 def test_hyperbolic_and_trigonometric_functions_are_one(x: float) -> None:
     root = np.sqrt(complex(x))
     even, odd = np.exp(abs(root)) * np.array(_swing(x, abs(root)))

@@ -11,7 +11,9 @@ from erclutch.models.stages import stage_named
 from erclutch.models.stages.outside_stage import OutsideStage
 from erclutch.registry import Plugin
 
-PLUGIN = Plugin("erclutch.stages", "drag", "erclutch_stage_drag:STAGE", "erclutch-stage-drag", "2.0")
+PLUGIN = Plugin(
+    "erclutch.stages", "drag", "erclutch_stage_drag:STAGE", "erclutch-stage-drag", "2.0"
+)
 
 
 @pytest.mark.parametrize("name", ["dahl", "dahl-2", "dahl-2/field", "dahl/field"])
@@ -65,7 +67,11 @@ def test_a_stage_of_another_package_answers_as_itself(name: str) -> None:
         ("other", "slip", "calls itself 'other'; its name and its entry point must agree"),
         ("drags", "slip", "calls itself 'drags'"),
         ("drag-", "slip", "calls itself"),
-        ("drag", "temperature", "stands on the temperature; command, slip and effort are open to packages"),
+        (
+            "drag",
+            "temperature",
+            "stands on the temperature; command, slip and effort are open to packages",
+        ),
     ],
 )
 def test_a_stage_that_is_not_what_it_says(name: str, place: str, said: str) -> None:

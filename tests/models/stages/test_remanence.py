@@ -39,7 +39,9 @@ def ramps(rows: int = ROWS) -> Array:
 
 def behind(stage: str, command: Array, r_h: float, s_h: float) -> Array:
     """The field behind a command, in the command's unit over 2."""
-    field: Array = stage_named(stage).respond(command / 2.0, clock_of(command.size), [r_h, s_h], slice(None))
+    field: Array = stage_named(stage).respond(
+        command / 2.0, clock_of(command.size), [r_h, s_h], slice(None)
+    )
     return field
 
 
@@ -49,7 +51,13 @@ def brake(command: Array, field: Array) -> Dataset:
     slip = 15.0 * np.sin(5.7 * t) + 8.0 * np.sin(1.45 * t)
     effort = (0.15 + 4.0 * np.abs(field) ** 1.3) * np.tanh(slip / 0.8) + 0.01 * slip
     effort += 0.02 * np.random.default_rng(5).standard_normal(command.size)
-    return Dataset("single", (Element(command, slip),), effort, clock_of(command.size), Units("N*m", "A", "rad/s"))
+    return Dataset(
+        "single",
+        (Element(command, slip),),
+        effort,
+        clock_of(command.size),
+        Units("N*m", "A", "rad/s"),
+    )
 
 
 def iron(command: Array) -> Array:
@@ -78,7 +86,9 @@ def test_a_play_moves_once_the_signal_has_gone_its_way() -> None:
     u = np.array([0.0, 0.5, 2.0, 1.5, 0.5, 0.0, 0.3, 2.0])
     x = play(u, 1.0, clock_of(u.size))
     assert x.tolist() == [0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
-    assert play(u, 0.4, clock_of(u.size)).tolist() == pytest.approx([0.0, 0.1, 1.6, 1.6, 0.9, 0.4, 0.4, 1.6])
+    assert play(u, 0.4, clock_of(u.size)).tolist() == pytest.approx(
+        [0.0, 0.1, 1.6, 1.6, 0.9, 0.4, 0.4, 1.6]
+    )
 
 
 def test_a_play_begins_anew_in_each_span_and_goes_on_over_a_border_inside_of_one() -> None:
@@ -125,7 +135,9 @@ def test_known_numbers_are_found_in_the_unit_of_the_field() -> None:
 
 def test_the_data_ask_for_it_on_iron_of_another_model_and_not_without() -> None:
     command = ramps()
-    base = Structure("single", "bingham/tanh", law_from_name("bingham/tanh", "single"), "none", friction=True)
+    base = Structure(
+        "single", "bingham/tanh", law_from_name("bingham/tanh", "single"), "none", friction=True
+    )
     among = ("dahl/field", "remanence")
     rungs = grown(brake(command, iron(command / 2.0)), base, among=among)
     assert "remanence" in rungs[-1].structure.dynamics.split("+")
@@ -140,7 +152,10 @@ def test_iron_that_keeps_a_field_saturates_too() -> None:
     command = ramps()
     base = Structure("single", "bingham", law_from_name("bingham", "single"), "none", friction=True)
     rungs = grown(brake(command, iron(command / 2.0)), base, among=("dahl/field", "remanence"))
-    assert (rungs[-1].structure.specification, rungs[-1].structure.dynamics) == ("bingham/tanh", "remanence")
+    assert (rungs[-1].structure.specification, rungs[-1].structure.dynamics) == (
+        "bingham/tanh",
+        "remanence",
+    )
     assert rungs[-1].error < 0.2 * rungs[0].error
     # Another law of the same memory saturates as well.
     train = brake(command, iron(command / 2.0))
@@ -150,7 +165,10 @@ def test_iron_that_keeps_a_field_saturates_too() -> None:
     # Where a power of the field is the truth, it stays.
     plays = brake(command, behind("remanence", command, 0.15, 0.6))
     rungs = grown(plays, base, among=("remanence",))
-    assert (rungs[-1].structure.specification, rungs[-1].structure.dynamics) == ("bingham", "remanence")
+    assert (rungs[-1].structure.specification, rungs[-1].structure.dynamics) == (
+        "bingham",
+        "remanence",
+    )
 
 
 def test_another_law_gets_the_iron_where_fields_change_within_a_log() -> None:
@@ -158,7 +176,10 @@ def test_another_law_gets_the_iron_where_fields_change_within_a_log() -> None:
     command = ramps()
     log = brake(command, iron(command / 2.0))
     named = ("rbfm-5", "bingham", "casson")
-    laws = [fit_structure(log, Structure("single", name, law_from_name(name, "single"))) for name in named]
+    laws = [
+        fit_structure(log, Structure("single", name, law_from_name(name, "single")))
+        for name in named
+    ]
     candidates, _ = with_memory(log, laws)
     with_iron = [each.structure.specification for each in candidates if of_iron(each.structure)]
     assert len(set(with_iron)) == 2
@@ -171,16 +192,25 @@ def test_another_law_gets_the_iron_where_fields_change_within_a_log() -> None:
 
 @pytest.mark.parametrize(
     ("law", "saturating"),
-    [("casson", "casson/tanh"), ("casson/power", "casson/tanh"), ("bingham/power/forward", "bingham/tanh/forward")],
+    [
+        ("casson", "casson/tanh"),
+        ("casson/power", "casson/tanh"),
+        ("bingham/power/forward", "bingham/tanh/forward"),
+    ],
 )
 def test_a_law_of_any_form_gets_another_form(law: str, saturating: str) -> None:
     """A form that was spelled out stayed in the name beside the other, and the fit ended in an unknown yield stress."""
-    assert Structure("single", law, law_from_name(law, "single")).with_yield_form(TANH).specification == saturating
+    assert (
+        Structure("single", law, law_from_name(law, "single")).with_yield_form(TANH).specification
+        == saturating
+    )
 
 
 def test_a_steady_field_is_not_asked() -> None:
     steady = brake(np.full(ROWS, 1.0), np.full(ROWS, 0.5))
-    base = Structure("single", "bingham/constant", law_from_name("bingham/constant", "single"), "none")
+    base = Structure(
+        "single", "bingham/constant", law_from_name("bingham/constant", "single"), "none"
+    )
     rungs = grown(steady, base, among=("remanence",))
     assert len(rungs) == 1
 
@@ -190,7 +220,9 @@ def test_a_play_within_the_noise_of_a_measured_current_is_no_remanence() -> None
     true = np.abs(ramps())
     measured = true + 0.01 * np.random.default_rng(7).standard_normal(true.size)
     train = brake(measured, true / 2.0)
-    law = Structure("single", "bingham", law_from_name("bingham", "single"), "none", friction=True, offset=True)
+    law = Structure(
+        "single", "bingham", law_from_name("bingham", "single"), "none", friction=True, offset=True
+    )
     assert [rung.structure.dynamics for rung in grown(train, law, among=["remanence"])] == ["none"]
 
 
@@ -198,6 +230,8 @@ def test_remanence_is_told_through_the_noise_of_a_measured_current() -> None:
     true = ramps()
     field = behind("remanence", true, r_h=0.3, s_h=0.7)
     measured = true + 0.01 * np.random.default_rng(7).standard_normal(true.size)
-    law = Structure("single", "bingham", law_from_name("bingham", "single"), "none", friction=True, offset=True)
+    law = Structure(
+        "single", "bingham", law_from_name("bingham", "single"), "none", friction=True, offset=True
+    )
     rungs = grown(brake(measured, field), law, among=["remanence"])
     assert [rung.structure.dynamics for rung in rungs] == ["none", "remanence"]

@@ -52,7 +52,9 @@ def brake(fade: float, tau_s: float, thinning: float = 0.0) -> Dataset:
         effort[k] = 0.3 + cold[k] * (1.0 - fade * heat) + 0.02 * (1.0 - thinning * heat) * slip[k]
         heat += PERIOD / tau_s * (effort[k] * slip[k] / mean_power - heat)
     effort += 0.03 * np.random.default_rng(5).standard_normal(ROWS)
-    return Dataset("single", (Element(current, slip),), effort, clock_of(ROWS), Units("N*m", "A", "rad/s"))
+    return Dataset(
+        "single", (Element(current, slip),), effort, clock_of(ROWS), Units("N*m", "A", "rad/s")
+    )
 
 
 def structure(stages: str = "none") -> Structure:
@@ -68,17 +70,23 @@ def halves(log: Dataset) -> tuple[Dataset, slice]:
 def test_a_power_that_lasts_warms_as_newton_says() -> None:
     stage = stage_named("self-heating")
     slip = np.full(400, 0.5)
-    (fade,) = stage.respond(SlipAndStrength(slip, 0.8 + 0.0 * slip), clock_of(400), [4.0], slice(None))
+    (fade,) = stage.respond(
+        SlipAndStrength(slip, 0.8 + 0.0 * slip), clock_of(400), [4.0], slice(None)
+    )
     time = clock_of(400).time
     assert fade == pytest.approx(0.4 * (1.0 - np.exp(-time / 4.0)), abs=3e-3)
-    (back,) = stage.respond(SlipAndStrength(-slip, 0.8 + 0.0 * slip), clock_of(400), [4.0], slice(None))
+    (back,) = stage.respond(
+        SlipAndStrength(-slip, 0.8 + 0.0 * slip), clock_of(400), [4.0], slice(None)
+    )
     assert back == pytest.approx(-fade)
 
 
 def test_a_heat_that_no_log_had_takes_the_effort_no_further() -> None:
     stage = stage_named("self-heating/viscous")
     slip = np.full(4000, 30.0)
-    of_yield, of_viscous = stage.respond(SlipAndStrength(slip, 1.0 + 0.0 * slip), clock_of(4000), [4.0], slice(None))
+    of_yield, of_viscous = stage.respond(
+        SlipAndStrength(slip, 1.0 + 0.0 * slip), clock_of(4000), [4.0], slice(None)
+    )
     assert of_yield[-1] == 2.0
     assert of_viscous[-1] == 60.0
 
@@ -89,7 +97,11 @@ def test_known_numbers_are_found_in_units() -> None:
     power = SlipAndStrength(log.elements[0].slip / reference, (log.elements[0].field / 2.0) ** 1.2)
     (fade,) = stage_named("self-heating").respond(power, log.clock, [20.0], slice(None))
     faded = Dataset(
-        "single", log.elements, log.effort - 1.5 * power.strength * fade, log.clock, Units("N*m", "A", "rad/s")
+        "single",
+        log.elements,
+        log.effort - 1.5 * power.strength * fade,
+        log.clock,
+        Units("N*m", "A", "rad/s"),
     )
     outcome = fit_structure(faded, structure("self-heating"))
     found = {estimate.name: estimate for estimate in outcome.estimates}
@@ -107,7 +119,9 @@ def test_the_rest_of_a_log_is_told_where_the_device_warms(fade: float, tau_s: fl
     assert "self-heating" in rungs[-1].structure.dynamics
     errors = []
     for rung in (rungs[0], rungs[-1]):
-        outcome = fit_structure(train, rung.structure, starts=[list(rung.numbers.values())], intervals=False)
+        outcome = fit_structure(
+            train, rung.structure, starts=[list(rung.numbers.values())], intervals=False
+        )
         errors.append(rms((log.effort - outcome.model.predict(log))[rest]))
     assert errors[1] < 0.5 * errors[0]
 
@@ -129,10 +143,14 @@ def test_a_device_that_stays_cold_is_not_asked(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(ladder, "rung_of", counted)
     rungs = grown(brake(0.0, 20.0), structure(), among=("self-heating", "stiffness"))
     assert [rung.structure.dynamics for rung in rungs] == ["none"]
-    assert set(tried) == {"none"}  # the law alone, with either yield effort: no search was made for a stage
+    assert set(tried) == {
+        "none"
+    }  # the law alone, with either yield effort: no search was made for a stage
 
 
-def test_a_log_that_is_cut_for_the_search_is_whole_where_the_device_warms(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_log_that_is_cut_for_the_search_is_whole_where_the_device_warms(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(rungs_of, "_MOST_ROWS", 1200)
     rungs = grown(brake(0.15, 150.0), structure(), among=("self-heating",))
     assert rungs[-1].structure.dynamics == "self-heating"

@@ -26,7 +26,9 @@ def damper(viscous: float = 0.0, of_yield: float = 0.0, way: float = 1.0) -> Dat
     force += viscous * np.abs(slip) + of_yield * strength * np.abs(np.tanh(slip / 0.01))
     force += 4.0 * np.random.default_rng(5).standard_normal(ROWS)
     clock = Clock(t, (Span(0, ROWS, 2e-3),))
-    return Dataset("single", (Element(field, way * slip),), way * force, clock, Units("N", "A", "m/s"))
+    return Dataset(
+        "single", (Element(field, way * slip),), way * force, clock, Units("N", "A", "m/s")
+    )
 
 
 def structure(stages: str) -> Structure:

@@ -45,10 +45,16 @@ def bad_number(sensor: str, value: float) -> Finding:
     lasting[sensor][1000:] = value
     zero = zero_after(run_core(one_by_one(lasting)), 1000)
     must_stop = sensor != "torque"  # no command depends on the torque meter
-    passed = seen == 10 and trips == 0 and sound(frames) and (zero == 13 if must_stop else zero == -1)
+    passed = (
+        seen == 10 and trips == 0 and sound(frames) and (zero == 13 if must_stop else zero == -1)
+    )
     ends = "zero after 13 ms" if must_stop else "control goes on"
     return Finding(
-        f"{sensor} is {value}", 10, f"10 invalid, no trip; lasting: {ends}", f"{seen}, {trips}; {zero} ms", passed
+        f"{sensor} is {value}",
+        10,
+        f"10 invalid, no trip; lasting: {ends}",
+        f"{seen}, {trips}; {zero} ms",
+        passed,
     )
 
 
@@ -61,11 +67,20 @@ def wraps() -> Finding:
     settings = replace(chosen(), theta_wrap=turn, alpha_wrap=turn)
     frames, plain = run_core(one_by_one(raw), settings), run_core(one_by_one(samples))
     seen = count(frames, "wrap")
-    off = max(float(np.max(np.abs(np.diff(frames[n]) - np.diff(plain[n])))) for n in ("theta", "alpha", "theta_dot"))
+    off = max(
+        float(np.max(np.abs(np.diff(frames[n]) - np.diff(plain[n]))))
+        for n in ("theta", "alpha", "theta_dot")
+    )
     at = [np.flatnonzero(np.abs(np.diff(raw[n])) > 1.0) for n in ("theta", "alpha")]
     steps = len(np.union1d(*at))  # both may wrap in one step
     passed = seen == steps and off < 1e-9 and count(frames, "glitch") == 0
-    return Finding("encoder wraps", steps, f"{steps} wraps, angles as without", f"{seen}, off by {off:.1e}", passed)
+    return Finding(
+        "encoder wraps",
+        steps,
+        f"{steps} wraps, angles as without",
+        f"{seen}, off by {off:.1e}",
+        passed,
+    )
 
 
 def glitch(sensor: str) -> Finding:
@@ -76,7 +91,13 @@ def glitch(sensor: str) -> Finding:
     seen = count(frames, "glitch")
     off = float(np.max(np.abs(frames[f"{sensor}_dot"] - plain[f"{sensor}_dot"])))
     passed = seen == 10 and off < 1.5 and sound(frames) and count(frames, "trip") == 0
-    return Finding(f"{sensor}: 60 rad/s glitch", 10, "10 rejected, speed off < 1.5 rad/s", f"{seen}, {off:.2f}", passed)
+    return Finding(
+        f"{sensor}: 60 rad/s glitch",
+        10,
+        "10 rejected, speed off < 1.5 rad/s",
+        f"{seen}, {off:.2f}",
+        passed,
+    )
 
 
 def loss(share: float) -> Finding:
@@ -96,7 +117,13 @@ def loss(share: float) -> Finding:
     off = float(np.max(np.abs((frames["alpha_dot"] - plain["alpha_dot"])[~gone])))
     passed = seen == expected and (trips > 0) == (longest >= 21) and sound(frames)
     said = f"{seen} lost, {trips} trips, speed off {off:.2f} rad/s"
-    return Finding(f"{share:.0%} lost", expected, f"{expected} lost, longest run {longest}: no trip", said, passed)
+    return Finding(
+        f"{share:.0%} lost",
+        expected,
+        f"{expected} lost, longest run {longest}: no trip",
+        said,
+        passed,
+    )
 
 
 def burst(length: int) -> Finding:
@@ -112,28 +139,51 @@ def burst(length: int) -> Finding:
     held = bool(np.all(field1[1000:1005] == field1[999]))
     falling = bool(np.all(np.diff(field1[1004 : 1000 + min(length, 14)]) < 0))
     passed = (
-        tripped == (length >= 21) and (zero == 13 if tripped else zero == -1) and held and falling and sound(frames)
+        tripped == (length >= 21)
+        and (zero == 13 if tripped else zero == -1)
+        and held
+        and falling
+        and sound(frames)
     )
-    wanted = "hold 5, reduce, zero at the 14th, stay" if length >= 21 else "hold 5, reduce, then on as before"
-    return Finding(f"burst of {length} lost", length, wanted, f"trip {tripped}, zero after {zero} ms", passed)
+    wanted = (
+        "hold 5, reduce, zero at the 14th, stay"
+        if length >= 21
+        else "hold 5, reduce, then on as before"
+    )
+    return Finding(
+        f"burst of {length} lost", length, wanted, f"trip {tripped}, zero after {zero} ms", passed
+    )
 
 
 def recovery() -> Finding:
     """A second without samples trips; after a reset and an order to run, the field comes back without a jump."""
     samples, gone = good_samples(), slice(900, 1900)
-    core, steps, frames = Core(chosen(), compiled_model()), one_by_one(samples), np.zeros(STEPS, FRAME)
+    core, steps, frames = (
+        Core(chosen(), compiled_model()),
+        one_by_one(samples),
+        np.zeros(STEPS, FRAME),
+    )
     for k in range(STEPS):
         if k == gone.stop + 10:
             core.order(Order.RESET)
             core.order(Order.PROGRAM, 0.0)
         frames[k] = core.step(samples[:0] if gone.start <= k < gone.stop else steps[k], k)[1]
     field1 = frames["field1"]
-    zero, most = zero_after(frames[: gone.stop + 10], gone.start), chosen().field_limit / EASE + 1e-9
+    zero, most = (
+        zero_after(frames[: gone.stop + 10], gone.start),
+        chosen().field_limit / EASE + 1e-9,
+    )
     jump = float(np.max(np.diff(field1[gone.stop : gone.stop + EASE + 10])))
     eased = chosen() is CONTROLS["equation 23"] or jump <= most
     passed = zero == 13 and eased and bool(field1[-1] > 0.05) and sound(frames)
     said = f"zero after {zero} ms, then {jump:.3f} a step"
-    return Finding("trip and recovery", 1, f"zero after 13 ms, then at most {most:.3f} a step in stages", said, passed)
+    return Finding(
+        "trip and recovery",
+        1,
+        f"zero after 13 ms, then at most {most:.3f} a step in stages",
+        said,
+        passed,
+    )
 
 
 def duplicates() -> Finding:
@@ -147,7 +197,11 @@ def duplicates() -> Finding:
     seen = count(frames, "stale-packet")
     same = bool(np.array_equal(frames["estimate"], plain["estimate"], equal_nan=True))
     return Finding(
-        "duplicated packets", 10, "10 dropped, nothing else changes", f"{seen}, same: {same}", seen == 10 and same
+        "duplicated packets",
+        10,
+        "10 dropped, nothing else changes",
+        f"{seen}, same: {same}",
+        seen == 10 and same,
     )
 
 
@@ -161,7 +215,9 @@ def reordered() -> Finding:
     frames = run_core(steps)
     seen, lost = count(frames, "stale-packet"), count(frames, "sample-lost")
     passed = seen == 10 and lost == 10 and sound(frames) and count(frames, "trip") == 0
-    return Finding("reordered packets", 10, "10 dropped as stale, 10 held", f"{seen}, {lost}", passed)
+    return Finding(
+        "reordered packets", 10, "10 dropped as stale, 10 held", f"{seen}, {lost}", passed
+    )
 
 
 def clock_jump() -> Finding:
@@ -174,7 +230,13 @@ def clock_jump() -> Finding:
     frames, plain = run_core(one_by_one(samples)), run_core(one_by_one(good_samples()))
     seen = count(frames, "clock-jump")
     same = bool(np.array_equal(frames["estimate"], plain["estimate"], equal_nan=True))
-    return Finding("rig's clock jumps", 3, "3 said, nothing else changes", f"{seen}, same: {same}", seen == 3 and same)
+    return Finding(
+        "rig's clock jumps",
+        3,
+        "3 said, nothing else changes",
+        f"{seen}, same: {same}",
+        seen == 3 and same,
+    )
 
 
 def mutated_packets(number: int = 100_000) -> Finding:
@@ -193,10 +255,20 @@ def mutated_packets(number: int = 100_000) -> Finding:
         taken += library.erc_get_sample(
             data, ctypes.c_size_t(len(data)), ctypes.c_uint32(77), ctypes.c_void_p(out.ctypes.data)
         )
-    control = library.erc_get_sample(whole, ctypes.c_size_t(64), ctypes.c_uint32(77), ctypes.c_void_p(out.ctypes.data))
-    foreign = library.erc_get_sample(whole, ctypes.c_size_t(64), ctypes.c_uint32(78), ctypes.c_void_p(out.ctypes.data))
+    control = library.erc_get_sample(
+        whole, ctypes.c_size_t(64), ctypes.c_uint32(77), ctypes.c_void_p(out.ctypes.data)
+    )
+    foreign = library.erc_get_sample(
+        whole, ctypes.c_size_t(64), ctypes.c_uint32(78), ctypes.c_void_p(out.ctypes.data)
+    )
     passed = taken == 0 and control == 1 and foreign == 0
-    return Finding("forged packets", number, "none taken, the whole one is", f"{taken} taken; {control}", passed)
+    return Finding(
+        "forged packets",
+        number,
+        "none taken, the whole one is",
+        f"{taken} taken; {control}",
+        passed,
+    )
 
 
 # --- faults of control ------------------------------------------------------------------------------------------------
@@ -206,7 +278,9 @@ def asked(rows: Any, **changes: Any) -> Any:
     """Frames for fields that are asked for outright."""
     table = np.asarray(rows, float)
     program = LoopProgram("asked", Mode.FIELDS, Waveform.TABLE, table=table)
-    return run_core(one_by_one(good_samples(len(table))), replace(SETTINGS, programs=(program,), **changes))
+    return run_core(
+        one_by_one(good_samples(len(table))), replace(SETTINGS, programs=(program,), **changes)
+    )
 
 
 def both_fields() -> Finding:
@@ -218,7 +292,11 @@ def both_fields() -> Finding:
     larger = np.maximum(frames["field1"], frames["field2"]) == table[:, :2].max(axis=1)
     passed = seen == 1000 and sound(frames) and bool(larger.all())
     return Finding(
-        "both fields asked for", 1000, "1000 said; the larger alone", f"{seen}; sound {sound(frames)}", passed
+        "both fields asked for",
+        1000,
+        "1000 said; the larger alone",
+        f"{seen}; sound {sound(frames)}",
+        passed,
     )
 
 
@@ -227,7 +305,11 @@ def too_high() -> Finding:
     frames = asked(np.tile([0.75, 0.0, 0.1], (1000, 1)))
     seen, top = count(frames, "beyond-limit"), float(frames["field1"].max())
     return Finding(
-        "3000 V asked for", 1000, "1000 clipped to 2000 V", f"{seen}, {4000 * top:.0f} V", (seen, top) == (1000, 0.5)
+        "3000 V asked for",
+        1000,
+        "1000 clipped to 2000 V",
+        f"{seen}, {4000 * top:.0f} V",
+        (seen, top) == (1000, 0.5),
     )
 
 
@@ -239,7 +321,11 @@ def not_finite() -> Finding:
     seen = count(frames, "command-not-finite")
     zero = float(np.max(frames["field1"][100:110]))
     return Finding(
-        "command not finite", 30, "30 said, counted as zero", f"{seen}, field {zero:g}", seen == 30 and zero == 0.0
+        "command not finite",
+        30,
+        "30 said, counted as zero",
+        f"{seen}, field {zero:g}",
+        seen == 30 and zero == 0.0,
     )
 
 
@@ -251,8 +337,19 @@ def slew() -> Finding:
     field_now = frames["field1"] - frames["field2"]
     up = float(np.max(np.diff(np.abs(field_now))))
     down = float(-np.min(np.diff(np.abs(field_now))))
-    passed = up <= 0.025 + 1e-12 and down <= 0.05 + 1e-12 and sound(frames) and count(frames, "rate-limited") > 0
-    return Finding("jumps of the field", 20, "up at most 0.025, down 0.05 a step", f"{up:.3f}, {down:.3f}", passed)
+    passed = (
+        up <= 0.025 + 1e-12
+        and down <= 0.05 + 1e-12
+        and sound(frames)
+        and count(frames, "rate-limited") > 0
+    )
+    return Finding(
+        "jumps of the field",
+        20,
+        "up at most 0.025, down 0.05 a step",
+        f"{up:.3f}, {down:.3f}",
+        passed,
+    )
 
 
 EXACT: dict[str, Callable[[], Finding]] = {

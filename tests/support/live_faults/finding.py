@@ -30,12 +30,19 @@ DIGEST = "0" * 63 + "1"
 
 def _pushing(mode: Mode, amplitude: float = 1000.0, **more: Any) -> LoopSettings:
     """Wants something that lies ahead, so that the field is on as long as all is well."""
-    return LoopSettings(programs=(LoopProgram("push", mode, amplitude=amplitude, motor_torque=0.1),), **more)
+    return LoopSettings(
+        programs=(LoopProgram("push", mode, amplitude=amplitude, motor_torque=0.1),), **more
+    )
 
 
 SETTINGS = _pushing(Mode.TRACK)
 _STAGES: dict[str, Any] = {"observer": "none", "least_slip": 1.0}
-_MASS: dict[str, Any] = {**_STAGES, "track_bandwidth": 10.0, "track_integral": 0.0, "output_inertia": 1e-5}
+_MASS: dict[str, Any] = {
+    **_STAGES,
+    "track_bandwidth": 10.0,
+    "track_integral": 0.0,
+    "output_inertia": 1e-5,
+}
 #: What controls while a fault is injected. Equation 23 stands at the field's limit, the others below.
 CONTROLS = {
     "equation 23": SETTINGS,
@@ -112,7 +119,9 @@ def chosen() -> LoopSettings:
     return CONTROLS[_control.get()]
 
 
-def run_core(steps: list[Any], settings: LoopSettings | None = None, model: bool = True, **each: Any) -> Any:
+def run_core(
+    steps: list[Any], settings: LoopSettings | None = None, model: bool = True, **each: Any
+) -> Any:
     """Frames of the core for the samples of each step."""
     core = Core(settings or chosen(), compiled_model() if model else None)
     frames = np.zeros(len(steps), FRAME)
@@ -145,7 +154,11 @@ def count_of(events: Any, event: str) -> int:
 def sound(frames: Any) -> bool:
     """Whether no frame breaks what must never break: finite, one field, within limits."""
     one = np.minimum(frames["field1"], frames["field2"]) == 0.0
-    low = (np.maximum(frames["field1"], frames["field2"]) <= 0.5) & (frames["field1"] >= 0) & (frames["field2"] >= 0)
+    low = (
+        (np.maximum(frames["field1"], frames["field2"]) <= 0.5)
+        & (frames["field1"] >= 0)
+        & (frames["field2"] >= 0)
+    )
     finite = np.isfinite(frames["field1"] + frames["field2"] + frames["motor_torque"])
     started = frames["estimate"][1:]
     return bool(np.all(one & low & finite) and np.all(np.isfinite(started)))

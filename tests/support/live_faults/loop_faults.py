@@ -49,7 +49,9 @@ def killed(times: int) -> Finding:
     rng = random.Random(8)
     waits: list[float] = []
     certain = True
-    for _ in range(3 * times):  # a busy machine may trip a loop before it is killed: that one does not count
+    for _ in range(
+        3 * times
+    ):  # a busy machine may trip a loop before it is killed: that one does not count
         if len(waits) == times:
             break
         with running() as now, contextlib.suppress(NeverReadyError):
@@ -62,7 +64,9 @@ def killed(times: int) -> Finding:
             acted = until(lambda: now.server.counts["watchdog"] > 0, 5.0)
             certain &= acted and now.spy.steps_with_field() <= WATCHDOG_STEPS
     passed = certain and len(waits) == times and max(waits) <= 0.020 + SLACK
-    return Finding("kill -9 of the loop", len(waits), "zero within 20 ms", _spread(waits), passed, certain)
+    return Finding(
+        "kill -9 of the loop", len(waits), "zero within 20 ms", _spread(waits), passed, certain
+    )
 
 
 def _spread(waits: list[float]) -> str:
@@ -129,8 +133,16 @@ def preloaded(source: Path) -> Iterator[None]:
 def wall_clock_jumps(samples: int = 1500) -> Finding:
     """The wall clock of the loop and of the recorder jumps by two hours, there and back, ten times a second."""
     ask = "import time; t = [time.sleep(0.01) or time.time() for _ in range(40)]; print(max(t) - min(t))"
-    with preloaded(WALL_CLOCK), running(MODEL, "--orders", "0") as now, tempfile.TemporaryDirectory() as folder:
-        moved = float(subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, check=True).stdout)
+    with (
+        preloaded(WALL_CLOCK),
+        running(MODEL, "--orders", "0") as now,
+        tempfile.TemporaryDirectory() as folder,
+    ):
+        moved = float(
+            subprocess.run(
+                [sys.executable, "-c", ask], capture_output=True, text=True, check=True
+            ).stdout
+        )
         recordings = Recordings(now.ring, folder)
         recordings.start("jumps")
         try:
@@ -145,14 +157,20 @@ def wall_clock_jumps(samples: int = 1500) -> Finding:
     gaps = int((np.diff(kept["seq"]) - 1).sum())
     # Deadlines, from the stamps: a whole number of periods apart, and as many as there are steps and missed ones.
     periods = np.diff(kept["time_ns"] - kept["lateness_ns"]) / 1e6
-    whole = bool((np.abs(periods - np.rint(periods)) < 1e-3).all() and (periods > 0.5).all() and periods.max() < 1e3)
+    whole = bool(
+        (np.abs(periods - np.rint(periods)) < 1e-3).all()
+        and (periods > 0.5).all()
+        and periods.max() < 1e3
+    )
     jumps, jumped = int(moved > 7000.0), count_of(kept["events"], "clock-jump")
     in_order = bool(jumps) and gaps == 0 and len(kept["seq"]) > samples and whole
     # A machine that stops the rig for 50 ms moves its stamps, now and then; the wall clock moved many times.
     certain = in_order and jumped < samples / 200 and (on or held_up)
     said = f"{gaps} missing of {len(kept['seq'])}, stamps in step: {whole}, {jumped} jumps, loop {why or 'on'}"
     passed = certain and on and jumped == 0
-    return Finding("wall clock jumps", round(samples / 100), "nothing changes", said, passed, certain)
+    return Finding(
+        "wall clock jumps", round(samples / 100), "nothing changes", said, passed, certain
+    )
 
 
 def tried_again(fault: Callable[[], Finding], times: int = 3) -> Finding:
@@ -204,7 +222,9 @@ def noise_as_orders(number: int = 1000) -> Finding:
         for _ in range(number):
             good = order_bytes(Order(rng.randrange(1, 6)), rng.uniform(-10, 10))
             os.write(now.loop.stdin.fileno(), damaged(good, rng))
-        until(lambda: now.reader.counts["order-refused"] >= number // 5, 10.0)  # at most four are read a step
+        until(
+            lambda: now.reader.counts["order-refused"] >= number // 5, 10.0
+        )  # at most four are read a step
         refused, done = now.reader.counts["order-refused"], now.reader.counts["order"]
         there, state, held_up = now.loop.poll() is None, now.reader.state, now.held_up()
     certain = there and done == 0 and refused >= number // 5 and (state is State.RUNNING or held_up)
@@ -233,7 +253,14 @@ def crashed() -> Finding:
         zeros = now.spy.commands_of_zero()
     certain = code == -signal.SIGSEGV and zeros > 1  # the watchdog's is one
     said = f"signal {-code}, zero {1e3 * wait:.1f} ms after the last field"
-    return Finding("crash in the model", 1, "zero by the loop's handler", said, certain and wait <= 0.010, certain)
+    return Finding(
+        "crash in the model",
+        1,
+        "zero by the loop's handler",
+        said,
+        certain and wait <= 0.010,
+        certain,
+    )
 
 
 def rig_killed(times: int) -> Finding:
@@ -248,7 +275,13 @@ def rig_killed(times: int) -> Finding:
         for _ in range(3 * times):  # as above
             if len(waits) == times:
                 break
-            spec = {"kind": "replay", "angles": str(angles), "period": 1e-3, "session": 42, "device": chosen().device}
+            spec = {
+                "kind": "replay",
+                "angles": str(angles),
+                "period": 1e-3,
+                "session": 42,
+                "device": chosen().device,
+            }
             rig, port = start_rig(spec)
             with running(port=port) as now, contextlib.suppress(NeverReadyError):
                 now.ready()
@@ -262,12 +295,18 @@ def rig_killed(times: int) -> Finding:
                 waits.append(1e-9 * float(off[0]) - moment if off.size else math.inf)
                 lost = frames["events"] & EVENT_BITS["sample-lost"] != 0
                 fresh = np.flatnonzero(~lost[: on[-1] + 1])  # steps with a sample, before zero
-                certain &= tripped and now.loop.poll() is None and int(on[-1] - fresh[-1]) <= STEPS_WITH_FIELD
+                certain &= (
+                    tripped
+                    and now.loop.poll() is None
+                    and int(on[-1] - fresh[-1]) <= STEPS_WITH_FIELD
+                )
             rig.kill()
             rig.communicate()
     said = f"{_spread(waits)}; tripped and running: {certain}"
     passed = certain and len(waits) == times and max(waits) <= 0.020 + SLACK
-    return Finding("kill -9 of the rig", len(waits), "zero within 20 ms, loop goes on", said, passed, certain)
+    return Finding(
+        "kill -9 of the rig", len(waits), "zero within 20 ms, loop goes on", said, passed, certain
+    )
 
 
 def bad_configurations(number: int) -> Finding:
@@ -279,11 +318,25 @@ def bad_configurations(number: int) -> Finding:
         ring = make_ring(Path(name) / "ring", RingInfo(capacity=16))
         for _ in range(number):
             (Path(name) / "config").write_bytes(mutated(whole, rng))
-            words = ["--config", f"{name}/config", "--ring", str(ring), "--udp", "127.0.0.1", "9", "0", "1"]
-            done = subprocess.run([str(loop_program()), *words], capture_output=True, timeout=10, check=False)
+            words = [
+                "--config",
+                f"{name}/config",
+                "--ring",
+                str(ring),
+                "--udp",
+                "127.0.0.1",
+                "9",
+                "0",
+                "1",
+            ]
+            done = subprocess.run(
+                [str(loop_program()), *words], capture_output=True, timeout=10, check=False
+            )
             codes[done.returncode] = codes.get(done.returncode, 0) + 1
     said = ", ".join(f"exit {code}: {n}" for code, n in sorted(codes.items()))
-    return Finding("damaged configurations", number, f"exit 2: {number}", said, codes == {2: number})
+    return Finding(
+        "damaged configurations", number, f"exit 2: {number}", said, codes == {2: number}
+    )
 
 
 def bad_models(number: int) -> Finding:
@@ -306,11 +359,22 @@ def bad_models(number: int) -> Finding:
             except Exception:
                 crashed_by += 1
     said = f"{accepted} accepted, {crashed_by} other errors"
-    return Finding("damaged models", number, "0 accepted, 0 other errors", said, accepted + crashed_by == 0)
+    return Finding(
+        "damaged models", number, "0 accepted, 0 other errors", said, accepted + crashed_by == 0
+    )
 
 
 #: What does not depend on the control.
-ALIKE = {"forged", "both-fields", "too-high", "not-finite", "slew", "orders-noise", "models", "configurations"}
+ALIKE = {
+    "forged",
+    "both-fields",
+    "too-high",
+    "not-finite",
+    "slew",
+    "orders-noise",
+    "models",
+    "configurations",
+}
 WHOLE: dict[str, Callable[[], Finding]] = {
     "sigterm": lambda: told_to_end(signal.SIGTERM),
     "sigint": lambda: told_to_end(signal.SIGINT),

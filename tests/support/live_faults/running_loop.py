@@ -80,7 +80,11 @@ class Spy:
     def _end(self) -> tuple[float, float]:
         """When the field went to zero for good: time and step."""
         last = max((k for k, (_, on, _) in enumerate(self.told) if on), default=-1)
-        return (self.told[last + 1][0], self.told[last + 1][2]) if last + 1 < len(self.told) else (math.inf, math.inf)
+        return (
+            (self.told[last + 1][0], self.told[last + 1][2])
+            if last + 1 < len(self.told)
+            else (math.inf, math.inf)
+        )
 
 
 @dataclass
@@ -99,14 +103,18 @@ class Running:
         def over() -> bool:
             tripped = self.reader.state is State.TRIPPED
             if reset and tripped and self.loop.stdin is not None:
-                os.write(self.loop.stdin.fileno(), order_bytes(Order.RESET) + order_bytes(Order.PROGRAM))
+                os.write(
+                    self.loop.stdin.fileno(), order_bytes(Order.RESET) + order_bytes(Order.PROGRAM)
+                )
             return self._steady(steps) or (tripped and not reset)
 
         until(over, 30.0)
         if self._steady(steps):
             return
         said = self.loop.stderr.read() if self.loop.poll() is not None and self.loop.stderr else b""
-        raise NeverReadyError(f"the loop does not run: {said!r}, {self.reader.trip_reason or 'not tripped'}")
+        raise NeverReadyError(
+            f"the loop does not run: {said!r}, {self.reader.trip_reason or 'not tripped'}"
+        )
 
     def _steady(self, steps: int) -> bool:
         frames = self.reader.latest(steps)
@@ -121,8 +129,12 @@ class Running:
         frames = self.reader.latest(self.reader.info.capacity)
         late = bool((frames["lateness_ns"] > 1e7).any())
         deadlines = frames["time_ns"].astype(np.int64) - frames["lateness_ns"]
-        missed = int(np.rint(np.diff(deadlines) / self.reader.info.period_ns).sum()) - (len(frames) - 1)
-        return self.reader.state is State.TRIPPED and (late or self.reader.counts["sample-lost"] + missed >= 20)
+        missed = int(np.rint(np.diff(deadlines) / self.reader.info.period_ns).sum()) - (
+            len(frames) - 1
+        )
+        return self.reader.state is State.TRIPPED and (
+            late or self.reader.counts["sample-lost"] + missed >= 20
+        )
 
 
 class NeverReadyError(RuntimeError):
@@ -158,7 +170,17 @@ def running(
             [
                 *wrapper,
                 *(str(loop_program()), "--config", str(folder / "config"), "--ring", str(ring)),
-                *("--udp", "127.0.0.1", str(port or server.port), "0", "42", "--model", str(library), DIGEST, *words),
+                *(
+                    "--udp",
+                    "127.0.0.1",
+                    str(port or server.port),
+                    "0",
+                    "42",
+                    "--model",
+                    str(library),
+                    DIGEST,
+                    *words,
+                ),
             ],
             stdin=subprocess.PIPE,
             stderr=subprocess.PIPE,

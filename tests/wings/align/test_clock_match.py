@@ -89,7 +89,9 @@ def test_correlations_are_those_of_every_lag() -> None:
     worth = []
     for k, (r, independent) in enumerate(zip(scan.correlation, scan.independent, strict=True)):
         shift = k - 59
-        i = np.array([i for i in range(60) if 0 <= i + shift < 90 and x_there[i] and y_there[i + shift]], int)
+        i = np.array(
+            [i for i in range(60) if 0 <= i + shift < 90 and x_there[i] and y_there[i + shift]], int
+        )
         if i.size == 0:
             assert (r, independent) == (0.0, 0.0)
             continue
@@ -102,19 +104,25 @@ def test_correlations_are_those_of_every_lag() -> None:
         worth += [independent / i.size] * int(independent > 0)
     assert np.ptp(worth) < 1e-12
     auto = [np.abs(np.fft.fft(v, 256)) ** 2 for v in (x, y)]
-    assert worth[0] == pytest.approx(1.0 / (128 * (auto[0] @ auto[1]) / auto[0].sum() / auto[1].sum() * 2), rel=0.2)
+    assert worth[0] == pytest.approx(
+        1.0 / (128 * (auto[0] @ auto[1]) / auto[0].sum() / auto[1].sum() * 2), rel=0.2
+    )
     assert scan.correlation.size == 60 + 90 - 1
     assert int(np.argmax(scan.scores)) - 59 == 20
     peak = int(np.argmax(scan.scores))
     assert scan.heights[peak] == pytest.approx(np.arctanh(abs(scan.correlation[peak])))
-    assert scan.scores[peak] == pytest.approx(scan.heights[peak] * np.sqrt(max(scan.independent[peak], 4.0) - 3.0))
+    assert scan.scores[peak] == pytest.approx(
+        scan.heights[peak] * np.sqrt(max(scan.independent[peak], 4.0) - 3.0)
+    )
 
 
 def test_a_drifting_clock_is_turned_back() -> None:
     y = wave(4000, 4, 0.99)
     fast = np.interp(np.arange(4000) / 1.01, np.arange(4000), y)
     every = np.ones(4000, np.bool_)
-    right, none = (cs._scanned(y, every, fast, every, drift).correlation.max() for drift in (0.01, 0.0))
+    right, none = (
+        cs._scanned(y, every, fast, every, drift).correlation.max() for drift in (0.01, 0.0)
+    )
     assert right > 0.99 > 0.9 > none
 
 
@@ -130,7 +138,9 @@ def test_rows_far_from_gaps(reach: int) -> None:
 def test_a_filter_and_its_derivative() -> None:
     weights = fs.flat(np.zeros(1), np.zeros(1), np.ones(1, np.bool_))
     frequency = np.linspace(0, 1, 33)
-    np.testing.assert_allclose(weights[1:], np.interp(frequency[1:], [0.7, 0.9], [1.0, 0.0]), atol=1e-12)
+    np.testing.assert_allclose(
+        weights[1:], np.interp(frequency[1:], [0.7, 0.9], [1.0, 0.0]), atol=1e-12
+    )
     assert weights[0] == 0.0
     even, odd = fs._taps(weights)
     np.testing.assert_allclose(even, even[::-1], atol=1e-12)
@@ -155,7 +165,9 @@ def test_weights_follow_what_agrees() -> None:
     signal = 1.0 / np.abs(1.0 - 0.8 * np.exp(-1j * omega)) ** 2
     coherence = (signal / (signal + 0.09)) ** 2
     expected = np.sqrt(coherence / (1 - coherence) / signal)
-    np.testing.assert_allclose(weights[2:] / weights[2:].mean(), expected[2:] / expected[2:].mean(), rtol=0.25)
+    np.testing.assert_allclose(
+        weights[2:] / weights[2:].mean(), expected[2:] / expected[2:].mean(), rtol=0.25
+    )
     flat = fs.flat(x, y, every)
     np.testing.assert_array_equal(fs.by_agreement(x, RNG.normal(size=8000), every), flat)
     np.testing.assert_array_equal(fs.by_agreement(x[:100], y[:100], every[:100]), flat)
@@ -167,7 +179,9 @@ def test_where_the_autocorrelation_falls_to_a_half() -> None:
     assert cs.width_of(track, 0.01, 80.0) == pytest.approx(0.1, abs=0.02)
 
 
-def pair(offset: float = 0.123, drift: float = 80e-6, noise: float = 0.2, seed: int = 7) -> tuple[Track, Track]:
+def pair(
+    offset: float = 0.123, drift: float = 80e-6, noise: float = 0.2, seed: int = 7
+) -> tuple[Track, Track]:
     """A smooth signal at 100 Hz on two clocks, twice as large on B."""
     fine = lfilter([1.0], [1.0, -1.9, 0.9025], np.random.default_rng(seed).normal(size=42_000))
     fine /= np.std(fine)
@@ -213,9 +227,13 @@ def test_the_other_way_round() -> None:
         assert there.on_a(there.on_b(np.array([t]))) == pytest.approx(t, abs=1e-9)
     assert back.gain == pytest.approx(1.0 / there.gain)
     assert back.offset == pytest.approx(-there.offset)
-    assert back.offset_interval == pytest.approx((-there.offset_interval[1], -there.offset_interval[0]))
+    assert back.offset_interval == pytest.approx(
+        (-there.offset_interval[1], -there.offset_interval[0])
+    )
     width = there.drift_interval[1] - there.drift_interval[0]
-    assert back.drift_interval[1] - back.drift_interval[0] == pytest.approx(width / (1 + there.drift))
+    assert back.drift_interval[1] - back.drift_interval[0] == pytest.approx(
+        width / (1 + there.drift)
+    )
     assert back.drift_interval[0] < back.drift < back.drift_interval[1]
     np.testing.assert_allclose(back.residuals, -there.residuals)
     np.testing.assert_allclose(back.centres, there.on_b(there.centres))

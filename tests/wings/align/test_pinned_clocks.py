@@ -44,18 +44,40 @@ MATCHES: dict[str, tuple[int, float, float, float, float | None]] = {
 @pytest.mark.parametrize("name", list(MATCHES))
 def test_clocks(name: str, pinned: Pinned) -> None:
     rows, period, offset, drift, near = MATCHES[name]
-    a, values = track_of(logged(3000)[0], logged(3000)[1], 0.01), logged(rows, period, offset, drift)
-    b = track_of(values[0], np.where(np.arange(rows) % 997 < 3, np.nan, 2.0 * values[1] + 1.0), period)
+    a, values = (
+        track_of(logged(3000)[0], logged(3000)[1], 0.01),
+        logged(rows, period, offset, drift),
+    )
+    b = track_of(
+        values[0], np.where(np.arange(rows) % 997 < 3, np.nan, 2.0 * values[1] + 1.0), period
+    )
 
     def found() -> Any:
         match = match_clocks(a, b, near=near)
-        names = ("origin", "offset", "offset_interval", "drift", "drift_interval", "overlap", "gain", "correlation")
+        names = (
+            "origin",
+            "offset",
+            "offset_interval",
+            "drift",
+            "drift_interval",
+            "overlap",
+            "gain",
+            "correlation",
+        )
         own = [getattr(match, name) for name in (*names, "independent")]
         return [*own, summed(match.centres), summed(1e6 * match.residuals)]
 
     def searched() -> Any:
         line, width, independent = search_of_all(a, b, near, 1.0)
-        return [line.at, line.middle, line.drift, width, independent, overlap_of(a, b, line), width_of(b, period, 20.0)]
+        return [
+            line.at,
+            line.middle,
+            line.drift,
+            width,
+            independent,
+            overlap_of(a, b, line),
+            width_of(b, period, 20.0),
+        ]
 
     pinned([told(found), told(searched)], rel=1e-4)
 
@@ -66,9 +88,19 @@ def test_clocks_that_do_not_match(pinned: Pinned) -> None:
     a, b, c = (track_of(time, values, 0.01) for values in (periodic, logged(2000)[1], other))
     flat, short = track_of(time, np.ones(2000), 0.01), track_of(time[:40], periodic[:40], 0.01)
     later = replace(a, time=a.time + 0.3)
-    pairs = {"noise": (b, c), "periodic": (a, later), "flat": (a, flat), "flat A": (flat, a), "short": (short, a)}
-    words = {name: told(lambda x=x, y=y: match_clocks(x, y).offset) for name, (x, y) in pairs.items()}
-    words["periodic"] = words["periodic"].rpartition(" ms: ")[2]  # which of equal offsets are named is chance
+    pairs = {
+        "noise": (b, c),
+        "periodic": (a, later),
+        "flat": (a, flat),
+        "flat A": (flat, a),
+        "short": (short, a),
+    }
+    words = {
+        name: told(lambda x=x, y=y: match_clocks(x, y).offset) for name, (x, y) in pairs.items()
+    }
+    words["periodic"] = words["periodic"].rpartition(" ms: ")[
+        2
+    ]  # which of equal offsets are named is chance
     for near in (0.3, 0.75, 1.2):
         words[f"near {near}"] = told(lambda near=near: match_clocks(a, later, near=near).offset)
     pinned(words, rel=1e-4)
@@ -84,8 +116,22 @@ def test_two_logs_joined(tmp_path: Path, pinned: Pinned) -> None:
     both = align(*paths)
     joined = both.joined
     assert joined.clock is None
-    table = {"columns": {name: summed(values) for name, values in joined.columns.items()}, "clock": None}
-    table |= {name: getattr(joined, name) for name in ("units", "numbers", "sample_period", "clock_name", "constants")}
-    own = [both.signal, both.offset, both.drift_ppm, [len(track.values) for track in both.traces[1]]]
-    words = [told(lambda: align(*paths, on="u").notes), told(lambda: align(*paths, near=9.0).signal)]
+    table = {
+        "columns": {name: summed(values) for name, values in joined.columns.items()},
+        "clock": None,
+    }
+    table |= {
+        name: getattr(joined, name)
+        for name in ("units", "numbers", "sample_period", "clock_name", "constants")
+    }
+    own = [
+        both.signal,
+        both.offset,
+        both.drift_ppm,
+        [len(track.values) for track in both.traces[1]],
+    ]
+    words = [
+        told(lambda: align(*paths, on="u").notes),
+        told(lambda: align(*paths, near=9.0).signal),
+    ]
     pinned([table, sorted(joined.metadata), own, words], rel=1e-4, least=1e-6)

@@ -22,7 +22,9 @@ def _a(noise: float = 0.5) -> pd.DataFrame:
     """Log A at 1 kHz: field and slip, with noise of some 2 % of the slip."""
     rng = np.random.default_rng(1)
     slip = _SLIP + noise * rng.standard_normal(_TIME.size)
-    return pd.DataFrame({"time [s]": _TIME, "field [V]": _COLUMNS["field"][1], "slip [rad/s]": slip})
+    return pd.DataFrame(
+        {"time [s]": _TIME, "field [V]": _COLUMNS["field"][1], "slip [rad/s]": slip}
+    )
 
 
 def _b(rate: float = 1000.0, seed: int = 0, *, offset: float = OFFSET) -> pd.DataFrame:
@@ -32,7 +34,13 @@ def _b(rate: float = 1000.0, seed: int = 0, *, offset: float = OFFSET) -> pd.Dat
     true = np.clip((time - offset) / (1 + DRIFT), 0.0, _TIME[-1])
     slip = _SLIP if seed == 0 else synthetic_log(30.0, seed)["slip"][1]
     speed = 9.8 * make_interp_spline(_TIME, slip)(true) + 4.0 + 5.0 * rng.standard_normal(time.size)
-    return pd.DataFrame({"time [s]": time, "torque [N*m]": np.interp(true, _TIME, _COLUMNS["torque"][1]), "rpm": speed})
+    return pd.DataFrame(
+        {
+            "time [s]": time,
+            "torque [N*m]": np.interp(true, _TIME, _COLUMNS["torque"][1]),
+            "rpm": speed,
+        }
+    )
 
 
 @pytest.mark.parametrize("rate", [1000.0, 200.0])
@@ -69,7 +77,9 @@ def test_a_gap_and_a_restart_of_the_clock() -> None:
     b.loc[b["time [s]"] > 13.0, "time [s]"] -= 14.0
     first, second = erclutch.align(_a(), b, on=("slip", "rpm")).matches
     assert first.offset == pytest.approx(OFFSET, abs=2e-4)
-    assert second.on_b(np.array([20.0])) == pytest.approx(20.0 * (1 + DRIFT) + OFFSET - 14.0, abs=2e-4)
+    assert second.on_b(np.array([20.0])) == pytest.approx(
+        20.0 * (1 + DRIFT) + OFFSET - 14.0, abs=2e-4
+    )
 
 
 def _sine(shift: float) -> pd.DataFrame:
@@ -99,16 +109,26 @@ def test_a_periodic_signal_needs_to_be_told_about_where() -> None:
     found = erclutch.align(_sine(0.0), _sine(0.1), near=-0.09)
     assert found.matches[0].on_b(np.array([15.0])) == pytest.approx(14.9, abs=1e-3)
     assert set(found.joined.columns) == {"time", "x", "x_B"}
-    for every in (1, 2):  # a slower B is searched the other way round, and its offsets are told as any other's
+    for every in (
+        1,
+        2,
+    ):  # a slower B is searched the other way round, and its offsets are told as any other's
         slower = _sine(0.1)[::every].reset_index(drop=True)
-        with pytest.raises(ErclutchError, match=r"--near 30 ms lies between .*, (-9\d|-10\d).* ms and 1[45]\d.* ms"):
+        with pytest.raises(
+            ErclutchError, match=r"--near 30 ms lies between .*, (-9\d|-10\d).* ms and 1[45]\d.* ms"
+        ):
             erclutch.align(_sine(0.0), slower, near=0.03)
 
 
 def test_a_slow_signal_is_matched_about_where_the_user_says() -> None:
     """A position that wanders: too few independent samples to find it anywhere, enough to find it near a place."""
     time = 1e-3 * np.arange(20_000)
-    speed = np.convolve(np.random.default_rng(1).standard_normal(20_799), np.hanning(800) / 19.0, "valid") - 0.5
+    speed = (
+        np.convolve(
+            np.random.default_rng(1).standard_normal(20_799), np.hanning(800) / 19.0, "valid"
+        )
+        - 0.5
+    )
     position = 100.0 * np.cumsum(1e-3 * speed)
     inner = slice(3000, 18_000, 2)
     a = pd.DataFrame({"time [s]": time, "x [rad]": position})
@@ -116,7 +136,8 @@ def test_a_slow_signal_is_matched_about_where_the_user_says() -> None:
     found = erclutch.align(a, b, near=1.2)
     assert found.matches[0].on_b(np.array([10.0])) == pytest.approx(11.235, abs=1e-4)
     with pytest.raises(
-        ErclutchError, match=r"about as well.* so slowly that the overlap holds \d+ independent samples"
+        ErclutchError,
+        match=r"about as well.* so slowly that the overlap holds \d+ independent samples",
     ):
         erclutch.align(a, b)
     with pytest.raises(ErclutchError, match=r"astray, to a drift of \d+ ppm, 5000 at most"):
@@ -131,7 +152,8 @@ def test_what_is_written_is_read_again(ending: str, tmp_path: Path) -> None:
     b = _b(200.0)
     found = erclutch.align(a, b, on=("slip", "rpm"))
     log = erclutch.read(
-        found.write(tmp_path / f"joined.{ending}"), {"effort": "torque", "slip": "slip", "field": "field"}
+        found.write(tmp_path / f"joined.{ending}"),
+        {"effort": "torque", "slip": "slip", "field": "field"},
     )
     assert log.rows == found.joined.rows
     assert log.period == pytest.approx(1e-3, rel=1e-6)
@@ -139,7 +161,9 @@ def test_what_is_written_is_read_again(ending: str, tmp_path: Path) -> None:
 
 
 def test_what_was_done_is_said() -> None:
-    found = erclutch.align(_a(), _b(200.0).rename(columns={"torque [N*m]": "field [N*m]"}), on=("slip", "rpm"))
+    found = erclutch.align(
+        _a(), _b(200.0).rename(columns={"torque [N*m]": "field [N*m]"}), on=("slip", "rpm")
+    )
     match = found.matches[0]
     half = 0.5e3 * (match.offset_interval[1] - match.offset_interval[0])
     wide = 0.5e6 * (match.drift_interval[1] - match.drift_interval[0])
@@ -150,7 +174,8 @@ def test_what_was_done_is_said() -> None:
     notes = "\n".join(found.joined.notes)
     assert f"by slip and rpm: {said}" in notes
     assert (
-        f"{lost:,} rows of DataFrame A left out: DataFrame B has none there, or none around a filter's reach" in notes
+        f"{lost:,} rows of DataFrame A left out: DataFrame B has none there, or none around a filter's reach"
+        in notes
     )
     assert "columns of DataFrame B renamed: field is field_B" in notes
     assert set(found.joined.columns) == {"time", "field", "slip", "field_B", "rpm"}
@@ -166,5 +191,8 @@ def test_names_that_cannot_be_taken() -> None:
         with pytest.raises(ErclutchError, match=said):
             erclutch.align(a, b, on=on)
     twice = pd.concat([a[:20_000], a[:10_000]], ignore_index=True)
-    with pytest.raises(ErclutchError, match=r"the clock restarts 1 times.*Give the log whose clock runs through first"):
+    with pytest.raises(
+        ErclutchError,
+        match=r"the clock restarts 1 times.*Give the log whose clock runs through first",
+    ):
         erclutch.align(twice, b, on=("slip", "rpm"))

@@ -32,7 +32,14 @@ from erclutch.wings.app import actions
 from erclutch.wings.app.jobs import Job, Jobs
 from erclutch.wings.app.run_answers import run_row
 from erclutch.wings.app.workbench_server import Workbench
-from erclutch.wings.app.workspace import SHOWN, Entry, Workspace, WorkspaceError, plain_name, shown_folder
+from erclutch.wings.app.workspace import (
+    SHOWN,
+    Entry,
+    Workspace,
+    WorkspaceError,
+    plain_name,
+    shown_folder,
+)
 from erclutch.wings.live.page.access import TOKEN_HEADER, Access
 from tests.support.command import good
 
@@ -47,23 +54,50 @@ def test_help_names_the_folder_first() -> None:
 
 
 def test_a_form_becomes_the_choices_that_somebody_made() -> None:
-    guessed = {"column.time": "t", "was.time": "t", "column.effort": "F", "unit.effort": "N", "was.effort": "F [N]"}
+    guessed = {
+        "column.time": "t",
+        "was.time": "t",
+        "column.effort": "F",
+        "unit.effort": "N",
+        "was.effort": "F [N]",
+    }
     assert actions.chosen_of(guessed).words() == []
-    given = {"column.slip": "V", "unit.slip": "cm/s", "was.slip": "", "turn.slip": "on", "rate": "1 kHz"}
+    given = {
+        "column.slip": "V",
+        "unit.slip": "cm/s",
+        "was.slip": "",
+        "turn.slip": "on",
+        "rate": "1 kHz",
+    }
     words = actions.chosen_of({**guessed, **given}).words()
     assert words == ["--slip=-V [cm/s]", "--rate", "1 kHz"]
-    kept = {"column.slip": "V", "unit.slip": "cm/s", "was.slip": "V [cm/s]", "given.slip": "V [cm/s]"}
+    kept = {
+        "column.slip": "V",
+        "unit.slip": "cm/s",
+        "was.slip": "V [cm/s]",
+        "given.slip": "V [cm/s]",
+    }
     assert actions.chosen_of({**guessed, **kept}).words() == ["--slip", "V [cm/s]"]
     taken_away = {"column.field": "", "was.field": "I [A]"}
     assert actions.chosen_of({**guessed, **taken_away}).words() == ["--field", "none"]
     taken_away = {"column.position": "", "was.position": "x"}
     assert actions.chosen_of({**guessed, **taken_away}).words() == ["--position", "none"]
     assert actions.on_page("Or --position none.") == "Or “position”: not logged."
-    run = {"device": "single", "reading": {"slip": "V [cm/s]", "constant": ["field=1 A"], "begin": "2s", "lead": None}}
+    run = {
+        "device": "single",
+        "reading": {"slip": "V [cm/s]", "constant": ["field=1 A"], "begin": "2s", "lead": None},
+    }
     again = actions.chosen_of(dict(parse_qsl(actions.query_of(run)))).words()
     assert again == ["--slip", "V [cm/s]", "--constant", "field=1 A", "--from", "2s"]
-    elsewhere = actions.chosen_of(dict(parse_qsl(actions.query_of(run, of_another_log=True)))).words()
-    assert elsewhere == ["--slip", "V [cm/s]", "--constant", "field=1 A"]  # a window is of its own log
+    elsewhere = actions.chosen_of(
+        dict(parse_qsl(actions.query_of(run, of_another_log=True)))
+    ).words()
+    assert elsewhere == [
+        "--slip",
+        "V [cm/s]",
+        "--constant",
+        "field=1 A",
+    ]  # a window is of its own log
 
 
 @pytest.mark.parametrize(
@@ -76,14 +110,20 @@ def test_a_form_becomes_the_choices_that_somebody_made() -> None:
         ("cut the log there with --invalid drop.", "cut the log there with “invalid”: drop."),
         ("Give --time or --rate HZ", "Give “time” or “rate”: HZ"),
         ("such as --lag lag+dahl/field", "such as “Lags and memory”: lag+dahl/field"),
-        ('these: erclutch inspect \'a b.csv\' --E1 "x" --theta-dot "y"', 'these: “E1”: "x", “theta_dot”: "y"'),
+        (
+            'these: erclutch inspect \'a b.csv\' --E1 "x" --theta-dot "y"',
+            'these: “E1”: "x", “theta_dot”: "y"',
+        ),
         (
             'Give them all, with your columns in place of these: erclutch inspect odd.txt --time "c1 [s]" '
             '--field "COLUMN [A]" --effort "COLUMN [N]"; --field none if it was not logged.',
             'Choose a column for each below, such as “time”: "c1 [s]"; the foot of this page draws them; '
             "“field”: not logged if it was not logged.",
         ),
-        ("Use --derivative central, without --lag", "Use --derivative central, without “Lags and memory”"),
+        (
+            "Use --derivative central, without --lag",
+            "Use --derivative central, without “Lags and memory”",
+        ),
     ],
 )
 def test_a_message_names_the_fields_of_the_page(said: str, shown: str) -> None:
@@ -102,7 +142,17 @@ def test_a_fit_as_words_and_in_python() -> None:
     words = actions.fit_words(form, ["a.csv", "b.csv"], "run")
     assert words[:3] == ["fit", "a.csv", "b.csv"]
     assert words[3:] == [
-        *("--constant", "field=1 A", "--invalid", "drop", "--models", "bingham", "hem/square", "--lag", "none"),
+        *(
+            "--constant",
+            "field=1 A",
+            "--invalid",
+            "drop",
+            "--models",
+            "bingham",
+            "hem/square",
+            "--lag",
+            "none",
+        ),
         *("--out", "run"),
     ]
     script = actions.fit_in_python(form, ["a.csv"], "run")
@@ -119,7 +169,12 @@ def test_a_name_is_refused_or_stays_in_the_folder(name: str) -> None:
         assert not kept.name.startswith(("-", "."))
 
 
-@given(st.dictionaries(st.sampled_from(["models", "lag", "test", "seed", "rate", "column.slip"]), st.text(max_size=30)))
+@given(
+    st.dictionaries(
+        st.sampled_from(["models", "lag", "test", "seed", "rate", "column.slip"]),
+        st.text(max_size=30),
+    )
+)
 def test_no_text_of_a_form_becomes_an_option(form: dict[str, str]) -> None:
     with suppress(WorkspaceError):
         words = actions.fit_words(form, ["log.csv"], "run")
@@ -148,7 +203,9 @@ def test_an_upload_is_there_whole_or_not_at_all(tmp_path: Path) -> None:
     assert [entry.name for entry in space.results()] == ["a-run-estimate-2.csv"]
 
 
-def test_what_is_said_of_a_log_is_kept_beside_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_said_of_a_log_is_kept_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     space = Workspace(tmp_path / "bench")
     space.folder.mkdir()
     assert space.about("a.csv") == RunAbout()
@@ -176,13 +233,21 @@ def test_a_job_lists_the_models_that_it_has_fitted() -> None:
     job = Job.__new__(Job)
     job.fitted = {}
     for done, model, error in ((0.1, "", None), (0.2, "bingham", 0.4), (0.3, "casson+lag", 0.2)):
-        line = {"done": done, "total": 1.0, "doing": f"fitted {model}", "fitted": model, "train_share": error}
+        line = {
+            "done": done,
+            "total": 1.0,
+            "doing": f"fitted {model}",
+            "fitted": model,
+            "train_share": error,
+        }
         job._take_progress(json.dumps(line))
     assert job.fitted == {"bingham": 0.4, "casson+lag": 0.2}
     assert (job.share, job.doing) == (0.3, "fitted casson+lag")
 
 
-@pytest.mark.parametrize("line", ["", "[]", "{}", '{"done": "x", "total": 1, "doing": ""}', '[1, 2, "a"]', "1e999"])
+@pytest.mark.parametrize(
+    "line", ["", "[]", "{}", '{"done": "x", "total": 1, "doing": ""}', '[1, 2, "a"]', "1e999"]
+)
 def test_a_line_that_is_no_progress_changes_nothing(line: str) -> None:
     job = Job.__new__(Job)
     job.fitted, job.share, job.doing = {}, 0.5, "fitting"
@@ -194,7 +259,12 @@ def test_a_link_that_leaves_the_workspace_is_not_there(tmp_path: Path) -> None:
     outside, inside = tmp_path / "outside", tmp_path / "space"
     for folder in (outside / "run", inside):
         folder.mkdir(parents=True)
-    for path in (outside / "a.csv", outside / "a.html", outside / "a.toml", outside / "run" / "run.json"):
+    for path in (
+        outside / "a.csv",
+        outside / "a.html",
+        outside / "a.toml",
+        outside / "run" / "run.json",
+    ):
         path.write_text("1")
     (inside / "own.csv").write_text("1")
     for path in outside.iterdir():
@@ -219,7 +289,9 @@ def test_a_link_in_a_folder_is_not_followed(tmp_path: Path) -> None:
     assert space.run("run") == run
     (run / "models" / "bingham.json").symlink_to(run / "rows.parquet")
     for ask in (space.path, space.run):
-        with pytest.raises(WorkspaceError, match=r"holds the link models/bingham\.json, and links in a folder"):
+        with pytest.raises(
+            WorkspaceError, match=r"holds the link models/bingham\.json, and links in a folder"
+        ):
             ask("run")
     assert space.body("run") is None
     (run / "models" / "bingham.json").unlink()
@@ -247,7 +319,9 @@ def test_looks_at_logs_are_counted(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_command_ends_with_its_server(tmp_path: Path) -> None:
-    job = Job(1, "twin", ["simulate", "training", "--seconds", "3000", "--out", "log.csv"], tmp_path)
+    job = Job(
+        1, "twin", ["simulate", "training", "--seconds", "3000", "--out", "log.csv"], tmp_path
+    )
     while not job.lines and job.code is None and job.seconds < 3.0:
         time.sleep(0.05)
     job.cancel()
@@ -263,7 +337,9 @@ def test_a_log_is_looked_at_once_until_something_changes(tmp_path: Path) -> None
     german(tmp_path / "log.csv")
 
     def look() -> Job:
-        job = jobs.look("look", ["inspect", "log.csv", "--json"], space.state("log.csv"), "/log/log.csv")
+        job = jobs.look(
+            "look", ["inspect", "log.csv", "--json"], space.state("log.csv"), "/log/log.csv"
+        )
         job.join(30.0)
         return job
 
@@ -294,11 +370,16 @@ class Served:
         self.port, self.base = self.access.port, self.access.base
         self.cookie = self.access.set_cookie().partition(";")[0]
 
-    def ask(self, method: str, path: str, body: bytes = b"", *, bare: bool = False, **headers: str) -> tuple[int, str]:
+    def ask(
+        self, method: str, path: str, body: bytes = b"", *, bare: bool = False, **headers: str
+    ) -> tuple[int, str]:
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
         origin = {} if method == "GET" else {"Origin": f"http://127.0.0.1:{self.port}"}
         connection.request(
-            method, path if bare else self.base + path, body, {"Cookie": self.cookie, **origin, **headers}
+            method,
+            path if bare else self.base + path,
+            body,
+            {"Cookie": self.cookie, **origin, **headers},
         )
         with closing(connection), connection.getresponse() as answer:
             return answer.status, answer.read().decode("utf-8", "replace")
@@ -322,14 +403,19 @@ def test_only_a_page_of_this_server_with_the_token_gets_an_answer(served: Served
     assert served.ask("GET", "/", Cookie="")[0] == 403
     assert served.ask("GET", "/", Cookie=f"erclutch-{served.port}=x")[0] == 403
     assert served.ask("GET", "/static/app.js", bare=True)[0] == 403
-    other_pages: list[dict[str, Any]] = [{"Sec-Fetch-Site": site} for site in ("same-site", "cross-site")]
+    other_pages: list[dict[str, Any]] = [
+        {"Sec-Fetch-Site": site} for site in ("same-site", "cross-site")
+    ]
     for headers in other_pages:
         assert served.ask("GET", "/", b"", **headers)[0] == 403
         assert served.ask("POST", "/twin", b"what=log", **headers)[0] == 403
     tokens: list[dict[str, Any]] = [
         {TOKEN_HEADER: text} for text in (served.access.token, served.cookie.partition("=")[2])
     ]
-    assert [served.ask("POST", "/enter", b"", bare=True, **headers)[0] for headers in tokens] == [200, 403]
+    assert [served.ask("POST", "/enter", b"", bare=True, **headers)[0] for headers in tokens] == [
+        200,
+        403,
+    ]
     assert served.ask("GET", "/", Host="evil.example")[0] == 403
     assert served.ask("POST", "/twin", b"what=log", Origin="http://evil.example")[0] == 403
     assert served.ask("POST", "/twin", b"what=log", Origin="null")[0] == 403
@@ -341,13 +427,17 @@ def test_only_a_page_of_this_server_with_the_token_gets_an_answer(served: Served
 def test_idle_connections_do_not_shut_the_owner_out(served: Served) -> None:
     with ExitStack() as stack:
         for place in range(100):
-            raw = stack.enter_context(socket.create_connection(("127.0.0.1", served.port), timeout=5))
+            raw = stack.enter_context(
+                socket.create_connection(("127.0.0.1", served.port), timeout=5)
+            )
             with suppress(OSError):
                 raw.sendall(b"GET / HTTP/1.1\r\nHost: " if place % 2 else b"")
         assert [served.ask("GET", "/")[0] for _ in range(3)] == [200, 200, 200]
 
 
-def test_a_folder_with_many_runs_is_shown_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_with_many_runs_is_shown_at_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Each run that was shown was read: 10^5 runs took minutes."""
     looked: list[str] = []
     monkeypatch.setattr(Workspace, "body", lambda self, name: looked.append(name))
@@ -363,7 +453,10 @@ def test_a_folder_with_many_runs_is_shown_at_once(tmp_path: Path, monkeypatch: p
 @pytest.mark.slow
 def test_a_run_that_cannot_be_read_stops_nobody(served: Served) -> None:
     """It is named in the overview; a page of it is one sentence, whatever it is."""
-    bodies = {"deep": "[" * 100_000, "wrong": '{"kind": "erclutch run", "recommended": "nope", "ranking": []}'}
+    bodies = {
+        "deep": "[" * 100_000,
+        "wrong": '{"kind": "erclutch run", "recommended": "nope", "ranking": []}',
+    }
     for name, text in bodies.items():
         (served.folder / name).mkdir()
         (served.folder / name / "run.json").write_text(text)
@@ -376,7 +469,13 @@ def test_a_run_that_cannot_be_read_stops_nobody(served: Served) -> None:
         assert (status, home.count("not readable")) == (200, 2)
         assert "link.csv" not in home
         assert [served.ask("GET", f"/run/{name}")[0] for name in bodies] == [400, 400]
-        for path in ("run/file.csv/report", "run/empty/report", "run/file.csv", "alone/page.html", "file/link.csv"):
+        for path in (
+            "run/file.csv/report",
+            "run/empty/report",
+            "run/file.csv",
+            "alone/page.html",
+            "file/link.csv",
+        ):
             status, text = served.ask("GET", f"/{path}")
             assert (path, status, text.count('role="alert"')) == (path, 404, 1)
     finally:
@@ -441,8 +540,15 @@ def open_page(served: Served) -> Iterator[Callable[..., Any]]:
     sync: Any = import_module("playwright.sync_api")
     wrong: list[str] = []
     with sync.sync_playwright() as playwright:
-        flags = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"]
-        browser = playwright.chromium.launch(executable_path=str(CHROMIUM), args=[*flags, "--disable-component-update"])
+        flags = [
+            "--no-sandbox",
+            "--disable-gpu",
+            "--no-first-run",
+            "--disable-background-networking",
+        ]
+        browser = playwright.chromium.launch(
+            executable_path=str(CHROMIUM), args=[*flags, "--disable-component-update"]
+        )
 
         def hear(message: Any) -> None:
             if message.type == "error" and not re.search(
@@ -451,7 +557,9 @@ def open_page(served: Served) -> Iterator[Callable[..., Any]]:
                 wrong.append(message.text)
 
         def opened(width: int = 1440, scheme: str = "light") -> Any:
-            context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme)
+            context = browser.new_context(
+                viewport={"width": width, "height": 900}, color_scheme=scheme
+            )
             page = context.new_page()
             page.on("pageerror", lambda error: wrong.append(str(error)))
             page.on("console", hear)
@@ -494,7 +602,12 @@ def test_a_page_of_another_port_gets_no_token_and_starts_nothing(
     before = served.ask("GET", "/")[1].count("/job/")
     target = f"http://127.0.0.1:{served.port}"
     log = german(served.folder / "stolen.csv").name
-    asked = [f"{target}/", f"{target}/log/{log}", f"{target}{served.base}/log/{log}", f"{target}{served.base}/job/1"]
+    asked = [
+        f"{target}/",
+        f"{target}/log/{log}",
+        f"{target}{served.base}/log/{log}",
+        f"{target}{served.base}/job/1",
+    ]
     forms = "".join(
         f'<form id="f{n}" method="post" action="{target}{path}" target="i{n}"><input name="what" value="log"></form>'
         f'<iframe name="i{n}"></iframe>'
@@ -533,10 +646,17 @@ def test_a_page_of_another_port_gets_no_token_and_starts_nothing(
 def german(path: Path) -> Path:
     """A SYNTHETIC brake with decimal commas, revolutions a minute and a column in °C."""
     random = np.random.default_rng(3)
-    time_, rows = np.arange(4000) / 500, ["Zeit [s];Strom [A];Drehzahl [1/min];Drehmoment [N m];Temperatur [°C]"]
+    time_, rows = (
+        np.arange(4000) / 500,
+        ["Zeit [s];Strom [A];Drehzahl [1/min];Drehmoment [N m];Temperatur [°C]"],
+    )
     current = 1.0 + np.sin(2 * time_) * np.sign(np.sin(0.5 * time_))
     speed = 200 * np.sin(5 * time_)
-    torque = (0.3 + current**2) * np.tanh(speed / 10) + 0.002 * speed + random.normal(0, 0.02, time_.size)
+    torque = (
+        (0.3 + current**2) * np.tanh(speed / 10)
+        + 0.002 * speed
+        + random.normal(0, 0.02, time_.size)
+    )
     for row in zip(time_, current, speed, torque, 25 + 0.1 * time_, strict=True):
         rows.append(";".join(f"{value:.6f}".replace(".", ",") for value in row))
     path.write_text("\n".join(rows), encoding="latin-1")
@@ -555,9 +675,13 @@ def follow(page: Any, what: str, to: str = "**/log/**") -> None:
 
 def accessible(page: Any) -> None:
     axe: Any = import_module("axe_playwright_python.sync_playwright")
-    only = {"resultTypes": ["violations"]}  # to tell what is right, node by node, takes most of its time
+    only = {
+        "resultTypes": ["violations"]
+    }  # to tell what is right, node by node, takes most of its time
     found = axe.Axe().run(page, options=only).response["violations"]
-    assert [(each["id"], [node["html"][:120] for node in each["nodes"][:3]]) for each in found] == []
+    assert [
+        (each["id"], [node["html"][:120] for node in each["nodes"][:3]]) for each in found
+    ] == []
 
 
 @pytest.mark.slow
@@ -568,27 +692,43 @@ def test_from_a_dropped_file_to_exported_c(
     if log == "NEES" and not NEES.exists():
         pytest.skip(f"needs the measured data beside the project: {NEES}")
     page = open_page()
-    page.set_input_files("#file", str(NEES if log == "NEES" else german(tmp_path / "Prüfstand 1.csv")))
+    page.set_input_files(
+        "#file", str(NEES if log == "NEES" else german(tmp_path / "Prüfstand 1.csv"))
+    )
     page.wait_for_url("**/log/**")
     if log == "german":
         assert page.locator("[name='column.effort']").input_value() == "Drehmoment"
         page.select_option("[name='column.temperature']", "Temperatur")
         follow(page, "text=Read it so")
         assert "--temperature Temperatur" in page.locator("code").first.inner_text()
-        page.wait_for_selector("main:has-text('the file says 1/min')")  # a Drehzahl in 1/min is certain
+        page.wait_for_selector(
+            "main:has-text('the file says 1/min')"
+        )  # a Drehzahl in 1/min is certain
         assert page.locator(".check").count() == 0
     else:
         assert "no column for field" in page.locator("[role=alert]").inner_text()
-        assert page.locator(".check").count() == 4  # time, slip, position and effort are guessed without a unit
-        signals = (("time", "t", "s"), ("field", "Y", "V"), ("slip", "V", "cm/s"), ("effort", "F", "N"))
+        assert (
+            page.locator(".check").count() == 4
+        )  # time, slip, position and effort are guessed without a unit
+        signals = (
+            ("time", "t", "s"),
+            ("field", "Y", "V"),
+            ("slip", "V", "cm/s"),
+            ("effort", "F", "N"),
+        )
         signals += (("position", "D", "cm"),)
         for signal_, column, unit in signals:
             page.select_option(f"[name='column.{signal_}']", column)
             page.fill(f"[name='unit.{signal_}']", unit)
-        assert "--effort 'F [N]'" in page.locator("#read:has-text('--effort')").inner_text()  # it follows the form
+        assert (
+            "--effort 'F [N]'" in page.locator("#read:has-text('--effort')").inner_text()
+        )  # it follows the form
         follow(page, "text=Read it so")
         assert "understood" in page.locator(".good").inner_text()
-        assert "\N{MINUS SIGN}48.04 to 59.22 cm/s" in page.locator("tr:has([name='column.slip'])").inner_text()
+        assert (
+            "\N{MINUS SIGN}48.04 to 59.22 cm/s"
+            in page.locator("tr:has([name='column.slip'])").inner_text()
+        )
     page.check("[name='model.bingham']")
     page.fill("[name=lag]", "none")
     page.fill("[name=run]", f"run-{log}")
@@ -603,7 +743,9 @@ def test_from_a_dropped_file_to_exported_c(
         page.get_by_text("Download").click(timeout=60_000)
     assert download.value.suggested_filename.endswith(".zip")
     made = next(path for path in served.folder.iterdir() if path.name.startswith(f"run-{log}-m1-c"))
-    assert json.loads((made / "export.json").read_text())["options"]["precision"] == "float32"  # as usual in C
+    assert (
+        json.loads((made / "export.json").read_text())["options"]["precision"] == "float32"
+    )  # as usual in C
     follow(page, "text=Back to the run", "**/run/**")
     follow(page, f"a:has-text('{NEES.name if log == 'NEES' else 'Prüfstand 1.csv'}')")
     assert page.locator("[name='column.effort']").input_value() in ("F", "Drehmoment")
@@ -629,7 +771,9 @@ def test_a_log_is_remembered_fitted_again_and_nothing_is_offered_that_cannot_wor
         if "/job/" in page.url:
             page.go_back()
         page.wait_for_url("**/log/**")
-    made = sorted(path.name for path in served.folder.iterdir() if path.name.startswith("again-run"))
+    made = sorted(
+        path.name for path in served.folder.iterdir() if path.name.startswith("again-run")
+    )
     assert len(made) == 2
     page.goto(f"{place}/log/again.csv")
     assert page.locator("[name='column.temperature']").input_value() == "Temperatur"
@@ -682,7 +826,9 @@ def test_a_broken_log_a_cancelled_fit_and_two_tabs(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("width", "scheme"), [(1440, "light"), (390, "dark")])
-def test_accessible(width: int, scheme: str, served: Served, open_page: Callable[..., Any], tmp_path: Path) -> None:
+def test_accessible(
+    width: int, scheme: str, served: Served, open_page: Callable[..., Any], tmp_path: Path
+) -> None:
     page = open_page(width, scheme)
     accessible(page)
     page.set_input_files("#file", str(german(tmp_path / "look.csv")))
@@ -693,7 +839,9 @@ def test_accessible(width: int, scheme: str, served: Served, open_page: Callable
     accessible(page)
 
 
-@pytest.mark.parametrize(("low", "shown"), [(0.9, "Bingham law"), (-0.1, "none; nearest: Bingham law")])
+@pytest.mark.parametrize(
+    ("low", "shown"), [(0.9, "Bingham law"), (-0.1, "none; nearest: Bingham law")]
+)
 def test_the_overview_says_that_a_run_recommends_nothing(low: float, shown: str) -> None:
     test = {"rmse": [1.0, 0.9, 1.1], "share": [0.3, 0.2, 0.4], "r2": [0.91, low, 0.95]}
     entry = {"name": "bingham", "title": "Bingham law", "sound": True, "test": test}
@@ -703,4 +851,6 @@ def test_the_overview_says_that_a_run_recommends_nothing(low: float, shown: str)
         "findings": [],
         "logs": [{"name": "bench.csv", "sha256": "0"}],
     }
-    assert run_row(Entry("bench.run", 0, 0.0), {**body, "units": {"effort": "N*m"}})["model"] == shown
+    assert (
+        run_row(Entry("bench.run", 0, 0.0), {**body, "units": {"effort": "N*m"}})["model"] == shown
+    )

@@ -20,7 +20,12 @@ SHARED = pytest.mark.skipif(not NEES.is_file(), reason=f"needs the recording {NE
 
 def columns(page: Any) -> None:
     """Say which column of the NEES damper is which signal."""
-    for signal, column, unit in (("time", "t", "s"), ("field", "Y", "V"), ("slip", "V", "cm/s"), ("effort", "F", "N")):
+    for signal, column, unit in (
+        ("time", "t", "s"),
+        ("field", "Y", "V"),
+        ("slip", "V", "cm/s"),
+        ("effort", "F", "N"),
+    ):
         page.select_option(f"[name='column.{signal}']", column)
         page.fill(f"[name='unit.{signal}']", unit)
     follow(page, "text=Read it so")
@@ -62,7 +67,9 @@ def download_reports(page: Any) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("log", ["german", pytest.param("NEES", marks=SHARED)])
-def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any], tmp_path: Path) -> None:
+def test_the_whole_road(
+    log: str, served: Served, open_page: Callable[..., Any], tmp_path: Path
+) -> None:
     page, place = open_page(), f"http://127.0.0.1:{served.port}{served.base}"
     path = german(tmp_path / "road.csv") if log == "german" else NEES
     page.set_input_files("#file", str(path))
@@ -100,15 +107,21 @@ def test_the_whole_road(log: str, served: Served, open_page: Callable[..., Any],
     report.locator("h1").wait_for(timeout=60_000)
     assert "trimmed by hand" in report.locator("#verdict").inner_text()
     frame = page.locator("iframe")
-    while frame.evaluate("frame => frame.offsetHeight") < 2000:  # as high as its report: one scroll bar
+    while (
+        frame.evaluate("frame => frame.offsetHeight") < 2000
+    ):  # as high as its report: one scroll bar
         page.wait_for_timeout(100)
     page.goto(at)
     page.wait_for_url("**from=**")
     two = fit(page, "quadratic")
     assert one != two
-    settings = [json.loads((served.folder / run / "run.json").read_text())["reading"] for run in (one, two)]
+    settings = [
+        json.loads((served.folder / run / "run.json").read_text())["reading"] for run in (one, two)
+    ]
     assert settings[0] == settings[1]
-    assert float(settings[0]["begin"].removesuffix("s")) == pytest.approx(begin, abs=0.02 * (last - first))
+    assert float(settings[0]["begin"].removesuffix("s")) == pytest.approx(
+        begin, abs=0.02 * (last - first)
+    )
 
     # Score another log as the run read its own, and with a changed mapping.
     other = served.folder / f"other-{path.name}"
@@ -157,7 +170,10 @@ def test_logs_that_do_not_go_together_are_told_before_the_click(
 ) -> None:
     page, place = open_page(), f"http://127.0.0.1:{served.port}{served.base}"
     one, other = german(served.folder / "units.csv"), served.folder / "units-other.csv"
-    other.write_text(one.read_text(encoding="latin-1").replace("Drehmoment [N m]", "Kraft [N]"), encoding="latin-1")
+    other.write_text(
+        one.read_text(encoding="latin-1").replace("Drehmoment [N m]", "Kraft [N]"),
+        encoding="latin-1",
+    )
     page.goto(f"{place}/log/{one.name}")
     page.click("text=Together with other logs")
     page.check(f"[name='log.{other.name}']")

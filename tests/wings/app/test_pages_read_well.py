@@ -16,7 +16,10 @@ from erclutch.wings.app.workspace import Entry
     ("note", "said"),
     [
         ("time <- date and time in column Uhrzeit", "date and time in column Uhrzeit"),
-        ("time from the sampling rate of 200 Hz (given)", "from the sampling rate of 200 Hz (given)"),
+        (
+            "time from the sampling rate of 200 Hz (given)",
+            "from the sampling rate of 200 Hz (given)",
+        ),
         ("field <- column I [A] (given)", "not logged"),
     ],
 )
@@ -28,7 +31,9 @@ def test_a_time_that_no_column_of_numbers_is_says_where_it_comes_from(note: str,
     assert rows["temperature"]["without"] == "not logged"
 
 
-@pytest.mark.parametrize(("count", "said"), [(2, "0A.txt, 1A.txt"), (30, "30 logs, 0A.txt ... 29A.txt")])
+@pytest.mark.parametrize(
+    ("count", "said"), [(2, "0A.txt, 1A.txt"), (30, "30 logs, 0A.txt ... 29A.txt")]
+)
 def test_a_run_of_many_logs_takes_one_line_of_the_overview(count: int, said: str) -> None:
     """Thirty names filled the page, and on a phone they pushed model and error out of it."""
     logs = [{"name": f"{number}A.txt", "sha256": f"{number:064d}"} for number in range(count)]

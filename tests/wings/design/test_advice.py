@@ -28,7 +28,9 @@ def log_of(name: str, largest_field: float, largest_slip: float, seconds: float 
     noise = 0.02 * np.random.default_rng(list(name.encode())).standard_normal(time.size)
     effort = 2.0 * field**2 * np.sign(slip) + 0.1 * slip + noise
     clock = Clock(time, (Span(0, time.size, 1.0 / RATE),))
-    return Dataset("single", (Element(field, slip),), effort, clock, Units("N", "A", "m/s"), (name,))
+    return Dataset(
+        "single", (Element(field, slip),), effort, clock, Units("N", "A", "m/s"), (name,)
+    )
 
 
 def write(folder: Path, data: Dataset) -> None:
@@ -70,7 +72,10 @@ def test_a_gap_over_all_fields_is_said_once() -> None:
     slow, fast = log_of("slow", 0.5, 1.0), log_of("fast", 0.5, 1.0)
     apart = [
         replace(log, elements=(Element(log.elements[0].field, slip),))
-        for log, slip in ((slow, 1.0 + 0.5 * slow.elements[0].slip), (fast, 15.0 + 2.0 * fast.elements[0].slip))
+        for log, slip in (
+            (slow, 1.0 + 0.5 * slow.elements[0].slip),
+            (fast, 15.0 + 2.0 * fast.elements[0].slip),
+        )
     ]
     said = which_logs(joined(apart))
     assert [line for line in said if line.startswith("No log has")] == [
@@ -85,7 +90,9 @@ def test_logs_of_one_field_each_are_told_that_no_field_changes() -> None:
         for log, field in zip(logs, (0.5, 2.0), strict=True)
     ]
     assert any(line.startswith("The field changes in no log") for line in which_logs(joined(still)))
-    assert not any(line.startswith("The field changes in no log") for line in which_logs(joined(logs)))
+    assert not any(
+        line.startswith("The field changes in no log") for line in which_logs(joined(logs))
+    )
 
 
 @pytest.mark.parametrize(("field", "slip"), [(0.0, 0.4), (2.0, 0.0)])
@@ -115,7 +122,18 @@ def test_inspect_of_a_folder_and_fit_many_say_it(tmp_path: Path) -> None:
     assert "advice" not in json.loads(good("inspect", "logs/fast.csv", "--json", cwd=tmp_path))
 
     few = ("logs/run0.csv", "logs/run1.csv", "logs/fast.csv")
-    fleet = good("fit-many", *few, "--models", "bingham", "--lag", "none", "--out", "fleet", "--json", cwd=tmp_path)
+    fleet = good(
+        "fit-many",
+        *few,
+        "--models",
+        "bingham",
+        "--lag",
+        "none",
+        "--out",
+        "fleet",
+        "--json",
+        cwd=tmp_path,
+    )
     said = json.loads(fleet)["advice"]
     assert said[0].startswith("Other logs have the field and the motion of run")
     assert any(line.startswith("No log has field 1 .. 2 A") for line in said)

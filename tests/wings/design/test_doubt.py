@@ -58,7 +58,9 @@ def test_the_offsets_are_integrated_out() -> None:
     row[np.arange(20), NUMBERS + at] = 1.0
     wanted = np.sum((row @ np.linalg.inv(whole)) * row, axis=1)
     used = RowsOfUse.of(new, at, GRID)
-    variance = np.sum(doubt.squares(used) * np.linalg.inv(of_numbers)) / used.rows + doubt.own_variance(used)
+    variance = np.sum(
+        doubt.squares(used) * np.linalg.inv(of_numbers)
+    ) / used.rows + doubt.own_variance(used)
     np.testing.assert_allclose(variance, np.mean(wanted))
     without_rows = RowsOfUse.of(new[:5], at[:5], GRID)
     np.testing.assert_allclose(doubt.own_variance(without_rows), deviation**2)
@@ -84,8 +86,12 @@ def test_a_law_is_doubted_as_far_as_its_residual_is_no_noise() -> None:
     time = np.arange(4000) * 1e-3
     field = 0.5 + 0.5 * np.sin(7.0 * time)
     slip = 10.0 * np.sin(11.0 * time)
-    data = brake(field, slip, field * np.tanh(slip) + 0.02 * slip + 0.05 * rng.standard_normal(time.size))
-    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "none", True, True)
+    data = brake(
+        field, slip, field * np.tanh(slip) + 0.02 * slip + 0.05 * rng.standard_normal(time.size)
+    )
+    structure = Structure(
+        "single", "bingham", law_from_name("bingham", "single"), "none", True, True
+    )
     right = fit_structure(data, structure, intervals=False).model
     sure = Knowledge(right, data, 1000.0, "I")
     assert sure.doubt is None or sure.doubt.deviation < 0.5 * sure.noise
@@ -105,10 +111,16 @@ def test_a_stretch_that_was_looked_at_teaches_what_it_would_teach_unseen(
     time = np.arange(3000) * 1e-3
     field = 0.5 + 0.5 * np.sin(7.0 * time)
     slip = 10.0 * np.sin(11.0 * time)
-    data = brake(field, slip, field * np.tanh(slip) + 0.02 * slip + 0.05 * rng.standard_normal(time.size))
-    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "none", True, True)
+    data = brake(
+        field, slip, field * np.tanh(slip) + 0.02 * slip + 0.05 * rng.standard_normal(time.size)
+    )
+    structure = Structure(
+        "single", "bingham", law_from_name("bingham", "single"), "none", True, True
+    )
     model = fit_structure(data, structure, intervals=False).model
-    sequence = GrowingSequence(Bounds.of(RigLimits(field=1.0, speed=10.0, acceleration=500.0), 1000.0, 5.0))
+    sequence = GrowingSequence(
+        Bounds.of(RigLimits(field=1.0, speed=10.0, acceleration=500.0), 1000.0, 5.0)
+    )
     maker = StretchMaker(sequence, rng, 1000.0, signed=False, one_way=False)
     offers = [maker.draw() for _ in range(4)]
 
@@ -121,5 +133,7 @@ def test_a_stretch_that_was_looked_at_teaches_what_it_would_teach_unseen(
         seen.take(sequence, offers[2])
     np.testing.assert_allclose(seen.information, unseen.information, rtol=1e-12)
     np.testing.assert_allclose(seen.errors(), unseen.errors(), rtol=1e-9)
-    seen.take(sequence, offers[2])  # once more: the sequence has grown, so its derivatives are others
+    seen.take(
+        sequence, offers[2]
+    )  # once more: the sequence has grown, so its derivatives are others
     assert seen.information[-1, -1] > unseen.information[-1, -1]

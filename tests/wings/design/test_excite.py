@@ -18,23 +18,42 @@ import erclutch
 from erclutch.errors import ErclutchError, RunError, SettingError, for_a_shell
 from erclutch.wings.design.commands import excite as command
 from erclutch.wings.design.courses import Bounds, Commands, GrowingSequence, course
-from erclutch.wings.design.fill import Stretch, Worth, chosen_sequence, coverage_share, papers_sequence
+from erclutch.wings.design.fill import (
+    Stretch,
+    Worth,
+    chosen_sequence,
+    coverage_share,
+    papers_sequence,
+)
 from erclutch.wings.design.limit_options import LimitOptions
 from erclutch.wings.design.limits import RigLimits, limits_of_file, limits_of_log, trailing_largest
 from tests.support.command import good, run
 from tests.support.examples import examples
 from tests.support.pair import pair_rows
-from tests.support.rig_limits import EXPONENT, HEAT, IDLE, NEEDED, OFTEN, RESTS, broken, random_limits
+from tests.support.rig_limits import (
+    EXPONENT,
+    HEAT,
+    IDLE,
+    NEEDED,
+    OFTEN,
+    RESTS,
+    broken,
+    random_limits,
+)
 
 BRAKE = RigLimits(field=2.0, speed=20.0, acceleration=500.0)
-DAMPER = RigLimits(field=2.0, speed=0.5, acceleration=10.0, stroke=0.06, field_rate=100.0, heat=20.0, effort=1000.0)
+DAMPER = RigLimits(
+    field=2.0, speed=0.5, acceleration=10.0, stroke=0.06, field_rate=100.0, heat=20.0, effort=1000.0
+)
 
 
 def excite(**options: Any) -> None:
     """The command, with the options of the limits beside the others, as on the command line."""
     of_limits = {each.name for each in fields(LimitOptions)}
     limits = LimitOptions(**{name: option for name, option in options.items() if name in of_limits})
-    command.excite(limits=limits, **{name: option for name, option in options.items() if name not in of_limits})
+    command.excite(
+        limits=limits, **{name: option for name, option in options.items() if name not in of_limits}
+    )
 
 
 def some(low: float, high: float) -> st.SearchStrategy[float]:
@@ -81,7 +100,9 @@ def hold(
     refusal, commands = "", None
     try:
         rng = np.random.default_rng(seed)
-        commands = chosen_sequence(limits, rate, 3.0, rng, worth, signed=signed, one_way=one_way, candidates=candidates)
+        commands = chosen_sequence(
+            limits, rate, 3.0, rng, worth, signed=signed, one_way=one_way, candidates=candidates
+        )
     except SettingError as error:
         refusal = error.problem
     if commands is None:
@@ -93,9 +114,17 @@ def hold(
 
 
 @pytest.mark.slow
-@given(drawn_limits(), st.integers(0, 1000), st.sampled_from([100.0, 333.3, 1000.0]), st.booleans(), st.booleans())
+@given(
+    drawn_limits(),
+    st.integers(0, 1000),
+    st.sampled_from([100.0, 333.3, 1000.0]),
+    st.booleans(),
+    st.booleans(),
+)
 @settings(max_examples=examples(60), deadline=None)
-def test_no_sequence_breaks_a_limit(limits: RigLimits, seed: int, rate: float, signed: bool, one_way: bool) -> None:
+def test_no_sequence_breaks_a_limit(
+    limits: RigLimits, seed: int, rate: float, signed: bool, one_way: bool
+) -> None:
     hold(limits, seed, rate, signed, one_way)
 
 
@@ -113,8 +142,17 @@ def test_of_ten_thousand_sequences_none_breaks_a_limit() -> None:
 def test_a_limit_that_is_broken_is_seen() -> None:
     commands = chosen_sequence(BRAKE, 1000.0, 5.0, np.random.default_rng(0))
     assert broken(commands, BRAKE, 1000.0) == []
-    tighter = RigLimits(field=1.9, speed=19.0, acceleration=490.0, rest=0.6, stroke=0.1, field_rate=1.0)
-    assert broken(commands, tighter, 1000.0) == ["field", "field_rate", "speed", "acceleration", "stroke", "rest"]
+    tighter = RigLimits(
+        field=1.9, speed=19.0, acceleration=490.0, rest=0.6, stroke=0.1, field_rate=1.0
+    )
+    assert broken(commands, tighter, 1000.0) == [
+        "field",
+        "field_rate",
+        "speed",
+        "acceleration",
+        "stroke",
+        "rest",
+    ]
 
 
 @pytest.mark.slow
@@ -122,7 +160,12 @@ def test_a_limit_that_is_broken_is_seen() -> None:
 def test_the_sequence_covers_more_than_the_papers_draws(limits: RigLimits) -> None:
     shares = [
         coverage_share(
-            sequence(limits, 1000.0, 20.0, np.random.default_rng(1)), limits, 1000.0, 20.0, signed=False, one_way=False
+            sequence(limits, 1000.0, 20.0, np.random.default_rng(1)),
+            limits,
+            1000.0,
+            20.0,
+            signed=False,
+            one_way=False,
         )
         for sequence in (chosen_sequence, papers_sequence)
     ]
@@ -138,7 +181,9 @@ def test_the_papers_draws_keep_the_limits_too() -> None:
 def test_a_small_effort_without_field_lets_a_rig_of_limited_power_turn_faster() -> None:
     limited = replace(BRAKE, heat=10.0, effort=5.0)
     idle = replace(limited, idle_effort=0.5)
-    slow, fast = (chosen_sequence(each, 500.0, 6.0, np.random.default_rng(0)) for each in (limited, idle))
+    slow, fast = (
+        chosen_sequence(each, 500.0, 6.0, np.random.default_rng(0)) for each in (limited, idle)
+    )
     assert not broken(fast, idle, 500.0)
     assert np.mean(np.abs(fast.speed)) > 1.5 * np.mean(np.abs(slow.speed))
 
@@ -148,12 +193,18 @@ def test_the_effort_without_field_comes_from_a_log() -> None:
     time = np.arange(4000) / 1000.0
     field = np.where(np.sin(2.0 * np.pi * 2.0 * time) > 0.0, 2.0, 0.0)
     felt = np.maximum(field, np.roll(field, 20))
-    columns = {"field": field, "slip": 10.0 * np.sin(time), "effort": (1.0 + 4.0 * felt) * np.sign(np.sin(time))}
+    columns = {
+        "field": field,
+        "slip": 10.0 * np.sin(time),
+        "effort": (1.0 + 4.0 * felt) * np.sign(np.sin(time)),
+    }
     units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
     log = erclutch.recording_from_arrays(columns, rate=1000.0, units=units)
     known = limits_of_log(erclutch.build_dataset(log))
     assert known["effort"] == 9.0
-    assert known["idle_effort"] == pytest.approx(1.0, rel=0.02)  # lifted, so that no mean of a cell is above
+    assert known["idle_effort"] == pytest.approx(
+        1.0, rel=0.02
+    )  # lifted, so that no mean of a cell is above
     assert known["slow_effort"] == pytest.approx(1.0, rel=0.02)
 
 
@@ -164,7 +215,9 @@ def test_the_effort_that_the_heat_counts_follows_the_speed_and_the_field_of_a_lo
     slip = 10.0 * np.sin(rows / 300.0)
     effort = np.sign(slip) * (1.0 + 0.4 * np.abs(slip) + 1.5 * field**2)
     units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
-    log = erclutch.recording_from_arrays({"field": field, "slip": slip, "effort": effort}, rate=1000.0, units=units)
+    log = erclutch.recording_from_arrays(
+        {"field": field, "slip": slip, "effort": effort}, rate=1000.0, units=units
+    )
     known = limits_of_log(erclutch.build_dataset(log))
     assert known["slow_effort"] == pytest.approx(1.0, abs=0.6)  # the mean of the slowest quarter
     assert known["idle_effort"] == pytest.approx(5.0, abs=0.5)
@@ -184,7 +237,11 @@ def test_of_a_pair_the_heat_counts_the_field_alone() -> None:
 
 def test_a_log_without_a_weak_field_counts_the_largest_effort() -> None:
     rows = np.arange(4000)
-    columns = {"field": np.full(4000, 2.0), "slip": np.sin(rows / 50.0), "effort": 3.0 * np.sign(np.sin(rows / 50.0))}
+    columns = {
+        "field": np.full(4000, 2.0),
+        "slip": np.sin(rows / 50.0),
+        "effort": 3.0 * np.sign(np.sin(rows / 50.0)),
+    }
     units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
     log = erclutch.recording_from_arrays(columns, rate=1000.0, units=units)
     known = limits_of_log(erclutch.build_dataset(log))
@@ -193,12 +250,16 @@ def test_a_log_without_a_weak_field_counts_the_largest_effort() -> None:
 
 def test_the_heat_that_a_rig_may_take_is_used() -> None:
     """A stretch is paid by what it takes of the heat that is left: so little is left at the end."""
-    limited = RigLimits(field=1.0, speed=20.0, acceleration=400.0, rest=0.1, heat=8.0, effort=2.0, idle_effort=0.5)
+    limited = RigLimits(
+        field=1.0, speed=20.0, acceleration=400.0, rest=0.1, heat=8.0, effort=2.0, idle_effort=0.5
+    )
     commands = chosen_sequence(limited, 500.0, 8.0, np.random.default_rng(0))
     assert not broken(commands, limited, 500.0)
     felt = np.abs(commands.field)
     for before in range(1, 26):
-        felt = np.maximum(felt, np.concatenate([np.zeros(before), np.abs(commands.field[:-before])]))
+        felt = np.maximum(
+            felt, np.concatenate([np.zeros(before), np.abs(commands.field[:-before])])
+        )
     counted = limited.effort_at(felt / limited.field, np.abs(commands.speed) / limited.speed)
     assert np.mean(counted * np.abs(commands.speed)) > 0.8 * limited.heat
 
@@ -208,7 +269,11 @@ def test_a_sequence_has_rests_zero_fields_switches_and_slow_turns() -> None:
     moving = np.abs(commands.speed) > 0.0
     assert np.mean((commands.field == 0.0) & moving) > 0.05
     assert np.count_nonzero(np.abs(np.diff(commands.field)) > 0.2) > 20
-    slow = (np.abs(commands.speed[1:]) < 1.0) & (np.abs(np.diff(commands.speed)) * 1000.0 < 100.0) & moving[1:]
+    slow = (
+        (np.abs(commands.speed[1:]) < 1.0)
+        & (np.abs(np.diff(commands.speed)) * 1000.0 < 100.0)
+        & moving[1:]
+    )
     assert np.mean(slow & (commands.field[1:] > 0.0)) > 0.02
 
 
@@ -218,7 +283,16 @@ def test_a_sequence_has_rests_zero_fields_switches_and_slow_turns() -> None:
 def test_what_is_written_keeps_the_limits(tmp_path: Path, device: Any, suffix: str) -> None:
     path = tmp_path / f"commands{suffix}"
     stroke = None if device == "pair" else 7.0
-    excite(out=path, device=device, seconds=4, largest=1.3, speed=17.0, acceleration=900.0, stroke=stroke, seed=3)
+    excite(
+        out=path,
+        device=device,
+        seconds=4,
+        largest=1.3,
+        speed=17.0,
+        acceleration=900.0,
+        stroke=stroke,
+        seed=3,
+    )
     columns = erclutch.read_table(path).columns
     if device == "pair":
         assert not np.any((columns["E1"] > 0) & (columns["E2"] > 0))
@@ -238,8 +312,19 @@ def test_a_table_of_c_has_the_numbers(tmp_path: Path) -> None:
     text = path.read_text()
     assert "#define ERCLUTCH_COMMANDS_ROWS 2000" in text
     assert "time [s], field [A], slip [rad/s], position [rad]" in text
-    excite(out=tmp_path / "commands.csv", seconds=2, largest=1, speed=5, acceleration=100, field_unit="A")
-    rows = [[float(x) for x in line.strip(" {},").split(",")] for line in text.splitlines() if line.startswith("  {")]
+    excite(
+        out=tmp_path / "commands.csv",
+        seconds=2,
+        largest=1,
+        speed=5,
+        acceleration=100,
+        field_unit="A",
+    )
+    rows = [
+        [float(x) for x in line.strip(" {},").split(",")]
+        for line in text.splitlines()
+        if line.startswith("  {")
+    ]
     log = erclutch.read_table(tmp_path / "commands.csv").columns
     np.testing.assert_array_equal(np.array(rows)[:, 1], log["field"])
 
@@ -258,7 +343,11 @@ def test_limits_come_from_a_file_or_a_log_and_options_go_first(tmp_path: Path) -
     log = erclutch.read_table(tmp_path / "log.csv").columns
     excite(out=tmp_path / "second.csv", seconds=10, rig_limits=tmp_path / "log.csv")
     again = erclutch.read_table(tmp_path / "second.csv").columns
-    largest = max(float(column.max()) for name, column in log.items() if name.startswith(("field", "E", "current")))
+    largest = max(
+        float(column.max())
+        for name, column in log.items()
+        if name.startswith(("field", "E", "current"))
+    )
     assert 0.99 * largest < again["field"].max() <= largest
 
 
@@ -330,7 +419,18 @@ def test_a_minute_at_1_khz_takes_less_than_five_seconds() -> None:
 
 @pytest.mark.slow
 def test_the_command_says_what_it_covers(tmp_path: Path) -> None:
-    words = ("--seconds", "8", "--largest", "2", "--speed", "10", "--acceleration", "200", "--field-unit", "A")
+    words = (
+        "--seconds",
+        "8",
+        "--largest",
+        "2",
+        "--speed",
+        "10",
+        "--acceleration",
+        "200",
+        "--field-unit",
+        "A",
+    )
     said = " ".join(good("excite", *words, cwd=tmp_path).split())
     assert "Coverage of the commands" in said
     assert "by the paper's draws" in said
@@ -363,7 +463,14 @@ def test_a_command_sequence_is_what_section_3b_asks_for(tmp_path: Path, suffix: 
 
 @pytest.mark.parametrize(
     "options",
-    [{"seconds": 0.0}, {"seed": -1}, {"rate": 0.0}, {"torque": (0.2, 0.1)}, {"highest": 400.0}, {"lowest": 200.0}],
+    [
+        {"seconds": 0.0},
+        {"seed": -1},
+        {"rate": 0.0},
+        {"torque": (0.2, 0.1)},
+        {"highest": 400.0},
+        {"lowest": 200.0},
+    ],
 )
 def test_a_sequence_that_cannot_be(tmp_path: Path, options: dict[str, Any]) -> None:
     with pytest.raises(SettingError):
@@ -372,7 +479,9 @@ def test_a_sequence_that_cannot_be(tmp_path: Path, options: dict[str, Any]) -> N
 
 
 @given(st.lists(st.integers(0, 9), max_size=40), st.integers(0, 50))
-def test_the_largest_of_the_values_before_is_that_of_each_window(values: list[int], rows: int) -> None:
+def test_the_largest_of_the_values_before_is_that_of_each_window(
+    values: list[int], rows: int
+) -> None:
     wanted = [max(values[max(0, row - rows) : row + 1]) for row in range(len(values))]
     assert trailing_largest(np.array(values, np.int64), rows).tolist() == wanted
 

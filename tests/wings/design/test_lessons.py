@@ -32,12 +32,21 @@ def log_of(largest_field: float, largest_slip: float, seed: int) -> Dataset:
     noise = 0.02 * np.random.default_rng(seed).standard_normal(time.size)
     effort = 2.0 * field**2 * np.sign(slip) + 0.1 * slip + noise
     clock = Clock(time, (Span(0, time.size, 1.0 / RATE),))
-    return Dataset("single", (Element(field, slip),), effort, clock, Units("N*m", "A", "rad/s"), (f"log-{seed}",))
+    return Dataset(
+        "single",
+        (Element(field, slip),),
+        effort,
+        clock,
+        Units("N*m", "A", "rad/s"),
+        (f"log-{seed}",),
+    )
 
 
 def lessons(logs: Sequence[Dataset]) -> Lessons:
     rows = joined(logs)
-    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "none", False, False)
+    structure = Structure(
+        "single", "bingham", law_from_name("bingham", "single"), "none", False, False
+    )
     model = fit_structure(rows, structure, intervals=False).model
     assert isinstance(model, TorqueModel)
     return lessons_of(model, rows)
@@ -68,7 +77,9 @@ def test_the_command_says_which_logs_repeat_others(tmp_path: Path) -> None:
     for seed, name in enumerate(logs):
         write_synthetic_log(tmp_path / name, 2.0, seed)
     good("fit", *logs, "--models", "bingham", "--lag", "none", "--out", "run", cwd=tmp_path)
-    told = json.loads(good("excite", "--run", "run", "--seconds", "2", "--json", cwd=tmp_path))["logs"]
+    told = json.loads(good("excite", "--run", "run", "--seconds", "2", "--json", cwd=tmp_path))[
+        "logs"
+    ]
     assert sorted(told["teach"] + told["repeat"]) == logs
     assert told["repeat"]
     printed = good("excite", "--run", "run", "--seconds", "2", "--force", cwd=tmp_path)

@@ -21,13 +21,25 @@ def write_empty_log(path: Path) -> None:
     time = np.arange(4000) / 200.0
     slip = 5.0 * np.sin(2.0 * np.pi * 0.7 * time)
     field = 2.0 * (slip / 5.0) ** 2
-    effort = 3.0 * field * np.tanh(slip) + 0.1 * slip + 0.01 * np.random.default_rng(0).standard_normal(time.size)
+    effort = (
+        3.0 * field * np.tanh(slip)
+        + 0.1 * slip
+        + 0.01 * np.random.default_rng(0).standard_normal(time.size)
+    )
     header = "time [s],field [A],slip [rad/s],effort [N*m]"
-    np.savetxt(path, np.column_stack([time, field, slip, effort]), delimiter=",", comments="", header=header)
+    np.savetxt(
+        path,
+        np.column_stack([time, field, slip, effort]),
+        delimiter=",",
+        comments="",
+        header=header,
+    )
 
 
 @pytest.mark.slow
-def test_more_than_half_of_the_range_empty_is_followed_by_the_command_that_fills_it(tmp_path: Path) -> None:
+def test_more_than_half_of_the_range_empty_is_followed_by_the_command_that_fills_it(
+    tmp_path: Path,
+) -> None:
     write_empty_log(tmp_path / "empty.csv")
     good("fit", "empty.csv", "--models", "bingham", "--lag", "none", "--out", "a run", cwd=tmp_path)
     good("report", "a run", cwd=tmp_path)

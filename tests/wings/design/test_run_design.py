@@ -23,7 +23,13 @@ from erclutch.wings.design.courses import Bounds, Commands
 from erclutch.wings.design.fill import CellCounts, chosen_sequence, papers_sequence
 from erclutch.wings.design.information import Criterion, Knowledge, Region, Sensitivity, region_of
 from erclutch.wings.design.limits import RigLimits
-from erclutch.wings.design.run_design import Expectation, LawOfRun, cells_of_run, designed_for, law_of_run
+from erclutch.wings.design.run_design import (
+    Expectation,
+    LawOfRun,
+    cells_of_run,
+    designed_for,
+    law_of_run,
+)
 from tests.support.command import good, refused
 from tests.support.warm_log import warm_run
 
@@ -43,7 +49,9 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def measured(model: TorqueModel, logs: list[Commands], noise: float) -> Dataset:
     """Rows of commands, whose effort is the model's and noise."""
     data = Sensitivity(model).of_commands([(each.field, each.speed) for each in logs], model.period)
-    effort: Array = model.predict(data) + noise * np.random.default_rng(1).standard_normal(data.rows)
+    effort: Array = model.predict(data) + noise * np.random.default_rng(1).standard_normal(
+        data.rows
+    )
     return Dataset(data.device, data.elements, effort, data.clock, data.units)
 
 
@@ -66,17 +74,30 @@ def test_derivatives_are_those_of_the_effort(run: Path) -> None:
         step = 1e-5
         for sign in (1.0, -1.0):
             shape, gains = dict(law.model.shape), dict(law.model.gains)
-            (scale,) = [s.scale for s in law.model.structure.shapes(law.model.period) if s.name == name] or ["gain"]
+            (scale,) = [
+                s.scale for s in law.model.structure.shapes(law.model.period) if s.name == name
+            ] or ["gain"]
             if scale == "gain":
                 gains[name] += sign * step
             else:
-                shape[name] = shape[name] * math.exp(sign * step) if scale == "log" else shape[name] + sign * step
+                shape[name] = (
+                    shape[name] * math.exp(sign * step)
+                    if scale == "log"
+                    else shape[name] + sign * step
+                )
             moved = TorqueModel(
-                law.model.structure, law.model.reference, shape, gains, law.model.units, law.model.trained_on
+                law.model.structure,
+                law.model.reference,
+                shape,
+                gains,
+                law.model.units,
+                law.model.trained_on,
             )
             ends.append(moved.predict(data))
         slope = (ends[0] - ends[1]) / (2.0 * step)
-        np.testing.assert_allclose(derivatives[:, place], slope, atol=1e-4 * max(1.0, float(np.abs(slope).max())))
+        np.testing.assert_allclose(
+            derivatives[:, place], slope, atol=1e-4 * max(1.0, float(np.abs(slope).max()))
+        )
 
 
 @pytest.mark.slow
@@ -84,7 +105,11 @@ def test_of_equal_length_the_designed_sequence_teaches_most(run: Path) -> None:
     law = law_of_run(run, None)
     designed, expected = designed_for(law, LIMITS, law.rate, 3.0, 1, criterion="D")
     others = (chosen_sequence, papers_sequence)
-    drawn = [other(LIMITS, law.rate, 3.0, np.random.default_rng(seed)) for other in others for seed in range(2)]
+    drawn = [
+        other(LIMITS, law.rate, 3.0, np.random.default_rng(seed))
+        for other in others
+        for seed in range(2)
+    ]
     left = [known_after(run, commands) for commands in (designed, *drawn)]
     worth = [each.criterion(each.information) for each in left]
     assert worth[0] < min(worth[1:])
@@ -100,7 +125,9 @@ def test_intervals_come_out_as_foretold(run: Path) -> None:
     before = fit_structure(measured(law.model, [first], 0.05), law.model.structure)
     knowledge = Knowledge(before.model, measured(law.model, [first], 0.05), law.rate)
     errors = knowledge.errors()
-    second = chosen_sequence(LIMITS, law.rate, 2.5, np.random.default_rng(4), knowledge, candidates=8)
+    second = chosen_sequence(
+        LIMITS, law.rate, 2.5, np.random.default_rng(4), knowledge, candidates=8
+    )
     after = fit_structure(measured(law.model, [first, second], 0.05), law.model.structure)
     shares = knowledge.errors() / errors
     ratios = [
@@ -143,8 +170,12 @@ def test_what_a_run_left_empty_is_filled(run: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("stroke", "heat"), [(1.0, math.inf), (math.inf, 8.0)], ids=["short stroke", "little heat"])
-def test_what_fills_cells_fills_more_of_them_than_the_papers_draws(stroke: float, heat: float, run: Path) -> None:
+@pytest.mark.parametrize(
+    ("stroke", "heat"), [(1.0, math.inf), (math.inf, 8.0)], ids=["short stroke", "little heat"]
+)
+def test_what_fills_cells_fills_more_of_them_than_the_papers_draws(
+    stroke: float, heat: float, run: Path
+) -> None:
     """Within the limits of a real damper's log it filled 48 % of the cells, and the draws 59 %."""
     law = law_of_run(run, None)
     limits = replace(LIMITS, stroke=stroke)
@@ -162,7 +193,18 @@ def test_what_fills_cells_fills_more_of_them_than_the_papers_draws(stroke: float
 @pytest.mark.slow
 def test_the_recommended_law_of_a_run_is_asked(run: Path) -> None:
     """The law that was best on the rows held out was asked, which the training rows had not chosen."""
-    good("fit", "log.csv", "--models", "bingham", "casson", "--lag", "none", "--out", "two", cwd=run.parent)
+    good(
+        "fit",
+        "log.csv",
+        "--models",
+        "bingham",
+        "casson",
+        "--lag",
+        "none",
+        "--out",
+        "two",
+        cwd=run.parent,
+    )
     place = run.parent / "two"
     other = read_run(place).names[1]
     file = place / "run.json"
@@ -205,11 +247,21 @@ def test_a_region_that_is_none(text: str) -> None:
 @pytest.mark.slow
 def test_the_command_says_what_it_expects(run: Path) -> None:
     place = run.parent
-    words = ("--run", "run", "--seconds", "3", "--where", "field 0..900 V, slip +-9 rad/s", "--force")
+    words = (
+        "--run",
+        "run",
+        "--seconds",
+        "3",
+        "--where",
+        "field 0..900 V, slip +-9 rad/s",
+        "--force",
+    )
     said = good("excite", *words, cwd=place)
     assert "half width of the 95 % interval" in said
     assert "with the log" in said
-    assert "--where is a region" in refused("excite", "--run", "run", "--where", "field 5e6..6e6", "--force", cwd=place)
+    assert "--where is a region" in refused(
+        "excite", "--run", "run", "--where", "field 5e6..6e6", "--force", cwd=place
+    )
     kept = json.loads(good("excite", *words, "--json", cwd=place))
     assert 0.0 < kept["half_widths"]["T_y"]["after"] < kept["half_widths"]["T_y"]["now"]
 
@@ -219,10 +271,16 @@ def test_chance_in_the_first_interval_counts_by_the_share_that_old_rows_keep() -
     number = Estimate("T_y", "", "N m", 1.0, 0.8, 1.2)
     for shrink, alike, foretold in (
         (1.0, 1.0, 0.2),  # nothing new
-        (0.1, 1.0, 0.2 * 0.1 * np.sqrt(0.01 + 0.99 / 4.0)),  # nearly all is new, and has no such chance
+        (
+            0.1,
+            1.0,
+            0.2 * 0.1 * np.sqrt(0.01 + 0.99 / 4.0),
+        ),  # nearly all is new, and has no such chance
         (0.1, 1e9, 0.02),  # neighbours are alike: new rows are like the old ones
     ):
-        expected = Expectation(np.ones(1), np.array([shrink]), 0.0, 0.0, 0.0, alike, np.array([0.1]))
+        expected = Expectation(
+            np.ones(1), np.array([shrink]), 0.0, 0.0, 0.0, alike, np.array([0.1])
+        )
         ((now, after),) = expected.half_widths([number])
         assert now == pytest.approx(0.2)
         assert after == pytest.approx(foretold, rel=1e-6)
@@ -237,21 +295,29 @@ def test_the_sequence_is_for_the_kind_of_device_that_the_run_is_of(tmp_path: Pat
     for row in range(3000):
         speed = 0.1 * math.cos(0.04 * row)
         current = (row // 100) % 3
-        rows.append(f"{row / 500},{current},{speed:.5f},{(20 + 80 * current) * math.tanh(speed / 0.02):.4f}")
+        rows.append(
+            f"{row / 500},{current},{speed:.5f},{(20 + 80 * current) * math.tanh(speed / 0.02):.4f}"
+        )
     (tmp_path / "log.csv").write_text("\n".join(rows) + "\n")
     good("fit", "log.csv", "--models", "bingham", "--lag", "none", "--out", "run", cwd=tmp_path)
     said = good("excite", "--run", "run", "--seconds", "2", "--out", "next.csv", cwd=tmp_path)
     assert "COMMANDS for a damper" in said
     assert " rad" not in said
-    header = next(line for line in (tmp_path / "next.csv").read_text().splitlines() if "slip" in line)
+    header = next(
+        line for line in (tmp_path / "next.csv").read_text().splitlines() if "slip" in line
+    )
     assert "slip [m/s],position [m]" in header
 
 
 @pytest.mark.slow
-def test_a_law_without_further_inputs_is_asked_where_the_recommended_law_has_some(tmp_path: Path) -> None:
+def test_a_law_without_further_inputs_is_asked_where_the_recommended_law_has_some(
+    tmp_path: Path,
+) -> None:
     """A report printed the command, and the command ended in an error."""
     folder = warm_run(tmp_path)
     assert read_run(folder).recommended == "bingham+lag+softening"
     assert law_of_run(folder, None).name == "bingham+lag"
-    with pytest.raises(SettingError, match="has further inputs, and a sequence sets fields and motions alone"):
+    with pytest.raises(
+        SettingError, match="has further inputs, and a sequence sets fields and motions alone"
+    ):
         law_of_run(folder, "bingham+lag+softening")

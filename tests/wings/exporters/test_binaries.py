@@ -13,7 +13,12 @@ from erclutch.export.c import cross_compiler
 from erclutch.export.c.compilers import EXACT, Compiler, zig_command
 from erclutch.export.c.cross_compiler import Cross
 from erclutch.wings.exporters.fmu import fmu_binaries
-from erclutch.wings.exporters.fmu.fmu_binaries import Builder, build_binaries, builders, check_binary
+from erclutch.wings.exporters.fmu.fmu_binaries import (
+    Builder,
+    build_binaries,
+    builders,
+    check_binary,
+)
 
 
 @pytest.fixture
@@ -32,7 +37,9 @@ def made_by(version: int) -> list[tuple[str, str, str, bool]]:
 
 
 @pytest.mark.parametrize(("version", "own"), [(2, "linux64"), (3, "x86_64-linux")])
-def test_this_machines_binary_is_made_by_its_own_compiler(linux: pytest.MonkeyPatch, version: int, own: str) -> None:
+def test_this_machines_binary_is_made_by_its_own_compiler(
+    linux: pytest.MonkeyPatch, version: int, own: str
+) -> None:
     assert made_by(version) == [(own, "so", "gcc", True)]
     linux.setattr(fmu_binaries, "native", lambda: Compiler("zig", ("zig",)))
     (builder,) = builders(version)
@@ -40,7 +47,11 @@ def test_this_machines_binary_is_made_by_its_own_compiler(linux: pytest.MonkeyPa
 
 
 def test_other_machines_get_a_cross_compiler_or_zig(linux: pytest.MonkeyPatch) -> None:
-    linux.setattr(fmu_binaries.shutil, "which", lambda name: name if name == "x86_64-w64-mingw32-gcc" else None)
+    linux.setattr(
+        fmu_binaries.shutil,
+        "which",
+        lambda name: name if name == "x86_64-w64-mingw32-gcc" else None,
+    )
     windows = ("x86_64-windows", "dll", "x86_64-w64-mingw32-gcc", False)
     assert made_by(3)[1:] == [windows]
     linux.setattr(fmu_binaries.importlib.util, "find_spec", lambda name: name == "ziglang" or None)
@@ -55,9 +66,16 @@ def test_a_binary_stands_alone_in_its_folder(linux: pytest.MonkeyPatch, tmp_path
         out.write_bytes(b"made")
         out.with_suffix(".o").write_bytes(b"left over")
 
-    linux.setattr(fmu_binaries, "builders", lambda version: iter([Builder("a", "so", "one", shared, needed=True)]))
+    linux.setattr(
+        fmu_binaries,
+        "builders",
+        lambda version: iter([Builder("a", "so", "one", shared, needed=True)]),
+    )
     assert build_binaries(3, [], "m", tmp_path) == ["a: by one"]
-    assert [p.relative_to(tmp_path).as_posix() for p in sorted(tmp_path.rglob("*"))] == ["a", "a/m.so"]
+    assert [p.relative_to(tmp_path).as_posix() for p in sorted(tmp_path.rglob("*"))] == [
+        "a",
+        "a/m.so",
+    ]
 
     def fails(sources: Sequence[Path], out: Path) -> None:
         raise ExportError("no way", remedy="Mend it")
@@ -91,7 +109,10 @@ def zigs_words(target: str, folder: Path, patch: pytest.MonkeyPatch) -> list[lis
     called: list[list[str]] = []
     patch.setattr(cross_compiler, "run", lambda words, *_: called.append(list(words)))
     Cross(target).shared([Path("a.c"), Path("b.c")], folder / "m.so")
-    return [[word.replace(str(folder), "OUT") for word in words[len(zig_command()) :]] for words in called]
+    return [
+        [word.replace(str(folder), "OUT") for word in words[len(zig_command()) :]]
+        for words in called
+    ]
 
 
 def test_zigs_words_for_linux(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -105,7 +126,15 @@ def test_zigs_words_for_linux(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 def test_zigs_words_for_windows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     *compiled, listed, linked = zigs_words("x86_64-windows-gnu", tmp_path, monkeypatch)
     assert all("-mno-stack-arg-probe" in words and "-fPIC" not in words for words in compiled)
-    assert listed == ["dlltool", "-m", "i386:x86-64", "-d", "OUT/msvcrt.def", "-l", "OUT/msvcrt.lib"]
+    assert listed == [
+        "dlltool",
+        "-m",
+        "i386:x86-64",
+        "-d",
+        "OUT/msvcrt.def",
+        "-l",
+        "OUT/msvcrt.lib",
+    ]
     assert (tmp_path / "msvcrt.def").read_text().startswith("LIBRARY msvcrt.dll\nEXPORTS\n")
     options = ["/dll", "/noentry", "/nodefaultlib", "/lldmingw", "/Brepro", "/out:OUT/m.so"]
     assert linked == ["lld-link", *options, "OUT/a.o", "OUT/b.o", "OUT/msvcrt.lib"]

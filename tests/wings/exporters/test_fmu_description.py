@@ -19,7 +19,9 @@ fmpy: Any = pytest.importorskip("fmpy")
 
 @pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("label", ["bingham, single", "bingham+rise-fall, coaxial"])
-def test_variables_units_and_step(models: dict[str, Model], label: str, version: int, tmp_path: Path) -> None:
+def test_variables_units_and_step(
+    models: dict[str, Model], label: str, version: int, tmp_path: Path
+) -> None:
     program = step_of(models[label], ExportOptions(period=2e-3))
     face = interface(program)
     root = description(program, face, version, "own", "{token}", ["a.c", "b.c"])
@@ -27,7 +29,10 @@ def test_variables_units_and_step(models: dict[str, Model], label: str, version:
     ElementTree.ElementTree(root).write(path, encoding="UTF-8", xml_declaration=True)
     found = fmpy.read_model_description(str(path), validate=True)
     names = {variable.name: variable for variable in found.modelVariables}
-    for port, causality in (*((p, "input") for p in face.inputs), *((p, "output") for p in face.outputs)):
+    for port, causality in (
+        *((p, "input") for p in face.inputs),
+        *((p, "output") for p in face.outputs),
+    ):
         assert names[port.name].causality == causality
         if port.limits:
             assert (float(names[port.name].min), float(names[port.name].max)) == port.limits
@@ -35,7 +40,9 @@ def test_variables_units_and_step(models: dict[str, Model], label: str, version:
     assert found.fmiVersion == f"{version}.0"
     assert (found.guid if version == 2 else found.instantiationToken) == "{token}"
     assert [category.name for category in found.logCategories] == ["logStatusError"]
-    assert {output.variable.name for output in found.outputs} >= {port.name for port in face.outputs}
+    assert {output.variable.name for output in found.outputs} >= {
+        port.name for port in face.outputs
+    }
     step = found.defaultExperiment.stepSize if found.defaultExperiment else None
     assert (float(step) if step else None) == program.period
     assert any(unit.name == program.model.units.effort for unit in found.unitDefinitions)

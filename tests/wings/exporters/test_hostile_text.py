@@ -59,7 +59,9 @@ ATTACKS = (
     "%{\nint z\n%}",
     "°µΩ\u00a0🧪",
 )
-HOSTILE = st.one_of(st.sampled_from(ATTACKS), st.text(max_size=40), st.lists(st.sampled_from(ATTACKS)).map("".join))
+HOSTILE = st.one_of(
+    st.sampled_from(ATTACKS), st.text(max_size=40), st.lists(st.sampled_from(ATTACKS)).map("".join)
+)
 
 
 @given(HOSTILE)
@@ -104,7 +106,13 @@ def test_an_error_is_one_line(problem: str, remedy: str) -> None:
 
 def _places(body: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
     """Where the strings of a body stand, keys included."""
-    entries = body.items() if isinstance(body, dict) else enumerate(body) if isinstance(body, list) else ()
+    entries = (
+        body.items()
+        if isinstance(body, dict)
+        else enumerate(body)
+        if isinstance(body, list)
+        else ()
+    )
     for key, value in entries:
         yield from [(*at, key, None)] if isinstance(key, str) else []
         yield from [(*at, key)] if isinstance(value, str) else _places(value, (*at, key))
@@ -150,12 +158,16 @@ def _read_with(body: dict[str, Any], place: tuple[Any, ...], text: str, path: Pa
         return None if str(error).isprintable() else pytest.fail(f"{error!s:.200}")
 
 
-_HOSTILE_FILES = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+_HOSTILE_FILES = settings(
+    deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 
 
 @_HOSTILE_FILES
 @given(text=HOSTILE, data=st.data())
-def test_text_in_a_models_file(body: dict[str, Any], text: str, data: st.DataObject, tmp_path: Path) -> None:
+def test_text_in_a_models_file(
+    body: dict[str, Any], text: str, data: st.DataObject, tmp_path: Path
+) -> None:
     """A file with a text in any of its strings and keys is refused in one line, or has names that can be printed."""
     place = data.draw(st.sampled_from([p for p in _places(body) if p[0] != "digest"]))
     model = _read_with(body, place, text, tmp_path / "m.json")
@@ -165,7 +177,9 @@ def test_text_in_a_models_file(body: dict[str, Any], text: str, data: st.DataObj
 @pytest.mark.slow
 @settings(_HOSTILE_FILES, max_examples=examples(60))
 @given(text=HOSTILE)
-@pytest.mark.parametrize("place", [("extras", 0, "name"), ("units", "effort"), ("law",), ("about", "seed")])
+@pytest.mark.parametrize(
+    "place", [("extras", 0, "name"), ("units", "effort"), ("law",), ("about", "seed")]
+)
 def test_text_in_a_models_file_is_no_code(
     place: tuple[Any, ...], body: dict[str, Any], plain: TorqueModel, text: str, tmp_path: Path
 ) -> None:
@@ -177,7 +191,9 @@ def test_text_in_a_models_file_is_no_code(
     assert _code(source(made)) == _code(source(known))
 
 
-@pytest.mark.parametrize("unit", ["*/ int z; /*", "N\n", "N;", "N*/m", "a" * 61, "N//m", "N \u202em", 7, None])
+@pytest.mark.parametrize(
+    "unit", ["*/ int z; /*", "N\n", "N;", "N*/m", "a" * 61, "N//m", "N \u202em", 7, None]
+)
 def test_a_unit_that_is_none(body: dict[str, Any], unit: Any, tmp_path: Path) -> None:
     path = tmp_path / "m.json"
     path.write_text(json.dumps(_with(body, ("units", "effort"), unit)), encoding="utf-8")
@@ -210,7 +226,10 @@ def _read(path: Path, root: Path) -> None:
     compilers = {".c": ["gcc", "-std=c99"], ".cpp": ["g++", "-std=c++11"]}
     if path.suffix in compilers:
         done = subprocess.run(
-            [*compilers[path.suffix], *_WARNINGS, *include, str(path)], capture_output=True, text=True, check=False
+            [*compilers[path.suffix], *_WARNINGS, *include, str(path)],
+            capture_output=True,
+            text=True,
+            check=False,
         )
         assert done.returncode == 0, done.stderr[:2000]
     elif path.suffix == ".xml":
@@ -221,7 +240,11 @@ def _read(path: Path, root: Path) -> None:
         )
     elif path.suffix == ".py":
         tree = ast.parse(path.read_text(encoding="utf-8"))
-        assert not any("os" in {a.name for a in node.names} for node in ast.walk(tree) if isinstance(node, ast.Import))
+        assert not any(
+            "os" in {a.name for a in node.names}
+            for node in ast.walk(tree)
+            if isinstance(node, ast.Import)
+        )
     elif path.suffix == ".m":
         for line in path.read_text(encoding="ascii").splitlines():
             assert line.startswith("%") or "int z" not in line
@@ -253,13 +276,24 @@ def test_every_target_of_a_hostile_model(
         units=Units(every, every[::-1], every),
     )
     folder = export_model(model, tmp_path / "out", to, ExportOptions(name="m"))
-    for path in sorted(p for p in folder.rglob("*") if p.is_file() and p.suffix != ".json" and p.name != "erc_call.c"):
+    for path in sorted(
+        p
+        for p in folder.rglob("*")
+        if p.is_file() and p.suffix != ".json" and p.name != "erc_call.c"
+    ):
         _read(path, folder)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "column", ["a*/b", "*/int z;/*", "x</td><script>alert(1)</script>", "$(touch z)`touch z`", "int\u202e\x07"]
+    "column",
+    [
+        "a*/b",
+        "*/int z;/*",
+        "x</td><script>alert(1)</script>",
+        "$(touch z)`touch z`",
+        "int\u202e\x07",
+    ],
 )
 def test_a_column_of_a_log_goes_through_fit_report_and_export(
     column: str, tmp_path: Path, need: Callable[..., None]

@@ -20,7 +20,9 @@ from erclutch.wings.exporters.targets import cpp
 
 
 @pytest.fixture
-def fast_math(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]) -> Iterator[Compiler]:
+def fast_math(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
+) -> Iterator[Compiler]:
     """gcc with parts of -ffast-math behind its other options, and C that is compiled without a check."""
     need("gcc")
     wrapper = tmp_path / "cc"
@@ -34,7 +36,11 @@ def fast_math(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_no_fmu_is_instantiated(
-    law: Callable[..., TorqueModel], fast_math: Compiler, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, version: int
+    law: Callable[..., TorqueModel],
+    fast_math: Compiler,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    version: int,
 ) -> None:
     monkeypatch.setattr(fmu_binaries, "native", lambda: fast_math)
     monkeypatch.setattr(fmu_binaries, "PLATFORMS", fmu_binaries.PLATFORMS[:1])
@@ -48,15 +54,21 @@ def test_no_fmu_is_instantiated(
     token = re.findall(r"(?:guid|instantiationToken)=\"([^\"]+)\"", said)[0].encode()
     heard: list[bytes] = []
     if version == 3:
-        log = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)(
-            lambda _environment, _status, _category, message: heard.append(message)
-        )
+        log = ctypes.CFUNCTYPE(
+            None, ctypes.c_void_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p
+        )(lambda _environment, _status, _category, message: heard.append(message))
         make = library.fmi3InstantiateModelExchange
         make.restype = ctypes.c_void_p
         made = make(b"one", token, b"", ctypes.c_bool(False), ctypes.c_bool(False), None, log)
     else:
         logger = ctypes.CFUNCTYPE(
-            None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p, ctypes.c_char_p
+            None,
+            ctypes.c_void_p,
+            ctypes.c_char_p,
+            ctypes.c_int,
+            ctypes.c_char_p,
+            ctypes.c_char_p,
+            ctypes.c_char_p,
         )(lambda _environment, _name, _status, _category, _form, message: heard.append(message))
         callbacks = (ctypes.c_void_p * 5)(ctypes.cast(logger, ctypes.c_void_p).value)
         make = library.fmi2Instantiate
@@ -87,7 +99,15 @@ int main() {
 """
     )
     for compiler, said in ((Compiler("gcc", ("gcc",)), "1 "), (fast_math, "0 0 2")):
-        compiler.build([folder / "src" / "m.c"], folder / "m.o", "-O2", "-c", f"-I{folder}/include/m")
-        subprocess.run(["g++", "-std=c++11", "-Iinclude", "main.cpp", "m.o", "-o", "main"], cwd=folder, check=True)
-        printed = subprocess.run([folder / "main"], capture_output=True, text=True, check=True).stdout
+        compiler.build(
+            [folder / "src" / "m.c"], folder / "m.o", "-O2", "-c", f"-I{folder}/include/m"
+        )
+        subprocess.run(
+            ["g++", "-std=c++11", "-Iinclude", "main.cpp", "m.o", "-o", "main"],
+            cwd=folder,
+            check=True,
+        )
+        printed = subprocess.run(
+            [folder / "main"], capture_output=True, text=True, check=True
+        ).stdout
         assert printed.startswith(said), printed

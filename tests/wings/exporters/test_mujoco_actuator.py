@@ -38,7 +38,12 @@ class Data:
     """What an actuator reads of an MjData."""
 
     def __init__(self, time: float = 0.0) -> None:
-        self.time, self.ctrl, self.qpos, self.qvel = time, [0.0, 0.5], [1.0, 2.0, 3.0], [4.0, 5.0, 6.0]
+        self.time, self.ctrl, self.qpos, self.qvel = (
+            time,
+            [0.0, 0.5],
+            [1.0, 2.0, 3.0],
+            [4.0, 5.0, 6.0],
+        )
 
     def at(self, time: float) -> Data:
         self.time = time
@@ -56,13 +61,21 @@ class Scene:
 
 
 def made(period: float | None, *, positions: bool = False, model: Any = None) -> Actuator:
-    names: Any = {"fields": ["field"], "joints": ["x", "y"], "positions": positions, "further": 1, "period": period}
+    names: Any = {
+        "fields": ["field"],
+        "joints": ["x", "y"],
+        "positions": positions,
+        "further": 1,
+        "period": period,
+    }
     actuator = Actuator(Compiled, model or Scene(), "effort", **names)
     actuator.further[:] = [7.0]
     return actuator
 
 
-@pytest.mark.parametrize(("positions", "read"), [(False, (0.5, 4.0, 6.0, 7.0)), (True, (0.5, 1.0, 3.0, 7.0))])
+@pytest.mark.parametrize(
+    ("positions", "read"), [(False, (0.5, 4.0, 6.0, 7.0)), (True, (0.5, 1.0, 3.0, 7.0))]
+)
 def test_it_steps_once_a_period_and_holds_between(positions: bool, read: tuple[float, ...]) -> None:
     actuator, data = made(0.1, positions=positions), Data()
     assert (actuator.samples, actuator.flags) == (0, 0)
@@ -110,7 +123,9 @@ def test_it_answers_while_it_is_entered_and_only_for_its_own() -> None:
     one, two, data = made(None, model=first), made(None, model=second), Data()
     with one:
         assert asked(first, data) == 10.0
-        with pytest.raises(RuntimeError, match="no device is entered for the user actuator 4 of this MjModel"):
+        with pytest.raises(
+            RuntimeError, match="no device is entered for the user actuator 4 of this MjModel"
+        ):
             asked(second, data)
         with two:
             assert asked(second, data) == 10.0
@@ -150,12 +165,26 @@ def test_names_become_places(positions: bool) -> None:
     )
 
     def of(period: float | None) -> Any:
-        names: Any = {"fields": ["b", "a"], "joints": ["y", "x"], "positions": positions, "further": 2}
+        names: Any = {
+            "fields": ["b", "a"],
+            "joints": ["y", "x"],
+            "positions": positions,
+            "further": 2,
+        }
         return Actuator(Compiled, model, "effort", **names, period=period)
 
     found = of(0.01)
-    assert (found.key, found._fields, found._joints) == ((id(model), 4), [2, 1], [3, 7] if positions else [2, 6])
-    assert (found.further, found._positions, found._period, found.samples) == ([0.0, 0.0], positions, 0.01, 0)
+    assert (found.key, found._fields, found._joints) == (
+        (id(model), 4),
+        [2, 1],
+        [3, 7] if positions else [2, 6],
+    )
+    assert (found.further, found._positions, found._period, found.samples) == (
+        [0.0, 0.0],
+        positions,
+        0.01,
+        0,
+    )
     assert of(None)._period is None
     assert of(0.01 / (1.0 + 0.9e-6)) is not None
     with pytest.raises(ValueError, match=r"the timestep .* is longer than the model"):
@@ -175,7 +204,10 @@ def exports(
     found: dict[str, tuple[ModuleType, ModuleType, Path]] = {}
     for name, stages in (("one", "none"), ("two", "lag")):
         folder = export_model(
-            law("bingham", "single", stages), tmp_path / name, "mujoco", ExportOptions(name=name, period=1e-3)
+            law("bingham", "single", stages),
+            tmp_path / name,
+            "mujoco",
+            ExportOptions(name=name, period=1e-3),
         )
         for module in (name, f"{name}_mujoco"):
             spec = importlib.util.spec_from_file_location(module, folder / f"{module}.py")
@@ -193,7 +225,11 @@ def test_two_exports_in_two_models_with_two_data_each(
     exports: dict[str, tuple[ModuleType, ModuleType, Path]],
 ) -> None:
     """Each torque has the bits of the Python export that steps through the same samples."""
-    models = [(name, mujoco.MjModel.from_xml_path(str(xml))) for name, (*_, xml) in exports.items() for _ in range(2)]
+    models = [
+        (name, mujoco.MjModel.from_xml_path(str(xml)))
+        for name, (*_, xml) in exports.items()
+        for _ in range(2)
+    ]
     scenes: list[tuple[str, Any, Any]] = []
     with ExitStack() as stack:
         for name, model in models:
@@ -210,10 +246,14 @@ def test_two_exports_in_two_models_with_two_data_each(
                 data.joint("slip").qvel[0] = slip
                 for part in (mujoco.mj_fwdPosition, mujoco.mj_fwdVelocity, mujoco.mj_fwdActuation):
                     part(model, data)
-                assert data.actuator_force[model.actuator("effort").id] == peer.step(field, slip), name
+                assert data.actuator_force[model.actuator("effort").id] == peer.step(field, slip), (
+                    name
+                )
 
 
-def test_a_model_whose_device_was_left_is_refused(exports: dict[str, tuple[ModuleType, ModuleType, Path]]) -> None:
+def test_a_model_whose_device_was_left_is_refused(
+    exports: dict[str, tuple[ModuleType, ModuleType, Path]],
+) -> None:
     actuators, _, xml = exports["one"]
     models = [mujoco.MjModel.from_xml_path(str(xml)) for _ in range(2)]
     with actuators.one(models[0]):

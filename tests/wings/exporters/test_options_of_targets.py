@@ -31,12 +31,16 @@ def test_a_network_format_has_neither_alarms_nor_adaptation(
 ) -> None:
     model: Any = replace(models["fnn-16, coaxial"], band=BAND)  # type: ignore[type-var]
     with pytest.raises(ExportError, match=f"target onnx has {said}"):
-        export_model(model, tmp_path / "x", "onnx", replace(ExportOptions(period=PERIOD), **{option: True}))
+        export_model(
+            model, tmp_path / "x", "onnx", replace(ExportOptions(period=PERIOD), **{option: True})
+        )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("option", ["alarms", "adapt"])
-@pytest.mark.parametrize("label", ["bingham, single", "fnn-16, coaxial", "bingham+rise-fall, coaxial"])
+@pytest.mark.parametrize(
+    "label", ["bingham, single", "fnn-16, coaxial", "bingham+rise-fall, coaxial"]
+)
 def test_cpp_with_alarms_and_cpp_that_adapts_verify(
     label: str, option: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
 ) -> None:
@@ -50,7 +54,9 @@ def test_cpp_with_alarms_and_cpp_that_adapts_verify(
 
 @pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
-def test_an_fmu_has_the_switch_as_a_parameter(version: int, models: dict[str, Model], tmp_path: Path) -> None:
+def test_an_fmu_has_the_switch_as_a_parameter(
+    version: int, models: dict[str, Model], tmp_path: Path
+) -> None:
     fmpy = pytest.importorskip("fmpy")
     model: Any = models["bingham+fnn-3, single"]
     export_model(model, tmp_path / "f", f"fmu{version}", ExportOptions(name="m"))
@@ -62,6 +68,10 @@ def test_an_fmu_has_the_switch_as_a_parameter(version: int, models: dict[str, Mo
     assert model.effort(*one) != model.law.effort(*one)
     for on, expected in ((1.0, model), (0.0, model.law)):
         result = fmpy.simulate_fmu(
-            archive, start_values={**at, "residual": on}, output=["effort"], stop_time=0.005, output_interval=PERIOD
+            archive,
+            start_values={**at, "residual": on},
+            output=["effort"],
+            stop_time=0.005,
+            output_interval=PERIOD,
         )
         assert result["effort"][-1] == expected.effort(*one)[0]

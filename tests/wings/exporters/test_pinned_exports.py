@@ -62,8 +62,14 @@ OPTIONS: Mapping[str, tuple[Mapping[str, Any], tuple[str, ...]]] = {
         {"inputs": "angles", "derivative": Derivative("difference")},
         ("casson+lag, single", "fnn-7, coaxial"),
     ),
-    "alarms": ({"alarms": True}, ("bingham, single", "bingham+rise-fall, coaxial", "fnn-16, coaxial")),
-    "adapt": ({"adapt": True, "precision": "float32"}, ("bingham, single", "bingham+rise-fall, coaxial")),
+    "alarms": (
+        {"alarms": True},
+        ("bingham, single", "bingham+rise-fall, coaxial", "fnn-16, coaxial"),
+    ),
+    "adapt": (
+        {"adapt": True, "precision": "float32"},
+        ("bingham, single", "bingham+rise-fall, coaxial"),
+    ),
 }
 #: Of these pairs, those of the fast tests: each option once.
 QUICK = {
@@ -82,7 +88,10 @@ COMPUTED = (
     "herschel-bulkley+two-lags+stops-2+bouc-wen-2+lugre/field+hysteretic-tanh+stiffness+effort-second-order, single",
     "hem+rbfn-5+lag, coaxial",
 )
-_NUMBER = re.compile(r"(?<![\w.])(?:0x[\da-f]+\.?[\da-f]*p[+-]\d+|\d+\.\d+(?:e[+-]?\d+)?|\d+e[+-]?\d+)", re.IGNORECASE)
+_NUMBER = re.compile(
+    r"(?<![\w.])(?:0x[\da-f]+\.?[\da-f]*p[+-]\d+|\d+\.\d+(?:e[+-]?\d+)?|\d+e[+-]?\d+)",
+    re.IGNORECASE,
+)
 #: What holds the digest of the C: a token, the name of a library.
 _DIGEST = re.compile(r"\{[\da-f]{8}(?:-[\da-f]{4}){3}-[\da-f]{12}\}|(?<=lib)m-[\da-f]{12}(?=\.so)")
 
@@ -95,12 +104,16 @@ def made(model: Any, options: str) -> ExportedStep:
     """The step, of a model whose last digits do not show: the digest is the name's."""
     low, high = model.trained_on.effort
     owner = model.law if isinstance(model, ResidualModel) else model
-    owner = replace(owner, trained_on=replace(owner.trained_on, effort=(round(low, 6), round(high, 6))))
+    owner = replace(
+        owner, trained_on=replace(owner.trained_on, effort=(round(low, 6), round(high, 6)))
+    )
     model = replace(model, law=owner) if isinstance(model, ResidualModel) else owner
     asked = OPTIONS[options][0] if options else {}
     model = replace(model, band=BAND) if "alarms" in asked else model
     digest = hashlib.sha256(f"{model.name}, {model.structure.device}".encode()).hexdigest()
-    return replace(step_of(model, ExportOptions(**{"name": "m", "period": 1e-3, **asked})), digest=digest)
+    return replace(
+        step_of(model, ExportOptions(**{"name": "m", "period": 1e-3, **asked})), digest=digest
+    )
 
 
 def _digits(found: re.Match[str]) -> str:
@@ -120,16 +133,24 @@ def texts(step: ExportedStep, folder: Path, patch: pytest.MonkeyPatch) -> dict[s
     for module in (c, cpp):
         patch.setattr(module, "vectors_of", lambda _: None)
     patch.setattr(c_header, "measured", lambda _: (1.25e-9, 2.5e-9))
-    patch.setattr(Compiler, "build", lambda _, sources, out, *flags: out.write_bytes(" ".join(flags).encode()))
+    patch.setattr(
+        Compiler, "build", lambda _, sources, out, *flags: out.write_bytes(" ".join(flags).encode())
+    )
     found: dict[str, dict[str, str]] = {}
     for to in ("c", "python", "cpp", "simulink", "mujoco"):
         if step.measures and to in ("simulink", "mujoco"):
             continue
         (folder / to).mkdir()
         target(to).value.write(step, folder / to)
-        files = {p.relative_to(folder / to).as_posix(): p for p in sorted((folder / to).rglob("m*")) if p.is_file()}
+        files = {
+            p.relative_to(folder / to).as_posix(): p
+            for p in sorted((folder / to).rglob("m*"))
+            if p.is_file()
+        }
         own = {n: p for n, p in files.items() if to == "c" or p.name not in ("m.c", "m.h")}
-        found[to] = {n: p.read_text("utf-8") for n, p in own.items() if not n.endswith("_vectors.h")}
+        found[to] = {
+            n: p.read_text("utf-8") for n, p in own.items() if not n.endswith("_vectors.h")
+        }
     if not step.measures:
         found["onnx"] = {"m.onnx": graph_text(onnx_model(step, step_record(step, remember=False)))}
         patch.setattr(fmu_archive, "build_binaries", lambda *_: ["none"])
@@ -151,10 +172,18 @@ def graph_text(model: Any) -> str:
         for x in (*graph.input, *graph.output)
     ]
     values = [
-        (x.name, str(y.dtype), y.shape, y.tolist()) for x in graph.initializer for y in [numpy_helper.to_array(x)]
+        (x.name, str(y.dtype), y.shape, y.tolist())
+        for x in graph.initializer
+        for y in [numpy_helper.to_array(x)]
     ]
     nodes = [
-        (n.op_type, *n.input, "to", *n.output, *((a.name, helper.get_attribute_value(a)) for a in n.attribute))
+        (
+            n.op_type,
+            *n.input,
+            "to",
+            *n.output,
+            *((a.name, helper.get_attribute_value(a)) for a in n.attribute),
+        )
         for n in graph.node
     ]
     said = [(p.key, p.value) for p in model.metadata_props]
@@ -170,8 +199,16 @@ def numbers_of(step: ExportedStep) -> dict[str, Any]:
         "operations": dict(sorted(operations(record.flat(), step).items())),
         "state": state_bytes(step),
         "rounding": measured(step),
-        "search": [search.segments, search.tolerance, search.width, search.most, search.monotone_share],
-        "flags": [int(f.sum()) for f in (vectors.flags, vectors.field_flags, vectors.field_now_flags)],
+        "search": [
+            search.segments,
+            search.tolerance,
+            search.width,
+            search.most,
+            search.monotone_share,
+        ],
+        "flags": [
+            int(f.sum()) for f in (vectors.flags, vectors.field_flags, vectors.field_now_flags)
+        ],
     }
     good = np.flatnonzero(np.all(np.abs(rows[:, : step.model_inputs]) < 1e4, axis=1))[:48]
     with np.errstate(all="ignore"):
@@ -179,7 +216,12 @@ def numbers_of(step: ExportedStep) -> dict[str, Any]:
     reals = {
         "rows": rows[good, : step.model_inputs],
         "numpy": vectors.numpy,
-        **{"effort": vectors.effort, "field": vectors.field, "now": vectors.field_now, "band": vectors.band},
+        **{
+            "effort": vectors.effort,
+            "field": vectors.field,
+            "now": vectors.field_now,
+            "band": vectors.band,
+        },
         **{"bound32": bounds[0], "bound64": bounds[1]},
     }
     return found | {name: _summed(values) for name, values in reals.items()}
@@ -200,7 +242,11 @@ def test_every_model(
     model: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pinned: Callable[..., None]
 ) -> None:
     if "rbfm-10" not in model.name:  # rbfm-5 has all that it has
-        pinned(_found(f"{model.name}, {model.structure.device}", made(model, ""), tmp_path, monkeypatch))
+        pinned(
+            _found(
+                f"{model.name}, {model.structure.device}", made(model, ""), tmp_path, monkeypatch
+            )
+        )
 
 
 @pytest.mark.parametrize(

@@ -44,9 +44,24 @@ OPTIONS: tuple[dict[str, Any], ...] = (
     {},
     *(
         {"period": p}
-        for p in (0.9e-7, 1e-7, 1e-3, 1.009e-3, 1.011e-3, 10.0, 10.1, 0.0, -1.0, float("nan"), float("inf"))
+        for p in (
+            0.9e-7,
+            1e-7,
+            1e-3,
+            1.009e-3,
+            1.011e-3,
+            10.0,
+            10.1,
+            0.0,
+            -1.0,
+            float("nan"),
+            float("inf"),
+        )
     ),
-    *({"limits": pair} for pair in ((-1.0, 1.0), (1.0, -1.0), (1.0, 1.0), (0.0, float("inf")), (float("nan"), 1.0))),
+    *(
+        {"limits": pair}
+        for pair in ((-1.0, 1.0), (1.0, -1.0), (1.0, 1.0), (0.0, float("inf")), (float("nan"), 1.0))
+    ),
     *({"inputs": "angles", **more} for more in ({}, {"period": 1e-3})),
     *(
         {"inputs": "angles", "period": 1e-3, "derivative": Derivative(name)}
@@ -62,8 +77,23 @@ OPTIONS: tuple[dict[str, Any], ...] = (
 def test_options(label: str, models: dict[str, Model], pinned: Pinned) -> None:
     def said(options: dict[str, Any]) -> Any:
         step = step_of(models[label], ExportOptions(**options))
-        own = [step.name, step.inputs, step.units, step.period, step.filter and vars(step.filter), list(step.limits)]
-        return [*own, vars(step.field), vars(step.slip), step.both, step.scale, vars(step.search), step.measures]
+        own = [
+            step.name,
+            step.inputs,
+            step.units,
+            step.period,
+            step.filter and vars(step.filter),
+            list(step.limits),
+        ]
+        return [
+            *own,
+            vars(step.field),
+            vars(step.slip),
+            step.both,
+            step.scale,
+            vars(step.search),
+            step.measures,
+        ]
 
     pinned([told(lambda o=o: said(o)) for o in OPTIONS])
 
@@ -79,7 +109,15 @@ def test_alarms(pinned: Pinned) -> None:
         alarms = alarms_of(band, largest, period)
         named = {k: v for k, v in vars(alarms).items() if k != "band"}
         found.append(
-            [named, [alarms.wealth(x, s, t) for x in (1.0, 9.0) for s in (0.0, 0.1, 1.0) for t in (0.05, 0.5)]]
+            [
+                named,
+                [
+                    alarms.wealth(x, s, t)
+                    for x in (1.0, 9.0)
+                    for s in (0.0, 0.1, 1.0)
+                    for t in (0.05, 0.5)
+                ],
+            ]
         )
     pinned(found)
 
@@ -104,7 +142,12 @@ def test_names_of_c(pinned: Pinned) -> None:
         "A",
     )
     names = ("bingham+lag", "fnn-16", "a/b+c", "9", "", "x" * 40, "int")
-    pinned([[told(lambda w=w: c_name("bingham", w)) for w in wanted], [told(lambda n=n: c_name(n)) for n in names]])
+    pinned(
+        [
+            [told(lambda w=w: c_name("bingham", w)) for w in wanted],
+            [told(lambda n=n: c_name(n)) for n in names],
+        ]
+    )
 
 
 def test_foreign_text(pinned: Pinned) -> None:
@@ -114,7 +157,14 @@ def test_foreign_text(pinned: Pinned) -> None:
         "\"quoted\" 'so'",
         *("µ°Ω·²⁻¹½é ß Ж 漢 −–", "a\nb\tc\x00\x7f", "--", "-->]]>", "~^\\_", "ΓΔαοπ√∞", ""),
     )
-    ways = (encode.comment, encode.c_string, encode.matlab_string, encode.markup, encode.latex, encode.markdown)
+    ways = (
+        encode.comment,
+        encode.c_string,
+        encode.matlab_string,
+        encode.markup,
+        encode.latex,
+        encode.markdown,
+    )
     pinned({way.__name__: [way(text) for text in texts] for way in ways})
 
 
@@ -124,13 +174,20 @@ def test_numbers_around_a_step(label: str, models: dict[str, Model], pinned: Pin
     step = step_of(model, ExportOptions(period=1e-3))
     signed = np.linspace(-1.0, 1.0, 7)
     edges = [e[np.abs(e) < 1e30].tolist() for e in _edges(step)]
-    own = [sides(model), monotone_share(model), [x.tolist() for x in apart(model, signed)], cost_text(step)]
+    own = [
+        sides(model),
+        monotone_share(model),
+        [x.tolist() for x in apart(model, signed)],
+        cost_text(step),
+    ]
     pinned([*own, edges, ulps(step, 1e-9)])
     refuse_noise(step)
 
 
 def test_a_check_passes_at_its_limit_and_no_further(models: dict[str, Model]) -> None:
-    assert [Check("x", 1, other, ulp, 4.0).passed for other in (None, 0, 1) for ulp in (3.9, 4.0, 4.1)] == [
+    assert [
+        Check("x", 1, other, ulp, 4.0).passed for other in (None, 0, 1) for ulp in (3.9, 4.0, 4.1)
+    ] == [
         *(True, True, False),
         *(True, True, False),
         *(False, False, False),
@@ -139,10 +196,16 @@ def test_a_check_passes_at_its_limit_and_no_further(models: dict[str, Model]) ->
     vectors = vectors_of(step)
     exact = near(step, vectors, "x", vectors.numpy, vectors.flags)
     assert (exact.other_bits, exact.ulp, exact.passed) == (None, 0.0, True)
-    off = vectors.numpy + np.where(np.arange(vectors.numpy.size) == 7, 2.0 * exact.allowed * ulps(step, 1.0) ** -1, 0.0)
+    off = vectors.numpy + np.where(
+        np.arange(vectors.numpy.size) == 7, 2.0 * exact.allowed * ulps(step, 1.0) ** -1, 0.0
+    )
     assert not near(step, vectors, "x", off, vectors.flags).passed
-    assert near(step, vectors, "x", off, vectors.flags).ulp == pytest.approx(2.0 * exact.allowed, rel=0.05)
-    assert near(step, vectors, "x", vectors.numpy, vectors.flags ^ 1).other_bits == vectors.flags.size
+    assert near(step, vectors, "x", off, vectors.flags).ulp == pytest.approx(
+        2.0 * exact.allowed, rel=0.05
+    )
+    assert (
+        near(step, vectors, "x", vectors.numpy, vectors.flags ^ 1).other_bits == vectors.flags.size
+    )
     assert near(step, vectors, "x", vectors.numpy * np.nan, vectors.flags).ulp == np.inf
 
 
@@ -153,7 +216,8 @@ def test_a_token_is_of_the_c_alone(models: dict[str, Model]) -> None:
 
 
 @pytest.mark.parametrize(
-    "label", ["fnn-3+rise-fall, single", pytest.param("hem+rise-fall, coaxial", marks=pytest.mark.slow)]
+    "label",
+    ["fnn-3+rise-fall, single", pytest.param("hem+rise-fall, coaxial", marks=pytest.mark.slow)],
 )
 @pytest.mark.parametrize("to", ["c", "python"])
 def test_inverses_and_steps_have_their_bits_in_c(
@@ -171,6 +235,8 @@ def test_inverses_and_steps_have_their_bits_in_c(
     monkeypatch.setattr(c, "foreign", tuple)
     folder = export_model(models[label], tmp_path / to, to, ExportOptions(name="m", period=2e-3))
     checks = verify_export(folder)
-    assert [(check.passed, check.other_bits) for check in checks] == [(True, 0)] * (1 if to == "c" else 2)
+    assert [(check.passed, check.other_bits) for check in checks] == [(True, 0)] * (
+        1 if to == "c" else 2
+    )
     assert all(check.count >= 300 for check in checks)
     assert read_export(folder).step.period == 2e-3

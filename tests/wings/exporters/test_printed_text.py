@@ -30,7 +30,9 @@ def test_a_table_holds_all_its_values_in_order(count: int) -> None:
 
 
 @pytest.mark.parametrize("name", ["fnn-16, coaxial", "fnn-10-6+lag, coaxial"])
-def test_a_network_in_matlab_uses_only_names_that_it_made(models: dict[str, Model], name: str) -> None:
+def test_a_network_in_matlab_uses_only_names_that_it_made(
+    models: dict[str, Model], name: str
+) -> None:
     program = step_of(models[name], ExportOptions(period=1e-3))
     text = step_function(program, step_record(program))
     body = text.partition("function y = network(x)")[2]
@@ -54,7 +56,9 @@ def test_a_control_of_mujoco_has_some_width(models: dict[str, Model]) -> None:
 
 
 @pytest.mark.parametrize(("precision", "word"), [("float32", "PRIx32"), ("float64", "PRIx64")])
-def test_the_check_prints_words_of_its_precision(models: dict[str, Model], precision: Any, word: str) -> None:
+def test_the_check_prints_words_of_its_precision(
+    models: dict[str, Model], precision: Any, word: str
+) -> None:
     printed = check_source(step_of(models["bingham, single"], ExportOptions(precision=precision)))
     assert set(re.findall(r"PRIx\d+", printed)) - {"PRIx8"} == {word}
 
@@ -75,7 +79,9 @@ def test_a_force_over_a_speed_moves_a_mass_on_a_slide(models: dict[str, Model]) 
 
 
 @pytest.mark.parametrize("label", ["bingham, single", "hem+rise-fall, coaxial"])
-def test_the_example_in_the_header_lies_where_the_model_was_trained(models: dict[str, Model], label: str) -> None:
+def test_the_example_in_the_header_lies_where_the_model_was_trained(
+    models: dict[str, Model], label: str
+) -> None:
     model: Any = models[label]
     slow = replace(model, trained_on=replace(model.trained_on, slip=(-0.59, 0.64), near=()))
     program = step_of(slow, ExportOptions("m", "float32", 1e-3))

@@ -44,10 +44,14 @@ QUICK = ("hem+rise-fall, coaxial", "fnn-3+rise-fall, single")
 
 
 def exported(model: Model, to: str, folder: Path, **options: Any) -> Path:
-    return export_model(model, folder, to, ExportOptions(**{"name": "m", "period": PERIOD, **options}))
+    return export_model(
+        model, folder, to, ExportOptions(**{"name": "m", "period": PERIOD, **options})
+    )
 
 
-def _conforms(model: Model, to: str, precision: str, folder: Path, need: Callable[..., None], **options: Any) -> None:
+def _conforms(
+    model: Model, to: str, precision: str, folder: Path, need: Callable[..., None], **options: Any
+) -> None:
     tools, exact = WRAPPERS[to]
     need(*tools)
     checks = verify_export(exported(model, to, folder / to, precision=precision, **options))
@@ -61,7 +65,13 @@ def _conforms(model: Model, to: str, precision: str, folder: Path, need: Callabl
 
 
 def test_every_target_is_tested() -> None:
-    assert set(names("erclutch.targets")) == {"c", "python", "controller", "controller-fmu", *WRAPPERS}
+    assert set(names("erclutch.targets")) == {
+        "c",
+        "python",
+        "controller",
+        "controller-fmu",
+        *WRAPPERS,
+    }
 
 
 def _pairs() -> Iterator[tuple[str, str]]:
@@ -128,11 +138,15 @@ def test_one_wrong_weight_is_found_out(models: dict[str, Model], tmp_path: Path)
     at = next(i for i, t in enumerate(made.graph.initializer) if list(t.dims) == [16, 3])
     weights = numpy_helper.to_array(made.graph.initializer[at]).copy()
     weights[5, 1] *= 1.0 + 1e-6
-    made.graph.initializer[at].CopyFrom(numpy_helper.from_array(weights, made.graph.initializer[at].name))
+    made.graph.initializer[at].CopyFrom(
+        numpy_helper.from_array(weights, made.graph.initializer[at].name)
+    )
     onnx.save_model(made, folder / "m.onnx")
     with pytest.raises(ExportError, match="was changed after the export"):
         verify_export(folder)
-    checks = list(target("onnx").value.verify(step_of(model, ExportOptions(name="m", period=PERIOD)), folder))
+    checks = list(
+        target("onnx").value.verify(step_of(model, ExportOptions(name="m", period=PERIOD)), folder)
+    )
     assert [c.passed for c in checks] == [False]
 
 
@@ -218,7 +232,10 @@ def _by(compiler: str) -> Callable[[Path, Path], None]:
     """Builds a host with nothing but what a host has: its own declarations of the standard's functions, and dlopen."""
 
     def build(source: Path, out: Path) -> None:
-        subprocess.run([compiler, "-std=c99", "-Wall", "-Werror", str(source), "-o", str(out), "-ldl"], check=True)
+        subprocess.run(
+            [compiler, "-std=c99", "-Wall", "-Werror", str(source), "-o", str(out), "-ldl"],
+            check=True,
+        )
 
     return build
 
@@ -250,7 +267,10 @@ def _hosted(
 
 @pytest.mark.slow
 def test_a_broken_cross_compiler_leaves_its_binary_out(
-    models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
+    models: dict[str, Model],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    need: Callable[..., None],
 ) -> None:
     from erclutch.wings.exporters.fmu import fmu_binaries
     from erclutch.wings.exporters.fmu.fmu_binaries import Builder
@@ -261,20 +281,29 @@ def test_a_broken_cross_compiler_leaves_its_binary_out(
         out.write_bytes(b"half")
         raise ExportError("broken cannot compile", remedy="Mend it")
 
-    found = [next(b for b in fmu_binaries.builders(3) if b.needed), Builder("x86_64-windows", "dll", "broken", fails)]
+    found = [
+        next(b for b in fmu_binaries.builders(3) if b.needed),
+        Builder("x86_64-windows", "dll", "broken", fails),
+    ]
     monkeypatch.setattr(fmu_binaries, "builders", lambda version: iter(found))
     folder = exported(models["bingham, single"], "fmu3", tmp_path / "f")
     said = (folder / "binaries.txt").read_text(encoding="utf-8").splitlines()
     assert said[0].startswith("x86_64-linux: by ")
     assert said[1] == "x86_64-windows: left out, broken cannot compile"
     with zipfile.ZipFile(folder / "m_fmi3.fmu") as archive:
-        assert {n.split("/")[1] for n in archive.namelist() if n.startswith("binaries/")} == {"x86_64-linux"}
+        assert {n.split("/")[1] for n in archive.namelist() if n.startswith("binaries/")} == {
+            "x86_64-linux"
+        }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("machine", list(_MACHINES))
 def test_zig_builds_libraries_for_other_machines_with_an_empty_cache(
-    machine: str, fmu3: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
+    machine: str,
+    fmu3: Any,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    need: Callable[..., None],
 ) -> None:
     pytest.importorskip("ziglang", reason="pip install ziglang")
     from erclutch.export.c.cross_compiler import Cross
@@ -297,18 +326,31 @@ def _windows_program(source: Path, out: Path) -> None:
         ("msvcrt", "__getmainargs atof atoi exit fclose fopen fread fwrite puts strcmp"),
         ("kernel32", "LoadLibraryA GetProcAddress"),
     )
-    flags = ["-target", "x86_64-windows-gnu", "-std=c99", "-O2", "-mno-stack-arg-probe", "-Wall", "-Werror"]
+    flags = [
+        "-target",
+        "x86_64-windows-gnu",
+        "-std=c99",
+        "-O2",
+        "-mno-stack-arg-probe",
+        "-Wall",
+        "-Werror",
+    ]
     subprocess.run([*zig, "cc", *flags, "-c", str(source), "-o", str(made)], check=True)
     for library, (dll, functions) in zip(libraries, names, strict=True):
         listed = library.with_suffix(".def")
         listed.write_text("\n".join([f"LIBRARY {dll}.dll", "EXPORTS", *functions.split(), ""]))
-        subprocess.run([*zig, "dlltool", "-m", "i386:x86-64", "-d", str(listed), "-l", str(library)], check=True)
+        subprocess.run(
+            [*zig, "dlltool", "-m", "i386:x86-64", "-d", str(listed), "-l", str(library)],
+            check=True,
+        )
     options = ["/entry:start", "/subsystem:console", "/nodefaultlib", "/lldmingw", f"/out:{out}"]
     subprocess.run([*zig, "lld-link", *options, str(made), *map(str, libraries)], check=True)
 
 
 @pytest.fixture(scope="module")
-def wine(tmp_path_factory: pytest.TempPathFactory, need: Callable[..., None]) -> Iterator[tuple[str, ...]]:
+def wine(
+    tmp_path_factory: pytest.TempPathFactory, need: Callable[..., None]
+) -> Iterator[tuple[str, ...]]:
     """Wine's loader and C library are not Microsoft's, but they load what Windows loads."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PATH", f"{os.environ['PATH']}:/usr/lib/wine")  # where Debian's wine64 is
@@ -326,12 +368,17 @@ def wine(tmp_path_factory: pytest.TempPathFactory, need: Callable[..., None]) ->
 def test_a_host_on_windows_loads_it(label: str, kind: str, fmu3: Any, wine: Sequence[str]) -> None:
     pytest.importorskip("ziglang", reason="pip install ziglang")
     program, place = fmu3(label)
-    _hosted(program, place, place / "binaries/x86_64-windows/m_fmi3.dll", kind, _windows_program, wine)
+    _hosted(
+        program, place, place / "binaries/x86_64-windows/m_fmi3.dll", kind, _windows_program, wine
+    )
 
 
 @pytest.mark.slow
 def test_zig_alone_makes_an_fmu(
-    models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
+    models: dict[str, Model],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    need: Callable[..., None],
 ) -> None:
     pytest.importorskip("ziglang", reason="pip install ziglang")
     from erclutch.export.c.compilers import Compiler
@@ -342,7 +389,11 @@ def test_zig_alone_makes_an_fmu(
     monkeypatch.setenv("ZIG_GLOBAL_CACHE_DIR", str(tmp_path / "cache"))
     folder = exported(models["hem+rise-fall, coaxial"], "fmu3", tmp_path / "f")
     said = (folder / "binaries.txt").read_text(encoding="utf-8").splitlines()
-    assert [line.split(": by ")[0] for line in said] == ["x86_64-linux", "x86_64-windows", "aarch64-linux"]
+    assert [line.split(": by ")[0] for line in said] == [
+        "x86_64-linux",
+        "x86_64-windows",
+        "aarch64-linux",
+    ]
     assert all("by zig" in line for line in said)
     assert all(check.other_bits == 0 for check in verify_export(folder))
 
@@ -350,7 +401,11 @@ def test_zig_alone_makes_an_fmu(
 @pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_the_windows_library_exports_the_interface_and_needs_only_windows(
-    version: int, models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, need: Callable[..., None]
+    version: int,
+    models: dict[str, Model],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    need: Callable[..., None],
 ) -> None:
     pytest.importorskip("ziglang", reason="pip install ziglang")
     from erclutch.export.c.cross_compiler import Cross
@@ -365,7 +420,9 @@ def test_the_windows_library_exports_the_interface_and_needs_only_windows(
         path.parent.mkdir()
         Cross("x86_64-windows-gnu").shared(sources, path)
     assert made[0].read_bytes() == made[1].read_bytes()
-    said = subprocess.run(["objdump", "-p", str(made[0])], check=True, capture_output=True, text=True).stdout
+    said = subprocess.run(
+        ["objdump", "-p", str(made[0])], check=True, capture_output=True, text=True
+    ).stdout
     native = next((tmp_path / "x" / "binaries").glob("*linux*/*.so"))
     words = ["nm", "-D", "--defined-only", "--format=just-symbols", str(native)]
     wanted = subprocess.run(words, check=True, capture_output=True, text=True).stdout.split()
@@ -393,7 +450,13 @@ def test_our_functions_are_the_standards(
 
     def compiles(text: str) -> bool:
         (sources / "x.c").write_text(text)
-        flags = ["-std=c11", f"-DERC_FMI{version}_HEADER", "-include", f"fmi{version}Functions.h", f"-I{official}"]
+        flags = [
+            "-std=c11",
+            f"-DERC_FMI{version}_HEADER",
+            "-include",
+            f"fmi{version}Functions.h",
+            f"-I{official}",
+        ]
         words = ["gcc", *flags, "-c", str(sources / "x.c"), "-o", str(made)]
         return subprocess.run(words, capture_output=True).returncode == 0
 
@@ -452,7 +515,9 @@ def test_a_saved_fmu_state_is_restored(fmu3: Any) -> None:
 
     _, place = fmu3("hem+rise-fall, coaxial")
     described: Any = fmpy.read_model_description(str(place / "modelDescription.xml"))
-    fmu: Any = FMU3Slave(guid=described.guid, unzipDirectory=str(place), modelIdentifier="m_fmi3", instanceName="a")
+    fmu: Any = FMU3Slave(
+        guid=described.guid, unzipDirectory=str(place), modelIdentifier="m_fmi3", instanceName="a"
+    )
     fmu.instantiate()
     fmu.enterInitializationMode(startTime=0.0)
     fmu.exitInitializationMode()
@@ -550,15 +615,26 @@ def test_a_damaged_fmu_state_is_refused_and_a_forged_one_breaks_nothing(
         archive.extractall(tmp_path / "x")
     sources, forger = tmp_path / "x" / "sources", str(tmp_path / "forger")
     (sources / "forger.c").write_text(_FORGER.format(version=version), encoding="ascii")
-    checks = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-g", "-O1", "-ffp-contract=off"]
-    subprocess.run(["clang", *checks, str(sources / "forger.c"), str(sources / "m.c"), "-o", forger], check=True)
+    checks = [
+        "-fsanitize=address,undefined",
+        "-fno-sanitize-recover=all",
+        "-g",
+        "-O1",
+        "-ffp-contract=off",
+    ]
+    subprocess.run(
+        ["clang", *checks, str(sources / "forger.c"), str(sources / "m.c"), "-o", forger],
+        check=True,
+    )
     good = subprocess.run([forger], capture_output=True, check=True).stdout
     rng = np.random.default_rng(18)
     states = [good, *(_mutated(good, rng) for _ in range(10_000))]
     given = b"".join(np.uint32(len(s)).tobytes() + s for s in states)
 
     def answers(kind: str) -> str:
-        done = subprocess.run([forger, kind], input=given, capture_output=True, check=False, timeout=300)
+        done = subprocess.run(
+            [forger, kind], input=given, capture_output=True, check=False, timeout=300
+        )
         assert done.returncode == 0, done.stderr.decode()
         return done.stdout.decode()
 
@@ -577,7 +653,10 @@ def test_mujoco_samples_at_the_models_own_period(
     from erclutch.wings.exporters.targets import mujoco as wrapper
 
     model = models["hem+rise-fall, coaxial"]
-    folder, program = exported(model, "mujoco", tmp_path / "m"), step_of(model, ExportOptions(name="m", period=PERIOD))
+    folder, program = (
+        exported(model, "mujoco", tmp_path / "m"),
+        step_of(model, ExportOptions(name="m", period=PERIOD)),
+    )
     mujoco: Any = pytest.importorskip("mujoco")
     with wrapper._imported(program, folder) as module:
         scene: Any = mujoco.MjModel.from_xml_path(str(folder / "m.xml"))
@@ -597,7 +676,9 @@ def test_mujoco_samples_at_the_models_own_period(
     assert list(folder.glob("__pycache__")) == []
 
 
-@pytest.mark.parametrize(("to", "module"), [("onnx", "onnx"), ("fmu2", "fmpy"), ("mujoco", "mujoco")])
+@pytest.mark.parametrize(
+    ("to", "module"), [("onnx", "onnx"), ("fmu2", "fmpy"), ("mujoco", "mujoco")]
+)
 def test_a_missing_package_is_named(
     to: str, module: str, models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -610,7 +691,9 @@ def test_a_missing_package_is_named(
     assert "pip install" in str(caught.value)
 
 
-def test_no_compiler_is_said(models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_compiler_is_said(
+    models: dict[str, Model], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from erclutch.export.c import compilers
 
     monkeypatch.setattr(compilers, "natives", lambda: ())
@@ -679,17 +762,23 @@ def _printed(text: str) -> str:
 
 
 @pytest.mark.slow
-def test_plain_cmake_takes_it_as_a_folder(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
+def test_plain_cmake_takes_it_as_a_folder(
+    models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
     need("g++", "cmake")
     folder, expected = _workspace(models["hem+rise-fall, coaxial"], tmp_path / "w", _PLAIN_CMAKE)
     _in_system(["cmake", "-S", ".", "-B", "build"], folder)
     _in_system(["cmake", "--build", "build"], folder)
-    assert "100% tests passed, 0 tests failed out of 1" in _in_system(["ctest", "--test-dir", "build"], folder)
+    assert "100% tests passed, 0 tests failed out of 1" in _in_system(
+        ["ctest", "--test-dir", "build"], folder
+    )
     assert _printed(_in_system(["build/user"], folder)) == expected
 
 
 @pytest.mark.slow
-def test_ros_2_builds_it_as_a_package(models: dict[str, Model], tmp_path: Path, need: Callable[..., None]) -> None:
+def test_ros_2_builds_it_as_a_package(
+    models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
+) -> None:
     """colcon and ament_cmake, as ROS 2 has them."""
     need("g++", "cmake", "colcon")
     folder, expected = _workspace(models["hem+rise-fall, coaxial"], tmp_path / "w", _ROS_CMAKE)
@@ -699,7 +788,12 @@ def test_ros_2_builds_it_as_a_package(models: dict[str, Model], tmp_path: Path, 
     for name in ("user.cpp", "CMakeLists.txt"):
         (folder / name).rename(source / name)
     (folder / "m").rename(folder / "src" / "m")
-    assert re.findall(r"Finished <<< (\w+)", _in_system(["colcon", "build"], folder)) == ["m", "user"]
+    assert re.findall(r"Finished <<< (\w+)", _in_system(["colcon", "build"], folder)) == [
+        "m",
+        "user",
+    ]
     _in_system(["colcon", "test"], folder)
-    assert "1 test, 0 errors, 0 failures, 0 skipped" in _in_system(["colcon", "test-result", "--all"], folder)
+    assert "1 test, 0 errors, 0 failures, 0 skipped" in _in_system(
+        ["colcon", "test-result", "--all"], folder
+    )
     assert _printed(_in_system(["install/user/lib/user/user"], folder)) == expected

@@ -29,7 +29,9 @@ def test_two_classes_in_one_program_have_their_own_numbers(
         cpp.write(step_of(models[label], ExportOptions(name, "float64", 1e-3)), home)
         objects.append(str(home / "core.o"))
         folders = [f"-I{home / 'include'}", f"-I{home / 'include' / name}"]
-        subprocess.run([*words, str(home / "src" / f"{name}.c"), *folders, "-o", objects[-1]], check=True)
+        subprocess.run(
+            [*words, str(home / "src" / f"{name}.c"), *folders, "-o", objects[-1]], check=True
+        )
         included.append(f'#include "{name}/{name}.hpp"')
         device = f"{name}_model::{name.capitalize()} device; {name}_model::Input in; in.field = 700; in.slip = 0.5;"
         asked.append(f'{{ {device} std::printf("%a\\n", (double)device.step(in).effort); }}')
@@ -37,11 +39,14 @@ def test_two_classes_in_one_program_have_their_own_numbers(
     def printed(places: list[int]) -> str:
         lines = "\n".join(asked[k] for k in places)
         main = tmp_path / "main.cpp"
-        main.write_text("\n".join(["#include <cstdio>", *included, "int main() {", lines, "}"]) + "\n")
+        main.write_text(
+            "\n".join(["#include <cstdio>", *included, "int main() {", lines, "}"]) + "\n"
+        )
         folders = [f"-I{tmp_path / name / 'include'}" for name in ("one", "two")]
         program = tmp_path / "main"
         subprocess.run(
-            ["g++", "-std=c++11", "-Wall", "-Werror", str(main), *objects, *folders, "-o", program], check=True
+            ["g++", "-std=c++11", "-Wall", "-Werror", str(main), *objects, *folders, "-o", program],
+            check=True,
         )
         return subprocess.check_output([program], text=True)
 

@@ -86,7 +86,9 @@ def test_a_failed_log_is_a_row(fleet: Fleet) -> None:
     assert [row["device"] for row in fits] == [f"unit{n}.csv" for n in (1, 3, 5, 7, 9, 20)]
     rows = rows_of(fleet, "parameters")
     assert {row["parameter"] for row in rows} >= {"T_y", "eta", "rmse"}
-    assert all(row["low"] <= row["value"] <= row["high"] for row in rows if row["parameter"] == "T_y")
+    assert all(
+        row["low"] <= row["value"] <= row["high"] for row in rows if row["parameter"] == "T_y"
+    )
 
 
 def test_a_second_start_fits_what_is_missing(fleet: Fleet, logs: Path, tmp_path: Path) -> None:
@@ -95,14 +97,24 @@ def test_a_second_start_fits_what_is_missing(fleet: Fleet, logs: Path, tmp_path:
     done[0].unlink()
     done[1].write_text(done[1].read_text()[:-9])
     seen: list[str] = []
-    again = fit_many(logs, MODELS, out=copy, settings=FAST, workers=1, progress=lambda n, of, name: seen.append(name))
+    again = fit_many(
+        logs,
+        MODELS,
+        out=copy,
+        settings=FAST,
+        workers=1,
+        progress=lambda n, of, name: seen.append(name),
+    )
     assert (len(seen), again.taken, again.digest) == (2, 4, fleet.digest)
     with pytest.raises(RunError, match="other settings"):
         fit_many(logs, MODELS, out=copy, settings=Settings(lag="none", seed=1))
 
 
 def test_a_changed_log_is_fitted_again(fleet: Fleet, logs: Path, tmp_path: Path) -> None:
-    copy, changed = shutil.copytree(fleet.folder, tmp_path / "run"), shutil.copytree(logs, tmp_path / "logs")
+    copy, changed = (
+        shutil.copytree(fleet.folder, tmp_path / "run"),
+        shutil.copytree(logs, tmp_path / "logs"),
+    )
     write_synthetic_log(changed / "unit3.csv", 1.0, 77)
     again = fit_many(changed, MODELS, out=copy, settings=FAST)
     assert again.taken == 5
@@ -125,7 +137,10 @@ def test_logs_of_a_folder_are_one_device(logs: Path, tmp_path: Path) -> None:
         (tmp_path / "logs" / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(logs / log, tmp_path / "logs" / name)
     found = fit_many(tmp_path / "logs", MODELS, out=tmp_path / "run", settings=FAST, by="folder")
-    assert [(row["device"], row["logs"]) for row in found.fits] == [("a", "1.csv"), ("b", "1.csv; 2.csv")]
+    assert [(row["device"], row["logs"]) for row in found.fits] == [
+        ("a", "1.csv"),
+        ("b", "1.csv; 2.csv"),
+    ]
 
 
 def test_a_folder_of_folders_has_no_advice_and_ends_no_fit(tmp_path: Path) -> None:
@@ -135,11 +150,15 @@ def test_a_folder_of_folders_has_no_advice_and_ends_no_fit(tmp_path: Path) -> No
     assert _advice((tmp_path,), DEFAULT_READING) == []
 
 
-def test_folders_of_one_name_below_different_ones_are_told_apart(logs: Path, tmp_path: Path) -> None:
+def test_folders_of_one_name_below_different_ones_are_told_apart(
+    logs: Path, tmp_path: Path
+) -> None:
     for place in ("one/logs", "two/logs"):
         (tmp_path / place).mkdir(parents=True)
         shutil.copy(logs / "unit20.csv", tmp_path / place / "1.csv")  # empty: a row with the reason
-    found = fit_many([tmp_path / "one", tmp_path / "two"], MODELS, out=tmp_path / "run", settings=FAST)
+    found = fit_many(
+        [tmp_path / "one", tmp_path / "two"], MODELS, out=tmp_path / "run", settings=FAST
+    )
     assert [row["device"] for row in found.fits] == ["one/logs/1.csv", "two/logs/1.csv"]
 
 
@@ -155,8 +174,19 @@ def test_what_cannot_be_is_said(logs: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_command_writes_a_report(logs: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    words = ["fit-many", str(logs), "--models", "quadratic", "--lag", "none", "--out", str(tmp_path / "run")]
+def test_the_command_writes_a_report(
+    logs: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    words = [
+        "fit-many",
+        str(logs),
+        "--models",
+        "quadratic",
+        "--lag",
+        "none",
+        "--out",
+        str(tmp_path / "run"),
+    ]
     assert main(words) == 0
     said = capsys.readouterr().out
     assert "SYNTHETIC" in said
@@ -219,7 +249,9 @@ def test_the_same_tables_on_processes_and_on_dask(fleet: Fleet, logs: Path, tmp_
             if done == 1:
                 kill_a_worker(address)
 
-        made = fit_many(logs, MODELS, out=tmp_path / "d", settings=FAST, cluster=address, progress=kill)
+        made = fit_many(
+            logs, MODELS, out=tmp_path / "d", settings=FAST, cluster=address, progress=kill
+        )
         assert peak(scheduler) < 200.0
         assert os.path.exists(f"/proc/{scheduler}"), "a cluster that was running goes on"
     assert made.digest == fleet.digest
@@ -231,7 +263,9 @@ def test_a_fleet_takes_the_window_and_the_rate_that_were_given(tmp_path: Path) -
     window = LogOptions(begin="200ms", end="0.7", resample="500 Hz")
     (direct,) = window.read([log])
     assert direct.period == pytest.approx(2e-3)
-    task = DeviceTask("log", (str(log),), Settings(("quadratic",), lag="none"), window.how(), "single")
+    task = DeviceTask(
+        "log", (str(log),), Settings(("quadratic",), lag="none"), window.how(), "single"
+    )
     found = fit_device(task)["run"]["logs"][0]
     assert (found["rows"], found["period_s"]) == (direct.rows, direct.period)
 
@@ -239,8 +273,21 @@ def test_a_fleet_takes_the_window_and_the_rate_that_were_given(tmp_path: Path) -
 @pytest.mark.parametrize(("low", "recommended"), [(0.9, True), (-0.1, False)])
 def test_a_log_that_no_model_explains_recommends_none(low: float, recommended: bool) -> None:
     figures = {"rmse": [1.0, 0.9, 1.1], "share": [0.3, 0.2, 0.4], "r2": [0.91, low, 0.95]}
-    entry = {"name": "bingham", "sound": True, "test": figures, "train": figures, "parameters_count": 5, "notes": []}
-    run = {"ranking": [entry], "recommended": "bingham", "findings": [], "train_rows": 7, "test_rows": 3}
+    entry = {
+        "name": "bingham",
+        "sound": True,
+        "test": figures,
+        "train": figures,
+        "parameters_count": 5,
+        "notes": [],
+    }
+    run = {
+        "ranking": [entry],
+        "recommended": "bingham",
+        "findings": [],
+        "train_rows": 7,
+        "test_rows": 3,
+    }
     assert _fit_row({**run, "units": {"effort": "N*m"}}, entry)["recommended"] is recommended
 
 
@@ -257,7 +304,10 @@ def body_of(device: str, values: dict[str, float], failed: str) -> dict[str, obj
 
 
 def test_a_number_of_the_name_that_is_called_as_a_column_keeps_the_column(tmp_path: Path) -> None:
-    bodies = [body_of("B01.csv", {"device": 1.0, "week": 4.0}, "no slip"), body_of("B01_repeat.csv", {}, "no match")]
+    bodies = [
+        body_of("B01.csv", {"device": 1.0, "week": 4.0}, "no slip"),
+        body_of("B01_repeat.csv", {}, "no match"),
+    ]
     tables_of(bodies, "week", 0).write(tmp_path)
     fits = pq.read_table(tmp_path / "fits.parquet").to_pydict()
     assert fits["device"] == ["B01.csv", "B01_repeat.csv"]
@@ -270,7 +320,12 @@ def test_a_yield_effort_at_another_field_is_not_compared() -> None:
     for week in range(8):
         shorter = week == 4
         effort = (3.9 if shorter else 4.7) + 0.01 * (week % 3)
-        number = {"name": "T_y", "meaning": "yield effort at the reference field", "value": effort, "at_bound": None}
+        number = {
+            "name": "T_y",
+            "meaning": "yield effort at the reference field",
+            "value": effort,
+            "at_bound": None,
+        }
         viscous = {
             "name": "eta",
             "meaning": "viscous effort per slip",
@@ -279,11 +334,25 @@ def test_a_yield_effort_at_another_field_is_not_compared() -> None:
         }
         fit: dict[str, Any] = {"parameters": [], "converged": True}
         for each, unit in ((number, "N*m"), (viscous, "N*m/(rad/s)")):
-            fit["parameters"].append({**each, "low": 0.99 * each["value"], "high": 1.01 * each["value"], "unit": unit})
+            fit["parameters"].append(
+                {**each, "low": 0.99 * each["value"], "high": 1.01 * each["value"], "unit": unit}
+            )
         figures = {"rmse": [0.1, 0.09, 0.11], "share": [0.1, 0.09, 0.11], "r2": [0.99, 0.98, 1.0]}
-        model = {"name": "bingham", "sound": True, "test": figures, "train": figures, "parameters_count": 2}
+        model = {
+            "name": "bingham",
+            "sound": True,
+            "test": figures,
+            "train": figures,
+            "parameters_count": 2,
+        }
         model |= {"notes": [], "fit": fit}
-        run = {"ranking": [model], "recommended": "bingham", "best": "bingham", "findings": [], "train_rows": 9}
+        run = {
+            "ranking": [model],
+            "recommended": "bingham",
+            "best": "bingham",
+            "findings": [],
+            "train_rows": 9,
+        }
         run |= {"test_rows": 4, "units": {"effort": "N*m"}}
         body = body_of(f"W{week}", {}, "")
         bodies.append({**body, "run": run, "reference_field": 0.9 if shorter else 1.2})
@@ -305,12 +374,22 @@ def test_several_devices_in_one_trend_are_told(fleet: Fleet) -> None:
     series = fleet.stands_for[0]
     weeks = np.repeat(np.arange(6.0), 3)
     three = replace(series, x=weeks)
-    assert mixed([three], "week").startswith("3 logs stand at one week: a trend over several devices hides the drift")
-    alone = replace(series, x=np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0]))  # one week was measured twice
+    assert mixed([three], "week").startswith(
+        "3 logs stand at one week: a trend over several devices hides the drift"
+    )
+    alone = replace(
+        series, x=np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0])
+    )  # one week was measured twice
     assert mixed([alone], "week") == mixed([], "week") == ""
 
 
 def test_a_pattern_that_no_name_matches_is_told_as_the_reason() -> None:
-    bodies = [body_of("B01.csv", {}, "B01.csv: the file's name does not match the pattern '{device}_{week}'")]
-    with pytest.raises(SettingError, match=r"no log has a number 'week'; .* does not match the pattern"):
+    bodies = [
+        body_of(
+            "B01.csv", {}, "B01.csv: the file's name does not match the pattern '{device}_{week}'"
+        )
+    ]
+    with pytest.raises(
+        SettingError, match=r"no log has a number 'week'; .* does not match the pattern"
+    ):
         tables_of(bodies, "week", 0)

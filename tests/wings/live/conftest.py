@@ -27,7 +27,9 @@ class RingWriter(RingReader):
         size = HEADER.itemsize
         self._header = np.memmap(path, HEADER, "r+", shape=1)
         self._head = self._header["head"]
-        self._frames = np.memmap(path, FRAME, "r+", size, self.info.capacity)  # as the loop calls its numbers
+        self._frames = np.memmap(
+            path, FRAME, "r+", size, self.info.capacity
+        )  # as the loop calls its numbers
 
     def write(self, frame: Any) -> None:
         """Append one frame (a record or 0-d array of dtype `FRAME`); its number is set here."""
@@ -74,9 +76,15 @@ def _as_filtered(rate: Any) -> Any:
 
 def _asks(frame: Any, model: Any, wanted: float, near: float) -> bool:
     speeds = float(frame["theta_dot"]), float(frame["alpha_dot"])
-    if abs(model.steady((float(frame["field1"]), float(frame["field2"]), *speeds)) - wanted) <= near:
+    if (
+        abs(model.steady((float(frame["field1"]), float(frame["field2"]), *speeds)) - wanted)
+        <= near
+    ):
         return True
-    return abs(float(frame["field1"] - frame["field2"]) - model.inverse((0.0, 0.0, *speeds), wanted)) < 1e-9
+    return (
+        abs(float(frame["field1"] - frame["field2"]) - model.inverse((0.0, 0.0, *speeds), wanted))
+        < 1e-9
+    )
 
 
 @pytest.fixture

@@ -12,13 +12,21 @@ from erclutch.wings.live.c_build import SOURCES, build
 
 @pytest.fixture(scope="module")
 def library() -> ctypes.CDLL:
-    made = ctypes.CDLL(str(build("erclutch-test-clock.so", [SOURCES / "erc_realtime.c"], shared=True)))
+    made = ctypes.CDLL(
+        str(build("erclutch-test-clock.so", [SOURCES / "erc_realtime.c"], shared=True))
+    )
     made.erc_now.restype = ctypes.c_uint64
     return made
 
 
 def test_the_clock_is_pythons(library: ctypes.CDLL) -> None:
-    seen = [time.monotonic_ns(), library.erc_now(), time.monotonic_ns(), library.erc_now(), time.monotonic_ns()]
+    seen = [
+        time.monotonic_ns(),
+        library.erc_now(),
+        time.monotonic_ns(),
+        library.erc_now(),
+        time.monotonic_ns(),
+    ]
     assert seen == sorted(seen)
 
 

@@ -34,7 +34,9 @@ ADVISORY = {"2.5", "8.7", "8.9", "12.1", "12.3", "13.4", "15.5", "17.8", "19.2"}
 
 
 def numbers(members: list[str]) -> type[ctypes.Structure]:
-    fields = [(name, ctypes.c_uint32 if name == "observer" else ctypes.c_double) for name in members]
+    fields = [
+        (name, ctypes.c_uint32 if name == "observer" else ctypes.c_double) for name in members
+    ]
     fields = [(name, ctypes.c_uint64 if name == "period_ns" else kind) for name, kind in fields]
     return type("Numbers", (ctypes.Structure,), {"_fields_": fields})
 
@@ -48,7 +50,9 @@ def compiled(model: Any, folder: Path, *more: str) -> ctypes.CDLL:
     size = '#include "m.h"\nunsigned size(void) { return (unsigned)sizeof(m_controller); }\n'
     (folder / "size.c").write_text(size)
     sources = [*files, *(folder / name for name in ("size.c", *more))]
-    texts = sorted((file.name, file.read_text()) for file in folder.iterdir() if file.suffix in (".c", ".h"))
+    texts = sorted(
+        (file.name, file.read_text()) for file in folder.iterdir() if file.suffix in (".c", ".h")
+    )
     key = str(texts)
     if key not in _COMPILED:
         # Optimisation gives the same bits, as `test_the_same_bits_everywhere` shows, and takes most of the time.
@@ -68,15 +72,21 @@ def steady(lib: ctypes.CDLL, program: Any, share: float, speed: float) -> float:
 
 
 @pytest.mark.parametrize("observer", slow_but(["motion"], ["none", "sensor", "motion"]))
-@pytest.mark.parametrize("label", slow_but(BRAKES, ("bingham+rise-fall, coaxial", "casson+lag, single")))
-def test_the_controller_is_the_loop_s(label: str, observer: Any, models: Mapping[str, Any], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "label", slow_but(BRAKES, ("bingham+rise-fall, coaxial", "casson+lag, single"))
+)
+def test_the_controller_is_the_loop_s(
+    label: str, observer: Any, models: Mapping[str, Any], tmp_path: Path
+) -> None:
     """Fields and estimate of the loop, fed with what the loop saw, but for the last digits of libm's exp and tanh."""
     model = models[label]
     program = step_of(model, FLOAT64)
     device = model.structure.device
     rows, speed = 900, 0.3 * max(abs(x) for x in program.slip.range)
     lib = compiled(model, tmp_path)
-    low, high = (steady(lib, program, share, speed) for share in (0.2 if device == "single" else -0.7, 0.7))
+    low, high = (
+        steady(lib, program, share, speed) for share in (0.2 if device == "single" else -0.7, 0.7)
+    )
     middle, top = 0.5 * (low + high), 0.5 * (high - low)
     asked = LoopProgram("torque", Mode.TORQUE, Waveform.SINE, top, 4.0, middle, motor_torque=0.1)
     start = controller.defaults(program)
@@ -121,7 +131,9 @@ def test_the_controller_is_the_loop_s(label: str, observer: Any, models: Mapping
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("label", slow_but(BRAKES, ("fnn-16, coaxial", "hem, coaxial", "bingham, single")))
+@pytest.mark.parametrize(
+    "label", slow_but(BRAKES, ("fnn-16, coaxial", "hem, coaxial", "bingham, single"))
+)
 def test_an_estimate_that_the_inverse_has_said_has_the_bits_of_the_model(
     label: str, models: Mapping[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -129,7 +141,10 @@ def test_an_estimate_that_the_inverse_has_said_has_the_bits_of_the_model(
     program = step_of(models[label], FLOAT64)
     rows = controller.sample_rows(program)
     rows[40::50, 2:4] = (1.7e308, -1.7e308)  # both are finite, their difference is not
-    wide = {**controller.defaults(program), "field_limit": 1.4 * program.field.range[1]}  # beyond what the log has
+    wide = {
+        **controller.defaults(program),
+        "field_limit": 1.4 * program.field.range[1],
+    }  # beyond what the log has
     printed: list[bytes] = []
     for again in (False, True):
         if again:
@@ -138,15 +153,22 @@ def test_an_estimate_that_the_inverse_has_said_has_the_bits_of_the_model(
         lib = compiled(models[label], tmp_path / str(again))
         assert ("step_known" in (tmp_path / str(again) / "m.c").read_text()) is not again
         for observer in (1, 2, 3):
-            config = numbers([*controller.settings_of()])(**{**wide, "period_ns": 1_000_000, "observer": observer})
+            config = numbers([*controller.settings_of()])(
+                **{**wide, "period_ns": 1_000_000, "observer": observer}
+            )
             memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
             assert lib.m_control_reset(memory, ctypes.byref(config)) == 1
-            told = [(lib.m_control_step(memory, (ctypes.c_double * 7)(*row), out), bytes(out)) for row in rows]
+            told = [
+                (lib.m_control_step(memory, (ctypes.c_double * 7)(*row), out), bytes(out))
+                for row in rows
+            ]
             printed.append(repr(told).encode())
     assert printed[:3] == printed[3:]
 
 
-def test_a_single_device_may_turn_fast_while_it_hardly_slips(models: Mapping[str, Any], tmp_path: Path) -> None:
+def test_a_single_device_may_turn_fast_while_it_hardly_slips(
+    models: Mapping[str, Any], tmp_path: Path
+) -> None:
     """A clutch between two shafts: the log's slip says nothing of how fast both turn."""
     program = step_of(models["bingham, single"], FLOAT64)
     lib = compiled(models["bingham, single"], tmp_path)
@@ -193,7 +215,9 @@ def test_a_speed_that_jumps_is_told_and_asks_for_no_field(
     assert events & doubted == doubted
     assert out[0] == 0.0
     assert out[2] == pytest.approx(estimate, rel=0.01), "the model keeps the last good speeds"
-    told = [lib.m_control_step(memory, (ctypes.c_double * 7)(*jump), out) & doubted for _ in range(5)]
+    told = [
+        lib.m_control_step(memory, (ctypes.c_double * 7)(*jump), out) & doubted for _ in range(5)
+    ]
     assert told[-1] == 0, "a speed that lasts is one"
 
 
@@ -207,7 +231,9 @@ def test_a_sample_that_cannot_be_does_no_harm_for_long(
     lib = compiled(models["bingham, single"], tmp_path)
     wanted = steady(lib, program, 0.5, 20.0)
     given = {"period_ns": 1_000_000, "observer": observer, "integral_rate": 5.0, "gain_rate": 2.0}
-    config = numbers([*controller.settings_of()])(**{**controller.defaults(program), **given, "drive_inertia": 2e-4})
+    config = numbers([*controller.settings_of()])(
+        **{**controller.defaults(program), **given, "drive_inertia": 2e-4}
+    )
     fields: list[float] = []
     for spike in (1e30, -1e30):
         memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
@@ -229,21 +255,29 @@ def test_a_sample_that_cannot_be_does_no_harm_for_long(
 @pytest.mark.parametrize("label", ["bingham, single", "hem+rise-fall, coaxial", "fnn-16, coaxial"])
 @pytest.mark.parametrize("options", [FLOAT32, FLOAT64], ids=["float32", "float64"])
 def test_the_same_bits_everywhere(
-    label: str, options: ExportOptions, models: Mapping[str, Any], tmp_path: Path, need: Callable[..., None]
+    label: str,
+    options: ExportOptions,
+    models: Mapping[str, Any],
+    tmp_path: Path,
+    need: Callable[..., None],
 ) -> None:
     need("gcc", "make")
     folder = export_model(models[label], tmp_path / "out", "controller", options)
     checks = verify_export(folder)
     assert all(check.passed for check in checks)
     assert sum(check.where.startswith("controller") for check in checks) >= 2
-    said = subprocess.run(["make", "-C", str(folder), "check"], capture_output=True, text=True, check=True).stdout
+    said = subprocess.run(
+        ["make", "-C", str(folder), "check"], capture_output=True, text=True, check=True
+    ).stdout
     assert "512 samples through the controller, 0 not to the bit" in said
     bench = folder / "m_control_check.c"
     text = bench.read_text()
     first = re.search(r"answers\[512\]\[4\] = \{\n    \{(0x[0-9a-f]+)", text)
     assert first is not None
     bench.write_text(f"{text[: first.start(1)]}0x3f000001{text[first.end(1) :]}")
-    failed = subprocess.run(["make", "-C", str(folder), "check"], capture_output=True, text=True, check=False)
+    failed = subprocess.run(
+        ["make", "-C", str(folder), "check"], capture_output=True, text=True, check=False
+    )
     assert failed.returncode != 0
     assert "1 not to the bit" in failed.stdout
     with pytest.raises(ExportError, match="was changed after the export"):
@@ -267,18 +301,27 @@ unsigned finite(const m_controller *c)
 
 
 @pytest.mark.slow
-def test_whatever_a_reset_accepts_nothing_overflows(models: Mapping[str, Any], tmp_path: Path) -> None:
+def test_whatever_a_reset_accepts_nothing_overflows(
+    models: Mapping[str, Any], tmp_path: Path
+) -> None:
     """Each setting at the ends of its range, with samples of any size: what the stages keep stays finite."""
     (tmp_path / "kept.c").write_text(KEPT)
     lib = compiled(models["bingham, single"], tmp_path, "kept.c")
     program, rng = step_of(models["bingham, single"], FLOAT64), np.random.default_rng(1)
     effort = steady(lib, program, 0.5, 20.0)
-    plain = {**controller.defaults(program), "period_ns": 1_000_000, "integral_rate": 5.0, "gain_rate": 2.0}
+    plain = {
+        **controller.defaults(program),
+        "period_ns": 1_000_000,
+        "integral_rate": 5.0,
+        "gain_rate": 2.0,
+    }
     out = (ctypes.c_double * 3)()
     for name in [*controller.settings_of()][1:-1]:
         for end in (SETTINGS[name].least, MOST):
             for observer in (1, 2, 3):
-                config = numbers([*controller.settings_of()])(**{**plain, name: end, "observer": observer})
+                config = numbers([*controller.settings_of()])(
+                    **{**plain, name: end, "observer": observer}
+                )
                 memory = ctypes.create_string_buffer(lib.size())
                 assert lib.m_control_reset(memory, ctypes.byref(config)) == 1, (name, end)
                 for k in range(80):
@@ -289,14 +332,25 @@ def test_whatever_a_reset_accepts_nothing_overflows(models: Mapping[str, Any], t
                     assert lib.finite(memory) == 0, (name, end, observer, k, lib.finite(memory))
 
 
-def test_settings_that_cannot_be_leave_the_field_at_zero(models: Mapping[str, Any], tmp_path: Path) -> None:
+def test_settings_that_cannot_be_leave_the_field_at_zero(
+    models: Mapping[str, Any], tmp_path: Path
+) -> None:
     lib = compiled(models["bingham, single"], tmp_path)
     program = step_of(models["bingham, single"], FLOAT64)
     good = {**controller.defaults(program), "period_ns": 1_000_000, "observer": 1}
     memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
-    sample = (ctypes.c_double * 7)(steady(lib, program, 0.5, 20.0), 0.0, 20.0, 0.0, 0.0, np.nan, 0.0)
-    spoilt = [("period_ns", 99_999), ("observer", 4), ("drive_drag_2", np.nan), ("torque_scale", 0.0)]
-    spoilt += [(name, -1.0) for name in ("field_limit", "torque_lead", "rise_rate", "stroke")] + [("fall_rate", np.inf)]
+    sample = (ctypes.c_double * 7)(
+        steady(lib, program, 0.5, 20.0), 0.0, 20.0, 0.0, 0.0, np.nan, 0.0
+    )
+    spoilt = [
+        ("period_ns", 99_999),
+        ("observer", 4),
+        ("drive_drag_2", np.nan),
+        ("torque_scale", 0.0),
+    ]
+    spoilt += [(name, -1.0) for name in ("field_limit", "torque_lead", "rise_rate", "stroke")] + [
+        ("fall_rate", np.inf)
+    ]
     for name, value in [("", 0.0), *spoilt]:
         config = numbers([*controller.settings_of()])(**({**good, name: value} if name else good))
         assert lib.m_control_reset(memory, ctypes.byref(config)) == (not name), name
@@ -307,7 +361,12 @@ def test_settings_that_cannot_be_leave_the_field_at_zero(models: Mapping[str, An
 
 def test_a_model_with_further_inputs_is_refused(models: Mapping[str, Any], tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="gives its model fields and speeds, and nothing else"):
-        export_model(models["bingham, single"], tmp_path / "out", "controller", replace(FLOAT64, inputs="angles"))
+        export_model(
+            models["bingham, single"],
+            tmp_path / "out",
+            "controller",
+            replace(FLOAT64, inputs="angles"),
+        )
     assert not (tmp_path / "out").exists()
 
 
@@ -315,7 +374,11 @@ def test_a_model_with_further_inputs_is_refused(models: Mapping[str, Any], tmp_p
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_no_warning(
-    compiler: str, precision: Any, models: Mapping[str, Any], tmp_path: Path, need: Callable[..., None]
+    compiler: str,
+    precision: Any,
+    models: Mapping[str, Any],
+    tmp_path: Path,
+    need: Callable[..., None],
 ) -> None:
     need(compiler)
     more = ("-Wshadow", "-Wcast-qual", "-Wstrict-prototypes", "-Wdouble-promotion")
@@ -331,8 +394,14 @@ def test_no_warning(
         words = [compiler, *EXACT, *STRICT, *more, "-c", str(file), "-o", str(tmp_path / "m.o")]
         done = subprocess.run(words, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-        calls = subprocess.run(["nm", "-u", str(tmp_path / "m.o")], capture_output=True, text=True, check=True).stdout
-        assert set(re.findall(r"U (\w+)", calls)) <= {"memcpy", "memset", "_GLOBAL_OFFSET_TABLE_"}, "no libm"
+        calls = subprocess.run(
+            ["nm", "-u", str(tmp_path / "m.o")], capture_output=True, text=True, check=True
+        ).stdout
+        assert set(re.findall(r"U (\w+)", calls)) <= {
+            "memcpy",
+            "memset",
+            "_GLOBAL_OFFSET_TABLE_",
+        }, "no libm"
 
 
 @pytest.mark.slow
@@ -342,7 +411,11 @@ def test_no_required_rule_of_misra_is_broken(
     need("cppcheck")
     controller.write_core(step_of(models["hem+rise-fall, coaxial"], FLOAT32), tmp_path)
     words = ["cppcheck", "--std=c99", "--addon=misra", "--enable=warning,portability", "-q"]
-    words += ["--suppress=incorrectLogicOperator", "--suppress=missingIncludeSystem", str(tmp_path / "m.c")]
+    words += [
+        "--suppress=incorrectLogicOperator",
+        "--suppress=missingIncludeSystem",
+        str(tmp_path / "m.c"),
+    ]
     said = subprocess.run(words, capture_output=True, text=True, check=True).stderr
     found = set(re.findall(r"\[misra-c2012-([\d.]+)\]$", said, re.MULTILINE))
     assert "19.2" in found, "the addon ran"
@@ -363,27 +436,39 @@ def test_no_alarm_and_all_within_limits_for_any_bits(
     assert source.count("assert \\is_finite(value);") == 1, (
         "the one fact more than of the model, behind the test of bits"
     )
-    (tmp_path / "m.c").write_text(source.replace("return value < low ? low : high;", "return value;"), encoding="ascii")
-    spoilt = proof.analysed(tmp_path, ["limits.c"], "-eva-slevel", "200", "-eva-partition-history", "2")
+    (tmp_path / "m.c").write_text(
+        source.replace("return value < low ? low : high;", "return value;"), encoding="ascii"
+    )
+    spoilt = proof.analysed(
+        tmp_path, ["limits.c"], "-eva-slevel", "200", "-eva-partition-history", "2"
+    )
     assert not all(spoilt.shown["first"])
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("options", [FLOAT32, FLOAT64], ids=["float32", "float64"])
-def test_the_controller_in_an_fmu(options: ExportOptions, models: Mapping[str, Any], tmp_path: Path) -> None:
+def test_the_controller_in_an_fmu(
+    options: ExportOptions, models: Mapping[str, Any], tmp_path: Path
+) -> None:
     """The C's bits through FMPy; a setting is a parameter, and a setting that cannot be leaves the fields at zero."""
     fmpy = pytest.importorskip("fmpy", reason="pip install fmpy")
-    folder = export_model(models["bingham+rise-fall, coaxial"], tmp_path / "out", "controller-fmu", options)
+    folder = export_model(
+        models["bingham+rise-fall, coaxial"], tmp_path / "out", "controller-fmu", options
+    )
     (check,) = verify_export(folder)
     assert check.passed
     assert check.count == 512
     program = step_of(models["bingham+rise-fall, coaxial"], options)
-    wanted = np.array([(t, 0.5 * program.scale) for t in (0.0, 1.0)], [("time", float), ("wanted", float)])
+    wanted = np.array(
+        [(t, 0.5 * program.scale) for t in (0.0, 1.0)], [("time", float), ("wanted", float)]
+    )
     for limit, most in ((None, program.field.range[1]), (0.25, 0.25), (-1.0, 0.0)):
         given = {} if limit is None else {"field_limit": limit}
         given |= {"theta_dot": 10.0}
-        found = fmpy.simulate_fmu(str(folder / "m_fmi3.fmu"), stop_time=0.1, start_values=given, input=wanted)
+        found = fmpy.simulate_fmu(
+            str(folder / "m_fmi3.fmu"), stop_time=0.1, start_values=given, input=wanted
+        )
         top = float(np.max(np.maximum(found["field1"], found["field2"])))
         assert top == pytest.approx(min(most, top), rel=1e-6), limit
         assert (top > 0.0) == (limit is None or limit > 0.0), limit

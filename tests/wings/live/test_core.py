@@ -70,16 +70,27 @@ def run(core: Core, samples: Any) -> Any:
 
 def test_layouts_are_those_of_c(tmp_path: Path) -> None:
     """Sizes and places as the compiler has them, of all that Python reads from the header."""
-    types = {"frame": FRAME, "ring_header": HEADER, "sample": SAMPLE, "command": COMMAND, "order": ORDER}
+    types = {
+        "frame": FRAME,
+        "ring_header": HEADER,
+        "sample": SAMPLE,
+        "command": COMMAND,
+        "order": ORDER,
+    }
     types |= {"program": PROGRAM, "config": CONFIG}
     facts = [f"sizeof(erc_{name}) == {dtype.itemsize}" for name, dtype in types.items()]
     for name, dtype in types.items():
-        facts += [f"offsetof(erc_{name}, {part}) == {at}" for part, (_, at, *_) in dict(dtype.fields or {}).items()]
+        facts += [
+            f"offsetof(erc_{name}, {part}) == {at}"
+            for part, (_, at, *_) in dict(dtype.fields or {}).items()
+        ]
     facts += [f"(uint64_t){name} == {value}u" for name, value in CONSTANTS.items()]
     facts += [f"ERC_{name.upper().replace('-', '_')} == {bit}u" for name, bit in EVENT_BITS.items()]
     checks = "".join(f'_Static_assert({fact}, "{fact}");\n' for fact in facts)
     source = tmp_path / "layout.c"
-    source.write_text(f'#include "erc_layout.h"\n#include <stddef.h>\n{checks}int main(void) {{ return 0; }}\n')
+    source.write_text(
+        f'#include "erc_layout.h"\n#include <stddef.h>\n{checks}int main(void) {{ return 0; }}\n'
+    )
     build("layout", [source], flags=("-I", str(SOURCES)))
     assert len(facts) > 150
     assert len(EVENTS) <= 32
@@ -93,10 +104,14 @@ def test_the_header_is_read_whole() -> None:
     header, settings = ((SOURCES / f"erc_{name}.h").read_text() for name in ("layout", "settings"))
     names = re.findall(r"^ERC_SETTING\(\w+, (\w+)\)", settings, re.MULTILINE)
     assert names == [*SETTINGS]
-    header = header.replace('#include "erc_settings.h"', " ".join(f"double {name};" for name in names))
+    header = header.replace(
+        '#include "erc_settings.h"', " ".join(f"double {name};" for name in names)
+    )
     code = re.sub(r"/\*.*?\*/", "", header, flags=re.DOTALL)
     for body, name in re.findall(r"typedef struct \{(.*?)\} (\w+);", code, re.DOTALL):
-        assert set(re.findall(r"[ ,](\w+)(?:\[\w+\])?(?=[,;])", body)) == set(STRUCTS[name].names or ()), name
+        assert set(re.findall(r"[ ,](\w+)(?:\[\w+\])?(?=[,;])", body)) == set(
+            STRUCTS[name].names or ()
+        ), name
     assert set(re.findall(r"\b(ERC_[A-Z_0-9]+) = ", code)) <= set(CONSTANTS)
     assert len(re.findall(r"= 1u << ", code)) == len(EVENTS)
 
@@ -112,9 +127,13 @@ def test_no_circle_in_c() -> None:
         below.setdefault(file.stem, set()).update(names - {file.stem})
     assert list(TopologicalSorter(below).static_order())  # raises CycleError
     for file in SOURCES.glob("*.h"):
-        declared = re.findall(r"^(?!typedef)\w[\w *]*?\**(erc_\w+)\(", file.read_text(), re.MULTILINE)
+        declared = re.findall(
+            r"^(?!typedef)\w[\w *]*?\**(erc_\w+)\(", file.read_text(), re.MULTILINE
+        )
         code = file.with_suffix(".c").read_text() if declared else ""
-        assert all(re.search(rf"^\w.*\b{name}\(.*[{{,]$", code, re.MULTILINE) for name in declared), (
+        assert all(
+            re.search(rf"^\w.*\b{name}\(.*[{{,]$", code, re.MULTILINE) for name in declared
+        ), (
             file.name,
             declared,
         )
@@ -124,7 +143,9 @@ def test_a_name_is_defined_once_or_alike() -> None:
     """The exported controller is several of these files in one: what one defines, another must not define otherwise."""
     defined: dict[str, str] = {}
     for file in SOURCES.glob("*.c"):
-        for name, text in re.findall(r"^#define (\w+) (.*?)\s*(?:/\*.*)?$", file.read_text(), re.MULTILINE):
+        for name, text in re.findall(
+            r"^#define (\w+) (.*?)\s*(?:/\*.*)?$", file.read_text(), re.MULTILINE
+        ):
             assert defined.setdefault(name, text) == text, (file.name, name)
 
 
@@ -136,13 +157,21 @@ def test_a_name_is_defined_once_or_alike() -> None:
     session=st.integers(0, 2**32 - 1),
 )
 @settings(max_examples=examples(50), deadline=None)
-def test_packets_are_those_of_c(seq: int, values: tuple[float, ...], word: int, device: int, session: int) -> None:
+def test_packets_are_those_of_c(
+    seq: int, values: tuple[float, ...], word: int, device: int, session: int
+) -> None:
     library = ctypes.CDLL(str(core_library()))
-    sample, command, out = np.zeros(1, SAMPLE), np.zeros(1, COMMAND), ctypes.create_string_buffer(64)
+    sample, command, out = (
+        np.zeros(1, SAMPLE),
+        np.zeros(1, COMMAND),
+        ctypes.create_string_buffer(64),
+    )
     sample[0] = (seq, seq // 2, *values, word, device)
     command[0] = (seq, seq // 3, *values, word, device)
     library.erc_put_sample(out, ctypes.c_uint32(session), ctypes.c_void_p(sample.ctypes.data))
-    assert out.raw == pack_sensors(SensorPacket(session, seq, seq // 2, *values, status=word, device=device))
+    assert out.raw == pack_sensors(
+        SensorPacket(session, seq, seq // 2, *values, status=word, device=device)
+    )
     library.erc_put_command(out, ctypes.c_uint32(session), ctypes.c_void_p(command.ctypes.data))
     packet = CommandPacket(session, seq, seq // 3, *values, flags=word, device=device)
     assert out.raw == pack_command(packet)
@@ -187,7 +216,9 @@ def test_torque_control_finds_the_field_for_a_torque(bingham: Path) -> None:
     samples = moving()
     samples["alpha"] = 0.0
     program = LoopProgram("torque", Mode.TORQUE, Waveform.SINE, 0.2, 1.0, motor_torque=0.1)
-    chosen = LoopSettings(programs=(program,), torque_p=0.1, torque_i=20.0, rise_rate=1e6, fall_rate=1e6)
+    chosen = LoopSettings(
+        programs=(program,), torque_p=0.1, torque_i=20.0, rise_rate=1e6, fall_rate=1e6
+    )
     frames = run(Core(chosen, bingham), samples)
     off = frames["estimate"] - frames["reference"]
     assert float(np.max(np.abs(off[200:]))) < 0.005
@@ -204,14 +235,17 @@ def test_the_estimate_is_the_model_of_applied_fields_and_speeds(bingham: Path) -
     frames = run(Core(LoopSettings(programs=(program,)), bingham), moving())
     offline = CompiledModel(bingham)
     for frame in frames:
-        effort = offline.step(*(float(frame[n]) for n in ("field1", "field2", "theta_dot", "alpha_dot")))
+        effort = offline.step(
+            *(float(frame[n]) for n in ("field1", "field2", "theta_dot", "alpha_dot"))
+        )
         assert (effort, offline.flags) == (frame["estimate"], frame["flags"])
 
 
 @pytest.mark.slow
 @given(
     asks=st.lists(
-        st.tuples(*[st.floats(allow_nan=True, allow_infinity=True, width=32)] * 3) | st.tuples(*[st.floats(-1, 1)] * 3),
+        st.tuples(*[st.floats(allow_nan=True, allow_infinity=True, width=32)] * 3)
+        | st.tuples(*[st.floats(-1, 1)] * 3),
         min_size=1,
         max_size=40,
     ),
@@ -226,7 +260,12 @@ def test_interlock_holds_whatever_is_asked(
 ) -> None:
     program = LoopProgram("asked", Mode.FIELDS, Waveform.TABLE, table=np.array(asks, float))
     chosen = LoopSettings(
-        programs=(program,), field_limit=limit, rise_rate=rise, fall_rate=fall, stroke=stroke, motor_limit=0.3
+        programs=(program,),
+        field_limit=limit,
+        rise_rate=rise,
+        fall_rate=fall,
+        stroke=stroke,
+        motor_limit=0.3,
     )
     frames = run(Core(chosen), moving(len(asks) + 5))
     assert np.isfinite(frames["motor_torque"]).all()
@@ -310,7 +349,11 @@ def test_a_tripped_core_finds_a_rig_that_starts_anew_and_no_rig_that_is_stuck() 
 
 def test_a_reset_takes_from_the_model_what_it_remembers(tmp_path: Path) -> None:
     """A model that counts its steps begins again."""
-    source = (HERE / "bingham.c").read_text().replace("*effort = own->effort;", "*effort = (own->effort += 1.0);")
+    source = (
+        (HERE / "bingham.c")
+        .read_text()
+        .replace("*effort = own->effort;", "*effort = (own->effort += 1.0);")
+    )
     (tmp_path / "counts.c").write_text(source.replace("own->effort = value;", ""))
     core, samples = (
         Core(LoopSettings(programs=(REST,)), build("c.so", [tmp_path / "counts.c"], shared=True)),
@@ -325,7 +368,10 @@ def test_a_reset_takes_from_the_model_what_it_remembers(tmp_path: Path) -> None:
 
 def test_periods_that_were_slept_through_count() -> None:
     """The schedule without samples is one of time: hold 5, zero at the 14th period, tripped at the 21st."""
-    samples, settings = moving(), LoopSettings(programs=(LoopProgram("push", Mode.TRACK, amplitude=1000.0),))
+    samples, settings = (
+        moving(),
+        LoopSettings(programs=(LoopProgram("push", Mode.TRACK, amplitude=1000.0),)),
+    )
     core = Core(settings)
     run(core, samples[:100])
 
@@ -349,7 +395,9 @@ def test_one_delay_is_one_overrun() -> None:
     samples, core = moving(), Core(LoopSettings())
     run(core, samples[:100])
     steps = [(100, 15_100_000), (116, 0), (117, 0), (118, 1_050_000), (120, 0), (121, 0)]
-    frames = [core.step(samples[tick : tick + 1], tick, late_ns=late)[1].copy() for tick, late in steps]
+    frames = [
+        core.step(samples[tick : tick + 1], tick, late_ns=late)[1].copy() for tick, late in steps
+    ]
     overruns = [bool(frame["events"] & EVENT_BITS["overrun"]) for frame in frames]
     assert overruns == [False, True, False, False, True, False]
 
@@ -419,7 +467,12 @@ def _spoilt(samples: Any, k: int, draw: random.Random) -> Any:
 
 def spoilt_settings() -> LoopSettings:
     draw = random.Random(2)
-    table = np.array([[draw.uniform(-0.1, 0.7), draw.uniform(-0.1, 0.7), draw.uniform(-2, 2)] for _ in range(300)])
+    table = np.array(
+        [
+            [draw.uniform(-0.1, 0.7), draw.uniform(-0.1, 0.7), draw.uniform(-2, 2)]
+            for _ in range(300)
+        ]
+    )
     table[50] = np.nan
     programs = (
         LoopProgram("track", Mode.TRACK, Waveform.SINE, 5, 1.3, motor_torque=0.1, relative=True),
@@ -428,7 +481,9 @@ def spoilt_settings() -> LoopSettings:
         LoopProgram("waves", Mode.FIELDS, Waveform.SINE, 0.6, 10, soft=2.0),
         LoopProgram("far", Mode.TRACK, amplitude=100.0),
     )
-    chosen = LoopSettings(programs=programs, theta_wrap=2 * np.pi, stroke=4.5, torque_p=0.1, torque_i=5.0)
+    chosen = LoopSettings(
+        programs=programs, theta_wrap=2 * np.pi, stroke=4.5, torque_p=0.1, torque_i=5.0
+    )
     return replace(chosen, rise_rate=100.0, fall_rate=200.0, theta_glitch=20.0, alpha_glitch=45.0)
 
 
@@ -445,11 +500,15 @@ def test_frames_among_faults_are_those_on_record(bingham: Path) -> None:
     np.testing.assert_array_equal(frames["events"] & alike, record["events"] & alike)
     for name in FRAME.names or ():
         if FRAME[name] == np.float64:
-            np.testing.assert_allclose(frames[name][::20], record[name], rtol=1e-12, atol=1e-12, err_msg=name)
+            np.testing.assert_allclose(
+                frames[name][::20], record[name], rtol=1e-12, atol=1e-12, err_msg=name
+            )
     seen = int(np.bitwise_or.reduce(frames["events"]))
     unseen = [name for name, bit in EVENT_BITS.items() if not seen & bit]
     plausible = {"torque-doubted", "out-of-range", "stuck", "disagrees"}  # no limits are set here
-    assert set(unseen) <= {"bad-packet", "send-failed", "rig-fault", "unreachable"} | plausible, unseen
+    assert set(unseen) <= {"bad-packet", "send-failed", "rig-fault", "unreachable"} | plausible, (
+        unseen
+    )
 
 
 @pytest.mark.parametrize(
@@ -526,18 +585,24 @@ def test_no_model_is_no_model(tmp_path: Path) -> None:
 
 def test_a_model_runs_at_its_own_period_only() -> None:
     model = live_model(HERE / "model.json", "coaxial", period=2e-3)
-    with pytest.raises(LiveError, match=r"made for a period of 0\.002 s, the loop has 0\.001 s\. Give both"):
+    with pytest.raises(
+        LiveError, match=r"made for a period of 0\.002 s, the loop has 0\.001 s\. Give both"
+    ):
         Session(TWIN, LoopSettings(), model)
 
 
 def test_a_model_that_adapts_leaves_nothing_for_an_observer() -> None:
     model = live_model(HERE / "model.json", "coaxial", adapt=True)
-    with pytest.raises(LiveError, match=r"adapts to the torque sensor, and so does the observer by motion\. Leave out"):
+    with pytest.raises(
+        LiveError,
+        match=r"adapts to the torque sensor, and so does the observer by motion\. Leave out",
+    ):
         Session(TWIN, LoopSettings(observer="motion"), model)
 
 
 def test_a_model_of_another_unit_than_the_rigs_is_refused() -> None:
     with pytest.raises(
-        SettingError, match=r"the model's effort is in N\*m, and that of the rig in N\. Give a model.*--rig replay"
+        SettingError,
+        match=r"the model's effort is in N\*m, and that of the rig in N\. Give a model.*--rig replay",
     ):
         live_model(HERE / "model.json", "coaxial", units=Units("N", "", "rad/s"))

@@ -25,7 +25,9 @@ def test_damage_changes_no_name_unit_or_setting(tmp_path: Path, closed: bool) ->
     frames["seq"], frames["time_ns"] = np.arange(ROWS), 10**12 + 1_000_000 * np.arange(ROWS)
     for name in ("theta", "alpha_dot", "field1", "estimate", "torque"):
         frames[name] = rng.normal(size=ROWS)
-    file = FrameFile(tmp_path / "whole.mcap", RingInfo(model="fnn-16", digest="ab" * 32, start_ns=10**12))
+    file = FrameFile(
+        tmp_path / "whole.mcap", RingInfo(model="fnn-16", digest="ab" * 32, start_ns=10**12)
+    )
     for at in range(0, ROWS, CHUNK):
         file.write(frames[at : at + CHUNK])
     file.close()
@@ -34,7 +36,9 @@ def test_damage_changes_no_name_unit_or_setting(tmp_path: Path, closed: bool) ->
     for k in range(400):
         data = bytearray(source)
         for _ in range(rng.integers(1, 4)):
-            data[int(rng.integers(8, 4000 if rng.random() < 0.5 else len(data)))] ^= int(rng.integers(1, 256))
+            data[int(rng.integers(8, 4000 if rng.random() < 0.5 else len(data)))] ^= int(
+                rng.integers(1, 256)
+            )
         path = tmp_path / f"{k}.mcap"
         path.write_bytes(data)
         try:
@@ -46,6 +50,8 @@ def test_damage_changes_no_name_unit_or_setting(tmp_path: Path, closed: bool) ->
         rows = table.columns["seq"].astype(int)
         assert rows.size == ROWS or any("not closed" in note for note in table.notes)
         gaps = int((np.diff(rows) - 1).sum())
-        assert [note for note in table.notes if note.startswith(f"{gaps} messages are missing")] or not gaps
+        assert [
+            note for note in table.notes if note.startswith(f"{gaps} messages are missing")
+        ] or not gaps
         for name, values in intact.columns.items():
             assert np.array_equal(table.columns[name], values[rows], equal_nan=True), name

@@ -62,7 +62,9 @@ def peer(words: list[str]) -> Iterator[int]:
 def _with_peer(words: list[str]) -> tuple[RingReader, Any]:
     with peer(words) as port:
         rig = UdpRig("peer", "127.0.0.1", port, 42)
-        with Session(rig, LoopSettings(programs=(SINE,), late_trip=5.0), None, SessionOptions(seconds=3.0)) as session:
+        with Session(
+            rig, LoopSettings(programs=(SINE,), late_trip=5.0), None, SessionOptions(seconds=3.0)
+        ) as session:
             reader = session.reader()
             while session.running:
                 if reader.state is State.TRIPPED:
@@ -84,13 +86,17 @@ def _tracked(frames: Any, settling: int = 800) -> Any:
 def test_the_loop_tracks_with_a_peer(language: str) -> None:
     if language == "C":
         program = build(
-            "peer", [PEERS / "peer.c", SOURCES / "erc_packet.c"], flags=("-Wextra", "-Werror", f"-I{SOURCES}")
+            "peer",
+            [PEERS / "peer.c", SOURCES / "erc_packet.c"],
+            flags=("-Wextra", "-Werror", f"-I{SOURCES}"),
         )
         words = [str(program)]
     else:
         words = [sys.executable, str(PEERS / "peer.py")]
     settled: list[Any] = []
-    for _ in range(10):  # a machine that holds the peer up for 20 ms trips the loop: it is reset, and follows anew
+    for _ in range(
+        10
+    ):  # a machine that holds the peer up for 20 ms trips the loop: it is reset, and follows anew
         reader, frames = _with_peer(words)
         settled.append(_tracked(frames))
         if sum(map(len, settled)) > 1000:  # one period of the reference
@@ -115,20 +121,45 @@ def test_loop_under_sanitizers(bingham: Path) -> None:
         "-Wsign-conversion",
         "-Werror",
     )
-    program = build("loop-sanitized", sorted(SOURCES.glob("*.c")), libraries=("-lm", "-ldl"), flags=flags)
+    program = build(
+        "loop-sanitized", sorted(SOURCES.glob("*.c")), libraries=("-lm", "-ldl"), flags=flags
+    )
     from erclutch.wings.rig.packet import SensorPacket, pack_sensors
 
     rng = random.Random(1)
-    with tempfile.TemporaryDirectory() as name, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
+    with (
+        tempfile.TemporaryDirectory() as name,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig,
+    ):
         folder = Path(name)
         rig.bind(("127.0.0.1", 0))
         rig.setblocking(False)
         torque = LoopProgram("torque", Mode.TORQUE, Waveform.SQUARE, 0.1, 50.0, motor_torque=0.1)
-        (folder / "config").write_bytes(config_of(LoopSettings(programs=(SINE, torque), theta_wrap=1.0))[0])
+        (folder / "config").write_bytes(
+            config_of(LoopSettings(programs=(SINE, torque), theta_wrap=1.0))[0]
+        )
         ring = make_ring(folder / "ring", RingInfo(capacity=64))
-        words = ["--config", f"{folder}/config", "--ring", str(ring), "--udp", "127.0.0.1", str(rig.getsockname()[1])]
+        words = [
+            "--config",
+            f"{folder}/config",
+            "--ring",
+            str(ring),
+            "--udp",
+            "127.0.0.1",
+            str(rig.getsockname()[1]),
+        ]
         loop = subprocess.Popen(
-            [str(program), *words, "0", "5", "--model", str(bingham), "0" * 63 + "1", "--orders", "0"],
+            [
+                str(program),
+                *words,
+                "0",
+                "5",
+                "--model",
+                str(bingham),
+                "0" * 63 + "1",
+                "--orders",
+                "0",
+            ],
             stdin=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )
@@ -136,20 +167,30 @@ def test_loop_under_sanitizers(bingham: Path) -> None:
         reader, seq = RingReader(ring), 0
         try:
             limit = time.monotonic() + 60.0
-            while (reader.head < 2500 or seq < 2000) and time.monotonic() < limit and loop.poll() is None:
+            while (
+                (reader.head < 2500 or seq < 2000)
+                and time.monotonic() < limit
+                and loop.poll() is None
+            ):
                 time.sleep(0.0005)
                 try:
                     _, sender = rig.recvfrom(100)
                 except BlockingIOError:
                     continue
                 seq += rng.choice((1, 1, 1, 1, 0, 2, 3))
-                angle = rng.choice((0.04 * seq, 0.04 * seq % 1.0, float("nan"), 1e308, -float("inf")))
+                angle = rng.choice(
+                    (0.04 * seq, 0.04 * seq % 1.0, float("nan"), 1e308, -float("inf"))
+                )
                 good = pack_sensors(
-                    SensorPacket(5, seq, rng.randrange(2**64), angle, rng.gauss(0, 1), 0.1, rng.randrange(4))
+                    SensorPacket(
+                        5, seq, rng.randrange(2**64), angle, rng.gauss(0, 1), 0.1, rng.randrange(4)
+                    )
                 )
                 bad = bytearray(good)
                 bad[rng.randrange(64)] ^= rng.randrange(1, 256)
-                for data in rng.choice(((good,), (bytes(bad), good), (good, rng.randbytes(rng.randrange(200))))):
+                for data in rng.choice(
+                    ((good,), (bytes(bad), good), (good, rng.randbytes(rng.randrange(200))))
+                ):
                     rig.sendto(data, sender)
                 loop.stdin.write(order_bytes(Order(rng.randrange(2, 6)), rng.uniform(-3, 3)))
                 loop.stdin.flush()

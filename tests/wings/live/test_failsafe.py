@@ -24,9 +24,22 @@ def went_through(
     if shutil.which("gcc") is None:
         pytest.skip("apt install gcc libc6-dev")
     files = [HERE / f"{harness}.c", *(sources / name for name in CORE)]
-    words = ["gcc", "-std=c11", "-D_GNU_SOURCE", "-O2", "-Wall", "-Wextra", "-Werror", *options, "-I", str(sources)]
+    words = [
+        "gcc",
+        "-std=c11",
+        "-D_GNU_SOURCE",
+        "-O2",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        *options,
+        "-I",
+        str(sources),
+    ]
     subprocess.run([*words, *map(str, files), "-lm", "-o", str(folder / harness)], check=True)
-    said = subprocess.run([str(folder / harness)], capture_output=True, text=True, check=False).stdout
+    said = subprocess.run(
+        [str(folder / harness)], capture_output=True, text=True, check=False
+    ).stdout
     counts = re.search(r"pairs (\d+), steps (\d+), broken (\d+)", said)
     assert counts is not None, said
     return said, [int(count) for count in counts.groups()]
@@ -49,16 +62,31 @@ def test_every_state_and_event_keeps_the_promises(tmp_path: Path) -> None:
     ("name", "good", "bad"),
     [
         ("core", "late_ns > core->config.late_trip_ns", "late_ns > 2 * core->config.late_trip_ns"),
-        ("core", "core->missing >= core->config.trip_samples) {", "core->missing > core->config.trip_samples) {"),
+        (
+            "core",
+            "core->missing >= core->config.trip_samples) {",
+            "core->missing > core->config.trip_samples) {",
+        ),
         ("core", "core->state != ERC_TRIPPED || core->missing > 0u", "core->state != ERC_TRIPPED"),
-        ("core", "core->state == ERC_RUNNING && core->stopping == 0u", "core->state == ERC_RUNNING"),
+        (
+            "core",
+            "core->state == ERC_RUNNING && core->stopping == 0u",
+            "core->state == ERC_RUNNING",
+        ),
         ("core", "core->state = ERC_READY;", "core->state = ERC_RUNNING;"),
         ("core", "(core->state == ERC_READY && core->missing > 0u)", "0"),
         ("interlock", "return value < low ? low : high;", "return value < low ? low : value;"),
     ],
 )
-def test_a_core_that_breaks_a_promise_is_seen(name: str, good: str, bad: str, tmp_path: Path) -> None:
-    assert went_through(tmp_path, changed(name, good, bad, tmp_path), "failsafe", "-DONE_IS_ENOUGH")[1][2] > 0
+def test_a_core_that_breaks_a_promise_is_seen(
+    name: str, good: str, bad: str, tmp_path: Path
+) -> None:
+    assert (
+        went_through(tmp_path, changed(name, good, bad, tmp_path), "failsafe", "-DONE_IS_ENOUGH")[
+            1
+        ][2]
+        > 0
+    )
 
 
 @pytest.mark.slow
@@ -75,14 +103,25 @@ def test_every_doubt_and_reading_keeps_the_promises(tmp_path: Path) -> None:
     ("name", "good", "bad"),
     [
         ("plausible", "torque < -limit || torque > limit", "torque < -limit"),
-        ("core", "asked || core->config.meter_needed > 1.0 ?", "asked && core->config.meter_needed > 1.0 ?"),
+        (
+            "core",
+            "asked || core->config.meter_needed > 1.0 ?",
+            "asked && core->config.meter_needed > 1.0 ?",
+        ),
         ("core", "core->config.meter_needed > 0.0 &&", "core->config.meter_needed > 1.0 &&"),
         ("core", "ask[0] = share * core->asked1;", "ask[0] = core->asked1;"),
         ("core", "(doubted(core) > 0u && core->meter.wrong)", "0"),
     ],
 )
-def test_a_core_that_believes_too_much_is_seen(name: str, good: str, bad: str, tmp_path: Path) -> None:
-    assert went_through(tmp_path, changed(name, good, bad, tmp_path), "doubts", "-DONE_IS_ENOUGH")[1][2] > 0
+def test_a_core_that_believes_too_much_is_seen(
+    name: str, good: str, bad: str, tmp_path: Path
+) -> None:
+    assert (
+        went_through(tmp_path, changed(name, good, bad, tmp_path), "doubts", "-DONE_IS_ENOUGH")[1][
+            2
+        ]
+        > 0
+    )
 
 
 def changed(name: str, good: str, bad: str, folder: Path) -> Path:

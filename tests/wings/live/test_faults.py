@@ -10,7 +10,14 @@ import pytest
 
 from tests.support.live_faults.core_faults import EXACT
 from tests.support.live_faults.finding import CONTROLS, under
-from tests.support.live_faults.loop_faults import ALIKE, WHOLE, bad_configurations, bad_models, killed, rig_killed
+from tests.support.live_faults.loop_faults import (
+    ALIKE,
+    WHOLE,
+    bad_configurations,
+    bad_models,
+    killed,
+    rig_killed,
+)
 from tests.support.live_faults.running_loop import NeverReadyError
 
 pytestmark = pytest.mark.timed
@@ -45,7 +52,9 @@ def test_injected_into_the_core_under_torque_and_motion_control(control: str) ->
 @pytest.mark.slow
 @pytest.mark.parametrize("control", [name for name in CONTROLS if name != "equation 23"])
 @pytest.mark.parametrize("name", ["sigterm", "stop-50", "crash", "wall-clock", "orphan"])
-def test_injected_into_the_whole_loop_under_torque_and_motion_control(name: str, control: str) -> None:
+def test_injected_into_the_whole_loop_under_torque_and_motion_control(
+    name: str, control: str
+) -> None:
     with under(control):
         _holds(WHOLE[name])
 

@@ -40,7 +40,9 @@ def tripped(device: DeviceName, name: str, motors: Sequence[float], observers: S
             if at := np.flatnonzero(events & EVENT_BITS["trip"]).tolist():
                 said = int(np.bitwise_or.reduce(events[max(at[0] - 20, 0) : at[0] + 1]))
                 names = [event for event, bit in EVENT_BITS.items() if said & bit]
-                found.append(f"{device}, {program}, {motor:g} N m, {observer}, row {at[0]}: {' '.join(names)}")
+                found.append(
+                    f"{device}, {program}, {motor:g} N m, {observer}, row {at[0]}: {' '.join(names)}"
+                )
     return count, found
 
 
@@ -69,7 +71,9 @@ def test_no_program_with_any_motor_torque_trips_a_healthy_device(device: DeviceN
 @pytest.mark.parametrize("device", DEVICES)
 def test_no_observer_trips_a_healthy_device(device: DeviceName) -> None:
     """Under gains on the estimate the brake stopped from 2 rad/s within a period: its encoder was taken for stuck."""
-    count, found = tripped(device, "bingham", (0.2, STRONGEST), ("off", "sensor", "motion"), rows=2000)
+    count, found = tripped(
+        device, "bingham", (0.2, STRONGEST), ("off", "sensor", "motion"), rows=2000
+    )
     assert count > 30
     assert not found, "\n".join(found)
 
@@ -77,9 +81,13 @@ def test_no_observer_trips_a_healthy_device(device: DeviceName) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("device", DEVICES)
 @pytest.mark.parametrize("bandwidth", [30.0, 80.0, 400.0])
-def test_no_filter_of_the_speeds_trips_a_healthy_device(device: DeviceName, bandwidth: float) -> None:
+def test_no_filter_of_the_speeds_trips_a_healthy_device(
+    device: DeviceName, bandwidth: float
+) -> None:
     """Torque was compared with a speed that the filter made later, or that jumped with the encoder's counts."""
-    count, found = tripped(device, "bingham", (0.1, STRONGEST), ("none",), rows=2000, speed_bandwidth=bandwidth)
+    count, found = tripped(
+        device, "bingham", (0.1, STRONGEST), ("none",), rows=2000, speed_bandwidth=bandwidth
+    )
     assert count > 10
     assert not found, "\n".join(found)
 
@@ -114,9 +122,17 @@ def test_the_hardest_push_of_the_rig_is_no_jump_whatever_the_filter_and_the_samp
 
 def test_a_reading_further_than_the_rig_can_push_is_a_jump() -> None:
     limits: dict[str, Any] = motion_limits(RIG, "single", Derivative("kalman"), 1e-3)
-    core, sample, events = Core(LoopSettings(device="single", **limits), None), np.zeros(1, SAMPLE), 0
+    core, sample, events = (
+        Core(LoopSettings(device="single", **limits), None),
+        np.zeros(1, SAMPLE),
+        0,
+    )
     for k in range(100):
-        sample["seq"], sample["time_ns"], sample["theta"] = k + 1, (k + 1) * 1_000_000, 0.05 * k + 0.03 * (k == 99)
+        sample["seq"], sample["time_ns"], sample["theta"] = (
+            k + 1,
+            (k + 1) * 1_000_000,
+            0.05 * k + 0.03 * (k == 99),
+        )
         events = int(core.step(sample, k)[1]["events"])
     assert events & EVENT_BITS["theta-doubted"]
     assert events & EVENT_BITS["glitch"]
@@ -131,9 +147,15 @@ def test_a_slower_filter_is_further_behind() -> None:
 
 def test_limits_of_another_rig_follow_its_numbers() -> None:
     usual = motion_limits(RIG, "coaxial", Derivative("kalman"), 1e-3)
-    strong = motion_limits(RIG.changed({"drive.torque_limit": 5.0}), "coaxial", Derivative("kalman"), 1e-3)
-    light = motion_limits(RIG.changed({"drive.inertia": 1e-4}), "coaxial", Derivative("kalman"), 1e-3)
-    soft = motion_limits(RIG.changed({"screw.stop_stiffness": 0.5}), "coaxial", Derivative("kalman"), 1e-3)
+    strong = motion_limits(
+        RIG.changed({"drive.torque_limit": 5.0}), "coaxial", Derivative("kalman"), 1e-3
+    )
+    light = motion_limits(
+        RIG.changed({"drive.inertia": 1e-4}), "coaxial", Derivative("kalman"), 1e-3
+    )
+    soft = motion_limits(
+        RIG.changed({"screw.stop_stiffness": 0.5}), "coaxial", Derivative("kalman"), 1e-3
+    )
     assert strong["theta_glitch"] > 2.0 * usual["theta_glitch"]
     assert strong["theta_fastest"] > 5.0 * usual["theta_fastest"]
     assert light["theta_glitch"] > 2.0 * usual["theta_glitch"]

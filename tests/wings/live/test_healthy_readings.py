@@ -14,7 +14,12 @@ import pytest
 from erclutch.signals.speed import Derivative
 from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, SAMPLE
-from erclutch.wings.live.motion_limits import acceleration_noise, alpha_count, motion_limits, stroke_end
+from erclutch.wings.live.motion_limits import (
+    acceleration_noise,
+    alpha_count,
+    motion_limits,
+    stroke_end,
+)
 from erclutch.wings.live.sensor_limits import free_drive, free_output, torque_limits
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode
 from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
@@ -25,7 +30,10 @@ DOUBTS = EVENT_BITS["theta-doubted"] | EVENT_BITS["alpha-doubted"] | EVENT_BITS[
 
 
 def frames_of(
-    settings: LoopSettings, model: Path | None, rows: int, read: Callable[[int, Any], tuple[float, ...]]
+    settings: LoopSettings,
+    model: Path | None,
+    rows: int,
+    read: Callable[[int, Any], tuple[float, ...]],
 ) -> Any:
     """Frames of a loop whose sensors read theta, alpha and torque of a row, from the estimate of the row before."""
     core = Core(settings, model)
@@ -38,12 +46,16 @@ def frames_of(
     return frames
 
 
-def free_pair(rig: RigParameters = RIG, bandwidth: float = 150.0, band: float = 5e-3, **changes: Any) -> LoopSettings:
+def free_pair(
+    rig: RigParameters = RIG, bandwidth: float = 150.0, band: float = 5e-3, **changes: Any
+) -> LoopSettings:
     """A pair under a field of 0.3 V, on whose output nothing but dry friction acts."""
     derivative = Derivative("kalman", bandwidth)
     limits = torque_limits(0.4, band, 1e-3) | free_output(rig, derivative)
     program = LoopProgram("fields", Mode.FIELDS, amplitude=0.3, motor_torque=0.1)
-    settings = LoopSettings(derivative=derivative, least_slip=1.0, rise_rate=1e6, fall_rate=1e6, programs=(program,))
+    settings = LoopSettings(
+        derivative=derivative, least_slip=1.0, rise_rate=1e6, fall_rate=1e6, programs=(program,)
+    )
     return replace(settings, **limits, **changes)
 
 
@@ -61,7 +73,9 @@ def test_a_rotor_that_rings_from_reading_to_reading_is_no_fault() -> None:
     rng = np.random.default_rng(3)
     swings = 0.03 * rng.uniform(0.2, 1.0, 3000) * np.resize([1.0, -1.0], 3000)
     swings[:1000] *= np.linspace(0.0, 1.0, 1000)
-    frames = frames_of(free_pair(), None, 3000, lambda k, _: (angle(k, 40.0), angle(k, 10.0), 0.0028 + swings[k]))
+    frames = frames_of(
+        free_pair(), None, 3000, lambda k, _: (angle(k, 40.0), angle(k, 10.0), 0.0028 + swings[k])
+    )
     assert not doubted(frames)
 
 
@@ -94,7 +108,9 @@ def test_what_counts_make_by_chance_or_alone_is_within_the_noise(bandwidth: floa
     inertia = RIG.value("screw.load_inertia")
     counts = inertia * 1e-4 * 2.0 * math.pi / RIG.value("screw.lead") * chosen
     meter = 6.0 * 0.27 * RIG.value("sensors.torque_noise")
-    assert settings.load_band == pytest.approx(math.hypot(counts, meter, 0.7 * RIG.value("screw.coulomb")))
+    assert settings.load_band == pytest.approx(
+        math.hypot(counts, meter, 0.7 * RIG.value("screw.coulomb"))
+    )
 
 
 def test_a_noisy_meter_and_its_friction_widen_together_what_torque_and_motion_may_differ() -> None:
@@ -110,7 +126,9 @@ def test_an_output_that_breaks_away_later_one_way_withstands_more() -> None:
 
 
 @pytest.mark.parametrize("changed", [{"sensors.torque_bandwidth": 150.0}, {"screw.backlash": 2e-5}])
-def test_torque_and_motion_are_not_compared_where_either_comes_late(changed: dict[str, float]) -> None:
+def test_torque_and_motion_are_not_compared_where_either_comes_late(
+    changed: dict[str, float],
+) -> None:
     assert free_output(RIG.changed(changed))["load_inertia"] == 0.0
     assert free_output(RIG)["load_inertia"] > 0.0
     slow = "sensors.torque_bandwidth" in changed
@@ -149,7 +167,9 @@ def test_a_meter_is_not_stuck_because_the_model_guesses(bingham: Path) -> None:
         theta = 0.04 * k if k < 600 else 24.0 + 2.0 * (k - 600)  # rad; beyond all slips of the log
         return theta, 0.0, 0.18 + 1e-6 * (min(k, 590) // 40 % 2)
 
-    settings = replace(free_pair(), load_inertia=0.0, theta_glitch=1e6, theta_fastest=1e6, torque_still=1e-5)
+    settings = replace(
+        free_pair(), load_inertia=0.0, theta_glitch=1e6, theta_fastest=1e6, torque_still=1e-5
+    )
     frames = frames_of(settings, bingham, 640, read)
     assert np.ptp(frames["estimate"][600:]) > 5.0 * settings.torque_still
     assert not np.any(frames["events"][600:] & EVENT_BITS["stuck"])
@@ -159,5 +179,9 @@ def test_a_meter_is_not_stuck_because_the_model_guesses(bingham: Path) -> None:
 @pytest.mark.parametrize("seed", [47, 58])
 def test_another_device_with_its_own_model_does_not_trip(seed: int) -> None:
     """Of 40 drawn devices ten tripped; `studies/healthy_devices.py` draws more."""
-    tripped = [f"{session.words}: {session.said}" for session in healthy_sessions(seed) if session.trip >= 0]
+    tripped = [
+        f"{session.words}: {session.said}"
+        for session in healthy_sessions(seed)
+        if session.trip >= 0
+    ]
     assert not tripped, "\n".join(tripped)

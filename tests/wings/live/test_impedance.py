@@ -19,10 +19,20 @@ from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Wavefo
 from tests.support.examples import examples
 
 FREE = {"observer": "none", "rise_rate": 1e6, "fall_rate": 1e6}
-SPRING = LoopProgram("spring", Mode.IMPEDANCE, Waveform.SINE, 0.3, 1.0, motor_torque=0.1, relative=True)
+SPRING = LoopProgram(
+    "spring", Mode.IMPEDANCE, Waveform.SINE, 0.3, 1.0, motor_torque=0.1, relative=True
+)
 PAIR = LoopSettings(programs=(SPRING,), stiffness=0.4, damping=0.01, least_slip=0.0, **FREE)
 WALL = LoopProgram("wall", Mode.WALL, amplitude=1.0, relative=True)
-BRAKE = LoopSettings("single", programs=(WALL,), theta_glitch=0.0, stiffness=2.0, damping=0.01, least_slip=1.0, **FREE)
+BRAKE = LoopSettings(
+    "single",
+    programs=(WALL,),
+    theta_glitch=0.0,
+    stiffness=2.0,
+    damping=0.01,
+    least_slip=1.0,
+    **FREE,
+)
 
 
 def readings(theta: Any, alpha: Any = 0.0, torque: Any = np.nan) -> Any:
@@ -63,7 +73,9 @@ FREE_LOAD = {"load_inertia": 1.6e-5, "load_friction": 3e-3, "load_band": 0.1}
 
 
 @pytest.mark.parametrize(
-    ("load", "swings_up"), [(FREE_LOAD, False), ({}, True)], ids=["free output", "a hand may be there"]
+    ("load", "swings_up"),
+    [(FREE_LOAD, False), ({}, True)],
+    ids=["free output", "a hand may be there"],
 )
 def test_an_output_at_rest_that_seems_to_move_asks_for_no_more_field_than_the_rest(
     load: dict[str, float], swings_up: bool, bingham: Path
@@ -97,7 +109,9 @@ def test_a_wall_resists_the_way_in_and_nothing_else(brake: Path) -> None:
     at = in_and_out()
     frames = run(BRAKE, brake, readings(at))
     into = (at > 1.5) & (np.arange(len(at)) < 600)
-    assert frames["reference"][into] == pytest.approx(2.0 * (at[into] - 1.5) + 0.01 * frames["theta_dot"][into])
+    assert frames["reference"][into] == pytest.approx(
+        2.0 * (at[into] - 1.5) + 0.01 * frames["theta_dot"][into]
+    )
     assert np.all(frames["field1"][into][1:] > 0.0)
     back = (at < 2.0 - BRAKE.wall_play) & (np.arange(len(at)) > 600)
     for rest in (at < 1.5, back):
@@ -108,7 +122,9 @@ def test_a_wall_resists_the_way_in_and_nothing_else(brake: Path) -> None:
 
 def test_a_hand_at_rest_is_held_and_one_that_pulls_is_let_go(brake: Path) -> None:
     at = in_and_out()
-    at[600:] = 2.0 + 3e-3 * np.sin(np.arange(600))  # it stands in the wall and trembles within the play
+    at[600:] = 2.0 + 3e-3 * np.sin(
+        np.arange(600)
+    )  # it stands in the wall and trembles within the play
     held = run(BRAKE, brake, readings(at, torque=0.5))
     assert np.all(held["field1"][600:] > 0.5 * held["field1"][599])
     pulls = np.where(np.arange(1200) < 900, 0.5, -0.3)
@@ -131,10 +147,14 @@ def test_a_stiffness_that_gives_energy_away_is_refused(bingham: Path) -> None:
 
     library = ctypes.CDLL(str(core_library()))
     library.erc_config_error.restype = ctypes.c_char_p
-    assert b"2 damping / period" in library.erc_config_error(sealed(np.asarray(config)), ctypes.c_uint64(0))
+    assert b"2 damping / period" in library.erc_config_error(
+        sealed(np.asarray(config)), ctypes.c_uint64(0)
+    )
 
 
-@pytest.mark.parametrize("words", [{"stiffness": -1.0}, {"damping": np.nan}, {"wall_play": -0.1}, {"device": "single"}])
+@pytest.mark.parametrize(
+    "words", [{"stiffness": -1.0}, {"damping": np.nan}, {"wall_play": -0.1}, {"device": "single"}]
+)
 def test_settings_that_cannot_be(words: dict[str, Any]) -> None:
     with pytest.raises(SettingError):
         config_of(replace(PAIR, **words))
@@ -151,10 +171,20 @@ def test_settings_that_cannot_be(words: dict[str, Any]) -> None:
 )
 @settings(max_examples=examples(25), deadline=None)
 def test_however_a_hand_moves_one_field_within_limits_and_its_rate(
-    bingham: Path, brake: Path, jumps: list[float], torque: list[float], stiffness: float, observer: Any
+    bingham: Path,
+    brake: Path,
+    jumps: list[float],
+    torque: list[float],
+    stiffness: float,
+    observer: Any,
 ) -> None:
     speed = np.repeat(jumps, 20)
-    numbers: dict[str, Any] = {"stiffness": stiffness, "damping": stiffness, "observer": observer, "rise_rate": 20.0}
+    numbers: dict[str, Any] = {
+        "stiffness": stiffness,
+        "damping": stiffness,
+        "observer": observer,
+        "rise_rate": 20.0,
+    }
     for chosen, model in ((PAIR, bingham), (BRAKE, brake)):
         given = readings(1e-3 * np.cumsum(speed), torque=np.resize(torque, speed.size))
         frames = run(replace(chosen, **numbers), model, given)

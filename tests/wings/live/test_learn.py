@@ -57,7 +57,9 @@ def logged(table: Any, seed: int = 0) -> LoggedRound:
         twin.step()
     field, position, effort = rows.T
     columns = {"field": field, "position": position, "effort": effort}
-    log = erclutch.recording_from_arrays(columns, rate=1000.0, units={"field": "", "position": "rad", "effort": "N*m"})
+    log = erclutch.recording_from_arrays(
+        columns, rate=1000.0, units={"field": "", "position": "rad", "effort": "N*m"}
+    )
     return LoggedRound(build_dataset(log), table[:, 2])
 
 
@@ -75,7 +77,9 @@ def test_a_table_stays_within_the_supply_and_ends_at_rest(limits: TableLimits) -
 
 @pytest.mark.slow
 def test_the_motion_of_a_table_is_foretold_from_another_log() -> None:
-    first, second = (logged(drawn_table(BRAKE, 3.0, np.random.default_rng(seed)), seed) for seed in (1, 2))
+    first, second = (
+        logged(drawn_table(BRAKE, 3.0, np.random.default_rng(seed)), seed) for seed in (1, 2)
+    )
     structure = Structure("single", "casson", law_from_name("casson", "single"), "lag", True, True)
     law = fit_structure(first.rows, structure, intervals=False).model
     assert second.drive is not None
@@ -96,18 +100,26 @@ def test_a_round_that_tripped_at_once_or_in_which_nothing_moved_teaches_nothing(
 @pytest.mark.slow
 def test_without_a_drive_the_motion_of_the_last_log_comes_again() -> None:
     first = logged(drawn_table(BRAKE, 2.0, np.random.default_rng(1)))
-    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "lag", True, True)
+    structure = Structure(
+        "single", "bingham", law_from_name("bingham", "single"), "lag", True, True
+    )
     law = fit_structure(first.rows, structure, intervals=False).model
     held = LoggedRound(first.rows, None)
     foretold = ForetoldMotion(law, [held]).rows(np.zeros((1, 3000, 3)))[0]
-    np.testing.assert_array_equal(foretold.elements[0].slip[2000:], first.rows.elements[0].slip[:1000])
+    np.testing.assert_array_equal(
+        foretold.elements[0].slip[2000:], first.rows.elements[0].slip[:1000]
+    )
 
 
 @pytest.mark.slow
 def test_the_second_round_makes_the_intervals_narrower_as_foretold() -> None:
     """The motion is the TWIN's; the effort is that of a law with noise, so that the law is right."""
-    structure = Structure("single", "bingham", law_from_name("bingham", "single"), "lag", True, True)
-    truth = fit_structure(logged(drawn_table(BRAKE, 3.0, np.random.default_rng(9))).rows, structure, intervals=False)
+    structure = Structure(
+        "single", "bingham", law_from_name("bingham", "single"), "lag", True, True
+    )
+    truth = fit_structure(
+        logged(drawn_table(BRAKE, 3.0, np.random.default_rng(9))).rows, structure, intervals=False
+    )
     rounds = LearningRounds(BRAKE, 0, 1000.0)
     rng = np.random.default_rng(0)
     for number in range(2):
@@ -139,7 +151,9 @@ def test_the_second_round_makes_the_intervals_narrower_as_foretold() -> None:
         ((25.6, 40.0, 30.0, 25.0, 25.1, 24.9), True),
     ],
 )
-def test_rounds_end_where_more_of_them_make_the_band_no_narrower(bands: tuple[float, ...], ends: bool) -> None:
+def test_rounds_end_where_more_of_them_make_the_band_no_narrower(
+    bands: tuple[float, ...], ends: bool
+) -> None:
     rounds = LearningRounds(BRAKE, 0, 1000.0)
     for number, band in enumerate(bands, start=1):
         rounds.reports.append(a_round(number, band=band, largest=1000.0))
@@ -171,7 +185,9 @@ def test_until_asks_for_what_rounds_can_teach_and_tells_the_floor() -> None:
 def a_round(number: int, *, band: float, largest: float) -> RoundReport:
     """A round whose law errs by 1 N m, of which the numbers leave as much open."""
     surprise = math.nan if number == 1 else 1.0
-    return RoundReport(number, "", 10.0, "", "bingham+lag", surprise, 1.0, 0.5, 1.0, surprise, band, largest)
+    return RoundReport(
+        number, "", 10.0, "", "bingham+lag", surprise, 1.0, 0.5, 1.0, surprise, band, largest
+    )
 
 
 @pytest.mark.parametrize("text", ["3", "0", "-1%", "100%", "much", "nan"])
@@ -184,7 +200,9 @@ def test_a_band_that_cannot_be_is_refused(text: str) -> None:
 
 def test_options_that_do_not_go_with_rounds_are_refused(tmp_path: Path) -> None:
     assert "--program learn too" in refused("live", "--until", "3%", cwd=tmp_path)
-    assert "Leave out --rig replay" in refused("live", "--program", "learn", "--rig", "replay", cwd=tmp_path)
+    assert "Leave out --rig replay" in refused(
+        "live", "--program", "learn", "--rig", "replay", cwd=tmp_path
+    )
     gone = ("live", "--program", "learn", "--headless", "--after", "none")
     assert "learn.json" in refused(*gone, cwd=tmp_path)
 
@@ -215,7 +233,9 @@ class FailingBrake(Twin):
 
 def _serve(fails: bool, parent: Any) -> None:
     with contextlib.suppress(PermissionError):
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(70))  # as a rig of erclutch, whatever else runs here
+        os.sched_setscheduler(
+            0, os.SCHED_FIFO, os.sched_param(70)
+        )  # as a rig of erclutch, whatever else runs here
     brake = FailingBrake(fails)
     server = RigServer(brake, session=7, lead=default_rig().value("screw.lead"), device="single")
     for _ in range(3):
@@ -250,12 +270,35 @@ def served_brake(*, fails: bool) -> Iterator[ServedBrake]:
 
 @pytest.mark.slow
 @pytest.mark.timed
-def test_a_fault_ends_at_zero_field_with_a_whole_log_and_the_next_round_goes_on(tmp_path: Path) -> None:
+def test_a_fault_ends_at_zero_field_with_a_whole_log_and_the_next_round_goes_on(
+    tmp_path: Path,
+) -> None:
     """The encoder of the rig behind UDP fails in the middle of a round."""
 
     def asked(brake: ServedBrake) -> tuple[str, ...]:
-        words = ("live", "--rig", "udp", "--address", f"127.0.0.1:{brake.port}", "--session", "7", "--device", "single")
-        return (*words, "--program", "learn", "--seconds", "4", "--round", "2", "--headless", "--folder", "logs")
+        words = (
+            "live",
+            "--rig",
+            "udp",
+            "--address",
+            f"127.0.0.1:{brake.port}",
+            "--session",
+            "7",
+            "--device",
+            "single",
+        )
+        return (
+            *words,
+            "--program",
+            "learn",
+            "--seconds",
+            "4",
+            "--round",
+            "2",
+            "--headless",
+            "--folder",
+            "logs",
+        )
 
     for _ in range(10):
         shutil.rmtree(tmp_path / "logs", ignore_errors=True)
@@ -286,7 +329,9 @@ def test_a_fault_ends_at_zero_field_with_a_whole_log_and_the_next_round_goes_on(
     assert not np.any(rows["field"][invalid + 20 :])
 
     body: dict[str, Any] = {"rounds": [first]}
-    for _ in range(10):  # a busy machine may trip the loop before a round is long enough to be fitted
+    for _ in range(
+        10
+    ):  # a busy machine may trip the loop before a round is long enough to be fitted
         with served_brake(fails=False) as brake:
             again = run(*asked(brake), "--after", folder, cwd=tmp_path)
         body = json.loads((folder / "learn.json").read_bytes())
@@ -300,14 +345,27 @@ def test_a_fault_ends_at_zero_field_with_a_whole_log_and_the_next_round_goes_on(
     assert log.read_bytes() == kept
 
 
-def test_a_trip_after_a_few_samples_is_told_as_a_trip(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_trip_after_a_few_samples_is_told_as_a_trip(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The log is too short to be read: the command ended with an error about the file."""
     log = tmp_path / "round.csv"
     log.write_text("time,field,position,effort\n0.000,0,0,0\n0.001,0,0,0\n", encoding="utf-8")
     monkeypatch.setattr(learning, "_played", lambda *_: (log, "loss", False))
-    rig = Rig(TWIN, LoopSettings(device="single"), channels_of("single"), LoopOptions(folder=tmp_path), seed=0)
+    rig = Rig(
+        TWIN,
+        LoopSettings(device="single"),
+        channels_of("single"),
+        LoopOptions(folder=tmp_path),
+        seed=0,
+    )
     told = io.StringIO()
-    assert learning.learn(rig, NO_LEARN, [], lambda *_: contextlib.nullcontext(), Console(file=told, width=500)) == 3
+    assert (
+        learning.learn(
+            rig, NO_LEARN, [], lambda *_: contextlib.nullcontext(), Console(file=told, width=500)
+        )
+        == 3
+    )
     assert "ended: loss: nothing can be learned of round.csv, which is kept: " in told.getvalue()
 
 

@@ -27,4 +27,6 @@ def test_no_impossible_torque_is_believed_and_no_sensor_adds_more_than_a_tenth_f
     said = live_proof.proved_plausibility(tmp_path)
     assert said.alarms == 0
     assert said.assumed == 0
-    assert said.shown == {name: [True] for name in ("believed", "latched", "zero", "tenth", "no_more")}
+    assert said.shown == {
+        name: [True] for name in ("believed", "latched", "zero", "tenth", "no_more")
+    }

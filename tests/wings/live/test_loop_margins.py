@@ -44,7 +44,9 @@ def more(one: lm.LinearLoop, gain: float = 1.0, samples: int = 0) -> bool:
 )
 @example(tau=0.003729227163499043, delay=1, bandwidth=5.875, integral=5.0)
 @settings(max_examples=examples(6), deadline=None)
-def test_a_loop_bears_its_margins_and_no_more(tau: float, delay: int, bandwidth: float, integral: float) -> None:
+def test_a_loop_bears_its_margins_and_no_more(
+    tau: float, delay: int, bandwidth: float, integral: float
+) -> None:
     for loop in (
         lm.motion_loop(path(tau, delay), bandwidth, integral, SPEED),
         lm.torque_loop(path(tau, delay), 2.0 * bandwidth, integral, 0.0),
@@ -69,7 +71,9 @@ def test_the_step_is_that_of_the_loop_sample_by_sample() -> None:
     speed.position = 0.0
     asked, torque, at, rate, sums = np.zeros(500), np.zeros(501), 0.0, 0.0, 0.0
     for k in range(500):
-        torque[k] = sum(own.pulse[j] * asked[k - j] for j in range(1, min(k, own.pulse.size - 1) + 1))
+        torque[k] = sum(
+            own.pulse[j] * asked[k - j] for j in range(1, min(k, own.pulse.size - 1) + 1)
+        )
         if k:  # torque turns linearly between samples
             at += PERIOD * rate + PERIOD**2 * (torque[k - 1] / 3.0 + torque[k] / 6.0)
             rate += 0.5 * PERIOD * (torque[k - 1] + torque[k])
@@ -128,7 +132,9 @@ def _erclutch(*words: str) -> Any:
 
 
 @pytest.mark.slow
-def test_what_tune_predicts_is_what_the_twin_does(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_tune_predicts_is_what_the_twin_does(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """TWIN: overshoot, rise, and the gain at which it swings; a model of its log, never its own parameters."""
     from erclutch.runs.run_folder import read_run
     from erclutch.wings.live.accelerated import AcceleratedRun
@@ -155,16 +161,22 @@ def test_what_tune_predicts_is_what_the_twin_does(tmp_path: Path, monkeypatch: p
     library = live_model(next((tmp_path / "run" / "models").glob("*.json")), "coaxial").library
 
     def twin(height: float, gain: float = 1.0) -> Any:
-        step = LoopProgram("s", Mode.TRACK, Waveform.SQUARE, height, 0.25, motor_torque=0.2, relative=True)
+        step = LoopProgram(
+            "s", Mode.TRACK, Waveform.SQUARE, height, 0.25, motor_torque=0.2, relative=True
+        )
         changed = {**gains, "output_inertia": gain * gains["output_inertia"], "observer": "none"}
-        return AcceleratedRun(rig_settings(rig, [step], **changed), library, rig, seed=3, speed=150.0).frames(4000)[0]
+        return AcceleratedRun(
+            rig_settings(rig, [step], **changed), library, rig, seed=3, speed=150.0
+        ).frames(4000)[0]
 
     frames, told = twin(0.5), motion.loop.step()
     seen = (frames["alpha"][2000:3000] - frames["alpha"][1999]) / -1.0
     assert float(seen.max()) == pytest.approx(float(told.max()), abs=0.03)
     rises = [int(np.argmax(y > 0.9) - np.argmax(y > 0.1)) for y in (seen, told)]
     assert rises[0] == pytest.approx(rises[1], rel=0.15)
-    still, swings = (float(np.std(twin(0.05, k * motion.margins.gain)["alpha_dot"][3000:])) for k in (0.8, 1.5))
+    still, swings = (
+        float(np.std(twin(0.05, k * motion.margins.gain)["alpha_dot"][3000:])) for k in (0.8, 1.5)
+    )
     assert still < 0.25  # rad/s: the encoder's last count
     assert swings > 2.0 * still
 
@@ -177,7 +189,10 @@ def test_tune_takes_the_best_model_that_will_do_and_says_why(
     monkeypatch.chdir(tmp_path)
     _erclutch("tune", str(folder), "--bandwidth", "5", "--as", "svg")
     said = " ".join(capsys.readouterr().out.split())
-    assert "which has further inputs, and the loop has fields and speeds; bingham+lag is its best that will do" in said
+    assert (
+        "which has further inputs, and the loop has fields and speeds; bingham+lag is its best that will do"
+        in said
+    )
     assert "(default rig, not yours)" in said
     with pytest.raises(SettingError, match="Name a model without them with --model"):
         _erclutch("tune", str(folder), "--model", "bingham+lag+softening", "--force")

@@ -19,7 +19,9 @@ def test_our_rigs_are_found_by_their_files() -> None:
 
 def test_a_rig_that_is_not_ours_is_looked_for_among_the_plug_ins() -> None:
     assert offered_rig("mine") is None
-    with pytest.raises(SettingError, match=r"unknown rig 'mine'.*Known are twin, twin-brake, replay, udp"):
+    with pytest.raises(
+        SettingError, match=r"unknown rig 'mine'.*Known are twin, twin-brake, replay, udp"
+    ):
         hardware("mine")
 
 

@@ -61,7 +61,14 @@ def test_a_ring_is_opened_and_written(opens: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"magic": 1}, {"version": 1}, {"frame_size": FRAME.itemsize - 8}, {"capacity": 5}, {"frames": 1}, {"cut": 1}],
+    [
+        {"magic": 1},
+        {"version": 1},
+        {"frame_size": FRAME.itemsize - 8},
+        {"capacity": 5},
+        {"frames": 1},
+        {"cut": 1},
+    ],
 )
 def test_another_file_is_no_ring(opens: Path, tmp_path: Path, wrong: dict[str, int]) -> None:
     path = ring(tmp_path / "ring", **{k: v for k, v in wrong.items() if k != "cut"})
@@ -76,7 +83,10 @@ class Rig(ctypes.Structure):
     """As `erc_rig` in C."""
 
     _fields_ = (
-        *((name, ctypes.c_int if name == "socket" else ctypes.c_uint32) for name in ("socket", "session", "device")),
+        *(
+            (name, ctypes.c_int if name == "socket" else ctypes.c_uint32)
+            for name in ("socket", "session", "device")
+        ),
         *((name, ctypes.c_void_p) for name in ("itself", "read", "write", "close")),
     )
 
@@ -98,7 +108,9 @@ def there() -> Iterator[socket.socket]:
         yield made
 
 
-def test_packets_of_another_rig_are_dropped_and_counted(library: ctypes.CDLL, there: socket.socket) -> None:
+def test_packets_of_another_rig_are_dropped_and_counted(
+    library: ctypes.CDLL, there: socket.socket
+) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -109,7 +121,9 @@ def test_packets_of_another_rig_are_dropped_and_counted(library: ctypes.CDLL, th
     def received() -> int:
         events.value = 0
         return int(
-            library.erc_rig_receive(ctypes.byref(rig), ctypes.c_void_p(samples.ctypes.data), ctypes.byref(events))
+            library.erc_rig_receive(
+                ctypes.byref(rig), ctypes.c_void_p(samples.ctypes.data), ctypes.byref(events)
+            )
         )
 
     def packet(seq: int, session: int = 7, device: int = 1) -> bytes:
@@ -128,7 +142,13 @@ def test_packets_of_another_rig_are_dropped_and_counted(library: ctypes.CDLL, th
     assert (received(), events.value) == (2, 0)
     assert samples["seq"][:2].tolist() == [3, 4]
     bad = CONSTANTS["ERC_BAD_PACKET"]
-    for wrong in (packet(5, session=8), packet(5, device=0), packet(5)[:-1], packet(5) + b"0", bytes(64)):
+    for wrong in (
+        packet(5, session=8),
+        packet(5, device=0),
+        packet(5)[:-1],
+        packet(5) + b"0",
+        bytes(64),
+    ):
         there.sendto(wrong, back)
         there.sendto(packet(6), back)
         assert (received(), events.value) == (1, bad)
@@ -147,7 +167,9 @@ def test_packets_of_another_rig_are_dropped_and_counted(library: ctypes.CDLL, th
     library.erc_rig_end(ctypes.byref(rig))
 
 
-def test_a_folder_that_another_session_takes_for_left_over_is_made_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_folder_that_another_session_takes_for_left_over_is_made_anew(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Of two sessions that began at one moment one ended with "No such file", its folder not yet locked."""
     make, made = tempfile.mkdtemp, list[str]()
 

@@ -49,7 +49,9 @@ def test_an_encoder_that_stops_at_rest_looks_as_a_healthy_session_does_elsewhere
 
 
 @pytest.mark.parametrize("kind", ["5", "reversed"])
-def test_a_fault_that_a_check_tells_looks_as_no_healthy_session_does(kind: str, pair: LiveModel, healthy: Any) -> None:
+def test_a_fault_that_a_check_tells_looks_as_no_healthy_session_does(
+    kind: str, pair: LiveModel, healthy: Any
+) -> None:
     assert likeness(pair, healthy, "torque", kind).alone < 1.0
 
 

@@ -18,7 +18,14 @@ from erclutch.wings.live.orders import Order
 from erclutch.wings.live.ring import State, doubt_in_words
 from erclutch.wings.live.sensor_limits import free_drive, free_output, sensor_limits, torque_limits
 from erclutch.wings.live.session import LiveModel
-from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode, ObserverName, Waveform
+from erclutch.wings.live.settings import (
+    REST,
+    LoopProgram,
+    LoopSettings,
+    Mode,
+    ObserverName,
+    Waveform,
+)
 from erclutch.wings.rig.twin.parameters import default_rig
 from tests.support import sensor_faults as study
 
@@ -31,7 +38,9 @@ SENSOR = replace(
         least_slip=1.0,
         rise_rate=1e6,
         fall_rate=1e6,
-        programs=(LoopProgram("torque", Mode.TORQUE, Waveform.SINE, 0.1, 2.0, 0.15, motor_torque=0.1),),
+        programs=(
+            LoopProgram("torque", Mode.TORQUE, Waveform.SINE, 0.1, 2.0, 0.15, motor_torque=0.1),
+        ),
     ),
     **torque_limits(effort=0.4, band=5e-3, period=1e-3),
 )
@@ -53,7 +62,9 @@ def found(pair: LiveModel, control: str, sensor: str, kind: str, seed: int = 0) 
         _HEALTHY[control, seed] = study.frames_of(settings, pair.library, RIG, seed)
     healthy = _HEALTHY[control, seed]
     begin = int(np.random.default_rng(seed).choice(study.under_field(healthy)))
-    return study.judged(healthy, study.frames_of(settings, pair.library, RIG, seed, (sensor, kind, begin)), begin)
+    return study.judged(
+        healthy, study.frames_of(settings, pair.library, RIG, seed, (sensor, kind, begin)), begin
+    )
 
 
 @pytest.mark.parametrize("kind", [*IMPOSSIBLE, "0"])
@@ -81,7 +92,9 @@ def test_an_angle_that_cannot_be_drives_no_field(sensor: str, kind: str, pair: L
         ("impedance", "torque", "doubled"),
     ],
 )
-def test_meter_and_encoder_tell_of_each_other(control: str, sensor: str, kind: str, pair: LiveModel) -> None:
+def test_meter_and_encoder_tell_of_each_other(
+    control: str, sensor: str, kind: str, pair: LiveModel
+) -> None:
     fault = found(pair, control, sensor, kind, seed=2)
     assert fault.outcome in ("held", "safe"), fault
     assert fault.zero > 0
@@ -92,26 +105,34 @@ def of_attack(pair: LiveModel, control: str, sensor: str, kind: str, seed: int) 
     settings = study.settings_of(control, pair, RIG)
     healthy = study.frames_of(settings, pair.library, RIG, seed)
     begin = int(np.random.default_rng((7, seed)).choice(study.under_field(healthy)))
-    return study.judged(healthy, study.frames_of(settings, pair.library, RIG, seed, (sensor, kind, begin)), begin)
+    return study.judged(
+        healthy, study.frames_of(settings, pair.library, RIG, seed, (sensor, kind, begin)), begin
+    )
 
 
 @pytest.mark.parametrize("kind", ["stuck", "late"])
 @pytest.mark.parametrize("seed", [2, 4])
-def test_no_command_is_held_once_nothing_takes_a_doubt_back(kind: str, seed: int, pair: LiveModel) -> None:
+def test_no_command_is_held_once_nothing_takes_a_doubt_back(
+    kind: str, seed: int, pair: LiveModel
+) -> None:
     """The output turns round, control asks for less, and the field from before was held: a tenth too high for 7 ms."""
     fault = of_attack(pair, "computed torque", "alpha", kind, seed)
     assert fault.held, fault
 
 
 @pytest.mark.parametrize("seed", [5, 6])
-def test_an_output_at_rest_is_not_swung_up_by_an_encoder_that_is_late(seed: int, pair: LiveModel) -> None:
+def test_an_output_at_rest_is_not_swung_up_by_an_encoder_that_is_late(
+    seed: int, pair: LiveModel
+) -> None:
     """Spring and damper swung it up: the field was more than a tenth above that of health for 16 and 27 ms."""
     fault = found(pair, "impedance", "alpha", "late", seed)
     assert fault.above == 0, fault
     assert fault.zero > 0
 
 
-@pytest.mark.parametrize(("control", "seed"), [("equation 23", 5), ("torque", 4), ("computed torque", 4)])
+@pytest.mark.parametrize(
+    ("control", "seed"), [("equation 23", 5), ("torque", 4), ("computed torque", 4)]
+)
 def test_a_meter_that_steps_while_nothing_moves_its_torque_is_told_by_a_few_readings(
     control: str, seed: int, pair: LiveModel
 ) -> None:
@@ -123,7 +144,9 @@ def test_a_meter_that_steps_while_nothing_moves_its_torque_is_told_by_a_few_read
 
 
 @pytest.mark.parametrize("kind", ["1e30", "stuck", "0", "late"])
-def test_a_meter_that_cannot_be_stops_a_program_that_does_not_ask_for_it(kind: str, pair: LiveModel) -> None:
+def test_a_meter_that_cannot_be_stops_a_program_that_does_not_ask_for_it(
+    kind: str, pair: LiveModel
+) -> None:
     fault = found(pair, "equation 23", "torque", kind)
     assert fault.held, fault
     assert "torque-doubted" in fault.said
@@ -157,7 +180,9 @@ def test_a_meter_that_only_disagrees_with_the_model_stops_a_program_where_the_me
 def test_a_rig_without_a_meter_that_sends_zero_is_stopped_only_where_the_meter_is_needed(
     needed: float, bingham: Path
 ) -> None:
-    wave = LoopProgram("fields", Mode.FIELDS, Waveform.SINE, amplitude=0.1, frequency=2.0, offset=0.3)
+    wave = LoopProgram(
+        "fields", Mode.FIELDS, Waveform.SINE, amplitude=0.1, frequency=2.0, offset=0.3
+    )
     core = Core(replace(SENSOR, observer="none", meter_needed=needed, programs=(wave,)), bingham)
     frames = closed(core, 900, lambda k, torque: 0.0)
     assert said(frames, "torque-doubted", "stuck").size > 100
@@ -166,7 +191,9 @@ def test_a_rig_without_a_meter_that_sends_zero_is_stopped_only_where_the_meter_i
 
 def test_a_coarse_meter_that_shows_a_count_late_is_not_stuck(bingham: Path) -> None:
     """Counts of 20 mN m: the model's torque moves by 2 % of the largest effort, and no count shows it."""
-    wave = LoopProgram("fields", Mode.FIELDS, Waveform.SINE, amplitude=0.05, frequency=2.0, offset=0.3)
+    wave = LoopProgram(
+        "fields", Mode.FIELDS, Waveform.SINE, amplitude=0.05, frequency=2.0, offset=0.3
+    )
     core = Core(replace(SENSOR, observer="none", meter_needed=1.0, programs=(wave,)), bingham)
     frames = closed(core, 2000, lambda k, torque: 0.02 * round(torque / 0.02))
     assert np.ptp(frames["estimate"][600:]) > SENSOR.torque_still
@@ -176,7 +203,9 @@ def test_a_coarse_meter_that_shows_a_count_late_is_not_stuck(bingham: Path) -> N
 
 def test_a_small_torque_whose_sign_turns_is_told_by_the_last_readings(bingham: Path) -> None:
     """It is within the band of the model and within dry friction; impedance went on for half a second."""
-    small = LoopProgram("torque", Mode.TORQUE, Waveform.SINE, amplitude=0.004, frequency=25.0, motor_torque=0.1)
+    small = LoopProgram(
+        "torque", Mode.TORQUE, Waveform.SINE, amplitude=0.004, frequency=25.0, motor_torque=0.1
+    )
     settings = replace(SENSOR, programs=(small,))
     frames = closed(Core(settings, bingham), 700, lambda k, torque: -torque if k >= 600 else torque)
     told = said(frames, "torque-doubted", "disagrees")
@@ -214,14 +243,20 @@ def test_a_small_torque_that_is_wrong_within_dry_friction_is_held(
 
 def held_output(**changes: Any) -> LoopSettings:
     """A loop whose output rests within its dry friction of 3 mN m, while the field swings about 0.033."""
-    wave = LoopProgram("fields", Mode.FIELDS, Waveform.SINE, amplitude=0.003, frequency=40.0, offset=0.033)
+    wave = LoopProgram(
+        "fields", Mode.FIELDS, Waveform.SINE, amplitude=0.003, frequency=40.0, offset=0.033
+    )
     load = {"load_inertia": 1.6e-5, "load_friction": 0.003, "load_drag": 1e-5, "load_band": 0.002}
     return replace(SENSOR, meter_needed=2.0, programs=(wave,), **{**load, **changes})
 
 
 def test_at_rest_the_meter_keeps_its_usual_distance_from_the_model(bingham: Path) -> None:
     def reads(change: Any, **changes: Any) -> Any:
-        return said(closed(Core(held_output(**changes), bingham), 1200, change), "torque-doubted", "disagrees")
+        return said(
+            closed(Core(held_output(**changes), bingham), 1200, change),
+            "torque-doubted",
+            "disagrees",
+        )
 
     def more(by: float) -> Any:
         return lambda k, torque: torque + by if k >= 600 else torque
@@ -240,7 +275,9 @@ def test_at_rest_the_meter_keeps_its_usual_distance_from_the_model(bingham: Path
 
 
 @pytest.mark.slow
-def test_an_output_that_a_hand_holds_is_no_fault_where_nothing_is_said_of_its_load(pair: LiveModel) -> None:
+def test_an_output_that_a_hand_holds_is_no_fault_where_nothing_is_said_of_its_load(
+    pair: LiveModel,
+) -> None:
     settings = replace(study.settings_of("impedance", pair, RIG), load_inertia=0.0)
     frames = AcceleratedRun(settings, pair.library, RIG, seed=0, hand=np.zeros(1)).frames(2000)[0]
     assert said(frames, "alpha-doubted").size == 0
@@ -252,8 +289,12 @@ def test_a_sensor_adds_no_more_than_a_tenth_at_once(bingham: Path) -> None:
     fields: list[float] = []
     for observer in ("none", "sensor"):
         still = LoopProgram("torque", Mode.TORQUE, amplitude=0.15, motor_torque=0.1)
-        core = Core(replace(SENSOR, observer=observer, torque_scale=1e-6, programs=(still,)), bingham)
-        frames = closed(core, 900, lambda k, torque: torque - (0.0006 * (k - 600) if k >= 600 else 0.0))
+        core = Core(
+            replace(SENSOR, observer=observer, torque_scale=1e-6, programs=(still,)), bingham
+        )
+        frames = closed(
+            core, 900, lambda k, torque: torque - (0.0006 * (k - 600) if k >= 600 else 0.0)
+        )
         assert said(frames[:680], "trip").size == 0
         fields.append(float(frames["field1"][680]))
     assert 1.0 < fields[1] / fields[0] < 1.25  # Bingham's torque is no line of the field
@@ -261,7 +302,9 @@ def test_a_sensor_adds_no_more_than_a_tenth_at_once(bingham: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("control", ["torque", "computed torque", "impedance", "wall"])
-def test_no_impossible_reading_of_any_sensor_drives_the_field(control: str, pair: LiveModel) -> None:
+def test_no_impossible_reading_of_any_sensor_drives_the_field(
+    control: str, pair: LiveModel
+) -> None:
     model = study.model_of(RIG, "bingham", "single") if control == "wall" else pair
     for sensor in study.SENSORS[: 2 if control == "wall" else 3]:
         for kind in IMPOSSIBLE:
@@ -294,11 +337,15 @@ def test_a_wrong_encoder_that_comes_by_where_it_was_last_seen_to_go_is_not_belie
 def test_a_healthy_sensor_is_not_doubted(pair: LiveModel) -> None:
     settings = study.settings_of("torque", pair, RIG)
     frames = study.frames_of(settings, pair.library, RIG, seed=1)
-    named = sum(bit for name, bit in EVENT_BITS.items() if name.endswith("-doubted") or name == "trip")
+    named = sum(
+        bit for name, bit in EVENT_BITS.items() if name.endswith("-doubted") or name == "trip"
+    )
     assert not (frames["events"] & np.uint32(named)).any()
 
 
-@pytest.mark.parametrize("name", ["torque-sine", "torque-step", "impedance", "tracking-slow", "step"])
+@pytest.mark.parametrize(
+    "name", ["torque-sine", "torque-step", "impedance", "tracking-slow", "step"]
+)
 def test_the_programs_of_the_pair_ask_for_what_it_can_give(name: str, pair: LiveModel) -> None:
     frames = program_frames(pair, name).frames(4000)[0]
     unwanted = ("unreachable", "trip", "torque-doubted", "theta-doubted", "alpha-doubted")
@@ -307,13 +354,17 @@ def test_the_programs_of_the_pair_ask_for_what_it_can_give(name: str, pair: Live
 
 @pytest.mark.parametrize("effort", [0.02, 0.139, 4.0])
 @pytest.mark.parametrize("device", ["coaxial", "single"])
-def test_no_program_asks_for_more_torque_than_the_model_has_seen(device: DeviceName, effort: float) -> None:
+def test_no_program_asks_for_more_torque_than_the_model_has_seen(
+    device: DeviceName, effort: float
+) -> None:
     offered = standard_programs(RIG, model=True, device=device, effort=effort, stiffness=0.5)
     programs = {program.name: program for program in offered}
     for name in ("torque-sine", "torque-step"):
         asked = programs[name]
         assert 0.0 < asked.amplitude + abs(asked.offset) < effort, name
-        assert (asked.amplitude < asked.offset) == (device == "single"), "a brake gives no torque of the other sign"
+        assert (asked.amplitude < asked.offset) == (device == "single"), (
+            "a brake gives no torque of the other sign"
+        )
         assert f"{asked.amplitude:g}" in asked.meaning
     if device == "coaxial":
         assert 0.5 * programs["impedance"].amplitude < effort
@@ -358,7 +409,9 @@ def test_a_strong_motor_that_drives_the_output_into_its_stops_is_no_fault(
     chosen = next(p for p in programs if p.name == name)
     settings = rig_settings(RIG, (chosen,), observer=observer, torque_lead=1.5e-3, torque_lag=1e-3)
     stroke = {"stroke": shaft_angle(RIG, 0.9)}
-    settings = replace(settings, **stroke, **sensor_limits("coaxial", pair, RIG), **free_output(RIG))
+    settings = replace(
+        settings, **stroke, **sensor_limits("coaxial", pair, RIG), **free_output(RIG)
+    )
     frames = study.frames_of(settings, pair.library, RIG, seed=1)
     assert np.abs(frames["alpha"]).max() > shaft_angle(RIG, 1.0)
     for event in ("trip", "torque-doubted", "alpha-doubted", "theta-doubted"):
@@ -408,7 +461,9 @@ def test_a_meter_that_jumps_while_a_brake_rests_is_wrong(kind: str) -> None:
     healthy = study.frames_of(settings, brake.library, RIG, 0)
     rest = healthy["theta"][begin - 50 : begin + 20]
     assert np.ptp(rest) == 0.0
-    fault = study.judged(healthy, study.frames_of(settings, brake.library, RIG, 0, ("torque", kind, begin)), begin)
+    fault = study.judged(
+        healthy, study.frames_of(settings, brake.library, RIG, 0, ("torque", kind, begin)), begin
+    )
     assert fault.held, fault
     assert fault.zero < 12
 
@@ -422,7 +477,9 @@ def test_an_encoder_that_is_wrong_while_its_drive_rests_reads_as_in_health() -> 
     for kind in ("stuck", "late"):
         faulty = study.frames_of(settings, brake.library, RIG, 0, ("theta", kind, begin))
         for name in FRAME.names or ():
-            assert np.array_equal(healthy[name][:unknown], faulty[name][:unknown], equal_nan=True), (kind, name)
+            assert np.array_equal(
+                healthy[name][:unknown], faulty[name][:unknown], equal_nan=True
+            ), (kind, name)
         assert study.cause_of(settings, RIG, ("theta", kind, begin), healthy, faulty) == "same bits"
 
 
@@ -430,7 +487,10 @@ def resting(change: Any, wave: Waveform = Waveform.CONSTANT) -> Any:
     """Frames of a brake whose drive rests on one count of its encoder; what its meter reads is noise about 8 mN m."""
     program = LoopProgram("fields", Mode.FIELDS, wave, amplitude=0.1, frequency=1.0, offset=0.3)
     limits: dict[str, Any] = torque_limits(0.4, 5e-3, 1e-3) | free_drive(RIG)
-    core = Core(LoopSettings(device="single", programs=(program,), rise_rate=1e6, fall_rate=1e6, **limits), None)
+    core = Core(
+        LoopSettings(device="single", programs=(program,), rise_rate=1e6, fall_rate=1e6, **limits),
+        None,
+    )
     noise = 3e-4 * np.random.default_rng(5).standard_normal(900)
     sample, frames = np.zeros(1, SAMPLE), np.zeros(900, FRAME)
     for k in range(900):
@@ -462,8 +522,12 @@ def test_at_rest_no_count_of_a_coarse_meter_no_slow_change_and_no_new_field_is_a
 @pytest.mark.slow
 def test_a_healthy_drive_and_its_meter_agree() -> None:
     brake = study.model_of(RIG, "bingham", "single")
-    for program in standard_programs(RIG, model=True, motor=0.6, device="single", effort=brake.effort):
-        settings = rig_settings(RIG, (program,), device="single", observer="sensor", torque_lead=1.5e-3)
+    for program in standard_programs(
+        RIG, model=True, motor=0.6, device="single", effort=brake.effort
+    ):
+        settings = rig_settings(
+            RIG, (program,), device="single", observer="sensor", torque_lead=1.5e-3
+        )
         settings = replace(settings, **sensor_limits("single", brake, RIG), **free_drive(RIG))
         frames = study.frames_of(settings, brake.library, RIG, seed=1)
         assert said(frames, "torque-doubted").size == 0, program.name
@@ -483,7 +547,9 @@ def program_frames(pair: LiveModel, name: str) -> AcceleratedRun:
     """A run of the TWIN under one of the offered programs; a rest is its second."""
     programs = standard_programs(RIG, model=True)
     chosen = (next(p for p in programs if p.name == name), REST)
-    settings = rig_settings(RIG, chosen, observer="none", torque_lead=1.5e-3, stroke=shaft_angle(RIG, 0.9))
+    settings = rig_settings(
+        RIG, chosen, observer="none", torque_lead=1.5e-3, stroke=shaft_angle(RIG, 0.9)
+    )
     settings = replace(settings, **sensor_limits("coaxial", pair, RIG), **free_output(RIG))
     return AcceleratedRun(settings, pair.library, RIG, seed=3)
 
@@ -519,7 +585,9 @@ def said(frames: Any, *names: str) -> Any:
         ("disagrees", lambda k, torque: -torque),
     ],
 )
-def test_the_event_names_sensor_and_reason_and_the_trip_says_it(reason: str, wrong: Any, bingham: Path) -> None:
+def test_the_event_names_sensor_and_reason_and_the_trip_says_it(
+    reason: str, wrong: Any, bingham: Path
+) -> None:
     core = Core(SENSOR, bingham)
     frames = closed(core, 700, lambda k, torque: wrong(k, torque) if k >= 600 else torque)
     assert said(frames, "torque-doubted", reason)[0] == 600
@@ -550,14 +618,20 @@ def test_samples_that_come_together_are_each_asked_for_a_period(bingham: Path) -
     samples["time_ns"] = samples["seq"] * np.uint64(1_000_000)
     samples["theta"] = 0.04 * np.arange(200)
     samples["torque"] = 0.05 * np.arange(200) % 0.2
-    frames = np.array([core.step(samples[2 * k : 2 * k + 2], 2 * k + 1)[1].copy() for k in range(100)])
+    frames = np.array(
+        [core.step(samples[2 * k : 2 * k + 2], 2 * k + 1)[1].copy() for k in range(100)]
+    )
     assert said(frames, "torque-doubted", "glitch").size == 0
 
 
-def test_a_repeated_reading_is_stuck_while_the_model_moves_or_where_there_was_noise(bingham: Path) -> None:
+def test_a_repeated_reading_is_stuck_while_the_model_moves_or_where_there_was_noise(
+    bingham: Path,
+) -> None:
     frames = closed(Core(SENSOR, bingham), 900, lambda k, torque: 0.15 if k >= 600 else torque)
     assert 604 <= said(frames, "torque-doubted", "stuck")[0] <= 620
-    still = replace(SENSOR, programs=(LoopProgram("torque", Mode.TORQUE, amplitude=0.15, motor_torque=0.1),))
+    still = replace(
+        SENSOR, programs=(LoopProgram("torque", Mode.TORQUE, amplitude=0.15, motor_torque=0.1),)
+    )
     coarse = closed(Core(still, bingham), 3000, lambda k, torque: round(torque, 2))
     assert said(coarse[50:], "torque-doubted").size == 0
     noisy = closed(Core(still, bingham), 900, lambda k, torque: 0.15 if k >= 600 else torque)
@@ -565,7 +639,11 @@ def test_a_repeated_reading_is_stuck_while_the_model_moves_or_where_there_was_no
 
 
 def test_without_an_observer_of_the_sensor_control_goes_on(bingham: Path) -> None:
-    frames = closed(Core(replace(SENSOR, observer="none"), bingham), 700, lambda k, torque: 5.0 if k >= 600 else torque)
+    frames = closed(
+        Core(replace(SENSOR, observer="none"), bingham),
+        700,
+        lambda k, torque: 5.0 if k >= 600 else torque,
+    )
     assert said(frames, "torque-doubted").size == 100
     assert said(frames, "trip").size == 0
 
@@ -585,7 +663,9 @@ def test_limits_follow_from_the_device_and_the_model() -> None:
     model = LiveModel(Path("none"), "some", "0", effort=0.2, slip=50.0, band=0.01)
     pair, foreign = sensor_limits("coaxial", model, RIG), sensor_limits("single", model, None)
     assert pair["torque_limit"] == pytest.approx(2.0 * (0.51 + 0.48))
-    assert pair["alpha_limit"] > 2.0 * np.pi * RIG.value("screw.half_stroke") / RIG.value("screw.lead")
+    assert pair["alpha_limit"] > 2.0 * np.pi * RIG.value("screw.half_stroke") / RIG.value(
+        "screw.lead"
+    )
     assert foreign["torque_limit"] == pytest.approx(1.6)
     assert foreign["theta_glitch"] == foreign["alpha_fastest"] == pytest.approx(500.0)
     assert not any(sensor_limits("single", None, None).values())
@@ -594,7 +674,10 @@ def test_limits_follow_from_the_device_and_the_model() -> None:
 @pytest.mark.parametrize(
     ("trip", "words"),
     [
-        ("alpha-doubted: torque-doubted: disagrees", "The torque meter and the output encoder contradict each other"),
+        (
+            "alpha-doubted: torque-doubted: disagrees",
+            "The torque meter and the output encoder contradict each other",
+        ),
         ("torque-doubted: stuck", "The torque meter is stuck"),
         ("torque-doubted: disagrees", "The torque meter disagrees with the model"),
         ("alpha-doubted: theta-doubted: glitch", "The drive encoder or the output encoder jumps"),
@@ -615,7 +698,9 @@ def test_a_network_that_comes_back_to_the_edge_of_its_log_is_not_taken_for_a_fau
     monkeypatch.setattr(study, "ROWS", 1000)
     model = study.model_of(RIG, "fnn-16", "coaxial")
     usual = study.settings_of("torque", model, RIG)
-    fast = replace(usual, programs=tuple(replace(program, motor_torque=0.2) for program in usual.programs))
+    fast = replace(
+        usual, programs=tuple(replace(program, motor_torque=0.2) for program in usual.programs)
+    )
     frames = study.frames_of(fast, model.library, RIG, 0)
     outside = frames["flags"] & 1 != 0
     assert np.count_nonzero(np.diff(outside.astype(int)) < 0) > 0, "it never came back"

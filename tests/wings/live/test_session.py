@@ -36,7 +36,14 @@ from erclutch.wings.live.layout import EVENT_BITS, EVENTS, FRAME
 from erclutch.wings.live.live_model import live_model
 from erclutch.wings.live.orders import Order
 from erclutch.wings.live.ring import RingError, RingInfo, RingReader, State, make_ring
-from erclutch.wings.live.session import TWIN, LiveError, LiveModel, ServedRig, Session, SessionOptions
+from erclutch.wings.live.session import (
+    TWIN,
+    LiveError,
+    LiveModel,
+    ServedRig,
+    Session,
+    SessionOptions,
+)
 from erclutch.wings.live.session_figures import Histogram, SessionFigures
 from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode, Waveform
 from erclutch.wings.rig.interface import Measurement, RigCommand
@@ -67,7 +74,9 @@ def replayed(folder: Path, rows: int) -> tuple[ServedRig, Any]:
     angles = np.column_stack([40.0 * t, 5.0 * np.sin(2.0 * np.pi * t), 0.1 * np.cos(t)])
     np.save(folder / "angles.npy", angles)
     return ServedRig(
-        "a log", "RECORDING", {"kind": "replay", "angles": str(folder / "angles.npy"), "period": 1e-3}
+        "a log",
+        "RECORDING",
+        {"kind": "replay", "angles": str(folder / "angles.npy"), "period": 1e-3},
     ), angles
 
 
@@ -93,7 +102,12 @@ def test_replay_estimates_what_the_model_says(tmp_path: Path, bingham: Path) -> 
     commands = np.column_stack([np.maximum(wave, 0), np.maximum(-wave, 0), np.full(rows, 0.1)])
     program = LoopProgram("recording", Mode.FIELDS, Waveform.TABLE, table=commands, by_sample=True)
     settings = LoopSettings(
-        programs=(program,), rise_rate=1e9, fall_rate=1e9, theta_glitch=0.0, alpha_glitch=0.0, late_trip=5.0
+        programs=(program,),
+        rise_rate=1e9,
+        fall_rate=1e9,
+        theta_glitch=0.0,
+        alpha_glitch=0.0,
+        late_trip=5.0,
     )
     with Session(rig, settings, LiveModel(bingham, "bingham-by-hand", DIGEST)) as session:
         frames = collected(session)
@@ -123,7 +137,9 @@ def _fitted(name: str) -> str:
 
     data = build_dataset(prepare("training", seconds=10.0).recording(), device="coaxial")
     model = compare(data, Settings(models=(name,), lag="none")).entries[0].outcome.model
-    if isinstance(model, NetworkModel):  # a rig at rest is outside its training: the guess there is not to be limited
+    if isinstance(
+        model, NetworkModel
+    ):  # a rig at rest is outside its training: the guess there is not to be limited
         model = replace(model, trained_on=replace(model.trained_on, effort=(-10.0, 10.0)))
     return json.dumps(model.to_dict())
 
@@ -162,7 +178,9 @@ def _resets(frames: Any) -> Any:
         ("bingham+lag+dahl/field", "twin, adapting"),
     ],
 )
-def test_a_model_with_memory_estimates_what_predict_says(kind: str, name: str, tmp_path: Path) -> None:
+def test_a_model_with_memory_estimates_what_predict_says(
+    kind: str, name: str, tmp_path: Path
+) -> None:
     """However late some rows were, the estimates have the bits of the step, and those of `effort` inside all ranges.
 
     With adaptation the bits are those of the step that adapts. A reset after a trip begins the model anew.
@@ -172,10 +190,15 @@ def test_a_model_with_memory_estimates_what_predict_says(kind: str, name: str, t
     path = tmp_path / "model.json"
     path.write_text(_fitted(name))
     model = load_model(path)
-    steps = LoopProgram("sine", Mode.FIELDS, Waveform.SINE, amplitude=0.4, frequency=5.0, motor_torque=0.1)
+    steps = LoopProgram(
+        "sine", Mode.FIELDS, Waveform.SINE, amplitude=0.4, frequency=5.0, motor_torque=0.1
+    )
     settings = LoopSettings(programs=(steps,), late_trip=5.0, theta_glitch=0.0, alpha_glitch=0.0)
     live = live_model(path, "coaxial", adapt=adapt)
-    with _any_rig(kind, tmp_path) as rig, Session(rig, settings, live, SessionOptions(seconds=1.2)) as session:
+    with (
+        _any_rig(kind, tmp_path) as rig,
+        Session(rig, settings, live, SessionOptions(seconds=1.2)) as session,
+    ):
         if held_up:
             _until(lambda: session.reader().state is State.RUNNING)
             time.sleep(0.6)
@@ -187,13 +210,17 @@ def test_a_model_with_memory_estimates_what_predict_says(kind: str, name: str, t
     frames = frames[np.flatnonzero(np.isfinite(frames["estimate"]))[0] :]
     starts = _resets(frames)
     assert starts.size > 0 or not held_up
-    rows = np.column_stack([frames[name] for name in ("field1", "field2", "theta_dot", "alpha_dot")])
+    rows = np.column_stack(
+        [frames[name] for name in ("field1", "field2", "theta_dot", "alpha_dot")]
+    )
     not_used = ("sample-lost", "sample-invalid", "glitch", "torque-doubted")
     lost = (frames["events"] & sum(EVENT_BITS[name] for name in not_used)) != 0
     # The loop's model watches its own residual. A clutch at one speed passes on whatever is asked of it: no residual.
     slips = np.abs(rows[:, 2:3] * np.array([1.0, -1.0]) - rows[:, 3:]) > settings.least_slip
     field = frames["field1"] - frames["field2"]
-    slipping = np.where(field > 0.0, slips[:, 0], np.where(field < 0.0, slips[:, 1], slips.all(axis=1)))
+    slipping = np.where(
+        field > 0.0, slips[:, 0], np.where(field < 0.0, slips[:, 1], slips.all(axis=1))
+    )
     measured = np.where(lost | ~slipping, np.nan, frames["torque"])
     step = step_of(model, ExportOptions("m", period=1e-3, alarms=True, adapt=adapt))
     parts = [run(step, part) for part in np.split(np.column_stack([rows, measured]), starts)]
@@ -206,20 +233,28 @@ def test_a_model_with_memory_estimates_what_predict_says(kind: str, name: str, t
         assert live.name.endswith(", adapting")
         assert np.any(flags & ADAPTED)
         return
-    elements = elements_of("coaxial", dict(zip(("E1", "E2", "theta_dot", "alpha_dot"), rows.T, strict=True)))
+    elements = elements_of(
+        "coaxial", dict(zip(("E1", "E2", "theta_dot", "alpha_dot"), rows.T, strict=True))
+    )
     clock = Clock(1e-3 * np.arange(frames.size), (Span(0, frames.size, 1e-3),))
     data = Dataset("coaxial", tuple(elements), effort, clock, model.units)
     # A row far from training rows is told and not changed; a row beyond the ranges, or of an effort at its limit, is.
-    changed = replace(model.trained_on, near=()).outside(data) | ((flags & (LIMITED | NON_FINITE)) != 0)
+    changed = replace(model.trained_on, near=()).outside(data) | (
+        (flags & (LIMITED | NON_FINITE)) != 0
+    )
     inside = int(np.argmax(changed)) if changed.any() else frames.size
     inside = min([inside, *starts])
     assert inside > 300
-    np.testing.assert_array_equal(frames["estimate"][:inside], model.effort(elements, clock)[:inside])
+    np.testing.assert_array_equal(
+        frames["estimate"][:inside], model.effort(elements, clock)[:inside]
+    )
 
 
 def test_library_rig_and_its_fault() -> None:
     library = build("rig.so", [HERE / "rig_library.c"], shared=True, flags=("-I", str(SOURCES)))
-    with Session(LibraryRig("mine", library, "200"), LoopSettings(programs=(PUSH,), late_trip=5.0), None) as session:
+    with Session(
+        LibraryRig("mine", library, "200"), LoopSettings(programs=(PUSH,), late_trip=5.0), None
+    ) as session:
         reader = session.reader()
         _until(lambda: reader.state is State.TRIPPED)
         assert reader.trip_reason == "rig-fault"
@@ -231,12 +266,18 @@ def test_library_rig_and_its_fault() -> None:
     one = LibraryRig("mine", library, "200", device="single", channels=words)
     assert one.named is not None
     channels = one.named.of(channels_of("single", one.named.units, motor=one.named.motor))
-    settings = LoopSettings("single", programs=(LoopProgram("on", Mode.FIELDS, amplitude=0.4),), late_trip=5.0)
+    settings = LoopSettings(
+        "single", programs=(LoopProgram("on", Mode.FIELDS, amplitude=0.4),), late_trip=5.0
+    )
     with Session(one, settings, None, SessionOptions(channels=channels)) as session:
         reader = session.reader()
         _until(lambda: reader.state is State.TRIPPED)
         frames = reader.read()
-    assert [str(c) for c in reader.info.channels[:3]] == ["position = stroke [m]", "slip [m/s]", "field = current [A]"]
+    assert [str(c) for c in reader.info.channels[:3]] == [
+        "position = stroke [m]",
+        "slip [m/s]",
+        "field = current [A]",
+    ]
     assert (frames["field"][10:190] == 0.4).all()
     assert frames["slip"][150] == pytest.approx(40.0, rel=1e-3)
     assert np.nanmax(frames["effort"]) == 0.1
@@ -330,7 +371,9 @@ def served(fake: Fake) -> Iterator[tuple[RigServer, socket.socket]]:
             thread.join()
 
 
-def _asked(loop: socket.socket, seq: int, field1: float = 0.3, session: int = 7, flags: int = 0) -> Any:
+def _asked(
+    loop: socket.socket, seq: int, field1: float = 0.3, session: int = 7, flags: int = 0
+) -> Any:
     loop.send(pack_command(CommandPacket(session, seq, 0, field1, 0.0, 0.1, flags)))
     return unpack_sensors(loop.recv(100), 7)
 
@@ -344,7 +387,9 @@ def test_rig_answers_each_command_and_goes_on_alone() -> None:
         asked_at = time.monotonic()  # the rig hears it after that, and its clock runs from there
         first = _asked(loop, 1)
         assert (first.seq, first.theta, first.torque, first.status) == (1, 1.0, 0.5, 0)
-        seen = [unpack_sensors(loop.recv(100), 7) for _ in range(40)]  # no more commands: its own clock, its watchdog
+        seen = [
+            unpack_sensors(loop.recv(100), 7) for _ in range(40)
+        ]  # no more commands: its own clock, its watchdog
         assert [p.seq for p in seen if p] == list(range(2, 42))
         status = [p.status for p in seen if p]
         on = status.index(WATCHDOG)
@@ -357,12 +402,16 @@ def test_rig_answers_each_command_and_goes_on_alone() -> None:
 
 
 def test_rig_drops_what_is_not_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("erclutch.wings.rig.rig_server.WATCHDOG_TIME", 60.0)  # after it, packets of others are taken
+    monkeypatch.setattr(
+        "erclutch.wings.rig.rig_server.WATCHDOG_TIME", 60.0
+    )  # after it, packets of others are taken
     fake = Fake()
     with served(fake) as (server, loop):
         _asked(loop, 5)
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-            other.sendto(pack_command(CommandPacket(7, 99, 0, 0.5, 0.0, 0.1)), ("127.0.0.1", server.port))
+            other.sendto(
+                pack_command(CommandPacket(7, 99, 0, 0.5, 0.0, 0.1)), ("127.0.0.1", server.port)
+            )
         for packet in (
             pack_command(CommandPacket(7, 5, 0, 0.5, 0.0, 0.1)),  # again
             pack_command(CommandPacket(7, 4, 0, 0.5, 0.0, 0.1)),  # late
@@ -398,13 +447,17 @@ def test_another_loop_is_heard_after_the_watchdog() -> None:
 # --- names, compilers, figures ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("text", ["", "10.0.0.1", "10.0.0.1:x", "host:5005", "10.0.0.1:0", "10.0.0.1:70000", "::1:5"])
+@pytest.mark.parametrize(
+    "text", ["", "10.0.0.1", "10.0.0.1:x", "host:5005", "10.0.0.1:0", "10.0.0.1:70000", "::1:5"]
+)
 def test_addresses_that_are_none(text: str) -> None:
     with pytest.raises(SettingError):
         udp_rig(text)
 
 
-def test_compiled_once_and_again_if_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_compiled_once_and_again_if_damaged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("ERCLUTCH_CACHE", str(tmp_path))
     source = HERE / "bingham.c"
     made = build("m.so", [source], shared=True)
@@ -431,7 +484,10 @@ def test_a_compiler_that_does_not_answer_is_passed_over(tmp_path: Path) -> None:
     (tmp_path / "cc").chmod(0o755)
     script = "from erclutch.wings.live.c_build import find_compiler; print(find_compiler().name)"
     said = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, env={**os.environ, "PATH": str(tmp_path)}
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PATH": str(tmp_path)},
     )
     assert said.stdout == "zig\n", said.stderr
 
@@ -440,14 +496,20 @@ def test_a_compiler_that_does_not_answer_is_passed_over(tmp_path: Path) -> None:
 def test_live_with_zig_alone(tmp_path: Path) -> None:
     """No other compiler on the path, nothing in the cache: the loop and a model are compiled by the wheel, and run."""
     (tmp_path / "bin").mkdir()
-    environment = {"PATH": str(tmp_path / "bin"), "ERCLUTCH_CACHE": str(tmp_path / "cache"), "CC": ""}
+    environment = {
+        "PATH": str(tmp_path / "bin"),
+        "ERCLUTCH_CACHE": str(tmp_path / "cache"),
+        "CC": "",
+    }
     words = ("--headless", "--seconds", "0.5", "--run", str(HERE / "model.json"), "--json")
     done = _cli(*words, **environment)
     assert done.returncode == 0, done.stderr
     figures = json.loads(done.stdout)
     assert (figures["origin"], figures["exit"]) == ("TWIN", 0)
     assert figures["frames"] + figures["missed"] >= 500
-    made = [file.name for file in (tmp_path / "cache").rglob("*") if not file.name.endswith(".sha256")]
+    made = [
+        file.name for file in (tmp_path / "cache").rglob("*") if not file.name.endswith(".sha256")
+    ]
     assert "erclutch-loop" in made
     assert any(name.startswith("liblive-") for name in made)
 
@@ -456,7 +518,9 @@ def test_live_with_zig_alone(tmp_path: Path) -> None:
 def test_no_compiler_at_all_is_one_sentence(tmp_path: Path) -> None:
     """Without compilers on the path and without the wheel."""
     hidden = "import sys; sys.modules['ziglang'] = None; import importlib.util as u; found = u.find_spec\n"
-    hidden += "u.find_spec = lambda name, *rest: None if name == 'ziglang' else found(name, *rest)\n"
+    hidden += (
+        "u.find_spec = lambda name, *rest: None if name == 'ziglang' else found(name, *rest)\n"
+    )
     script = f"{hidden}from erclutch.cli import main; sys.argv = ['erclutch', *sys.argv[1:]]; sys.exit(main())"
     for words in ((), ("--run", str(HERE / "model.json"))):
         done = subprocess.run(
@@ -464,10 +528,18 @@ def test_no_compiler_at_all_is_one_sentence(tmp_path: Path) -> None:
             capture_output=True,
             text=True,
             timeout=100,
-            env={**os.environ, "PATH": str(tmp_path), "CC": "", "ERCLUTCH_CACHE": str(tmp_path), "COLUMNS": "200"},
+            env={
+                **os.environ,
+                "PATH": str(tmp_path),
+                "CC": "",
+                "ERCLUTCH_CACHE": str(tmp_path),
+                "COLUMNS": "200",
+            },
         )
         assert done.returncode != 0
-        assert done.stderr == 'error: there is no C compiler. Get one: pip install "erclutch[live]".\n'
+        assert (
+            done.stderr == 'error: there is no C compiler. Get one: pip install "erclutch[live]".\n'
+        )
 
 
 @pytest.mark.parametrize("late", [0, 2, 5])
@@ -477,26 +549,41 @@ def test_a_trip_on_a_busy_machine_says_so(late: int, tmp_path: Path, ring_writer
     frame = np.zeros((), FRAME)
     for tick in range(20):
         frame["time_ns"] = 10**9 + tick * 1_000_000
-        frame["events"] = EVENT_BITS["trip"] if tick == 19 else EVENT_BITS["sample-lost"] if tick < late else 0
+        frame["events"] = (
+            EVENT_BITS["trip"] if tick == 19 else EVENT_BITS["sample-lost"] if tick < late else 0
+        )
         frame["lateness_ns"] = 7_900_000
         writer.write(frame)
         watch.poll()
-    assert watch.busy.startswith("This machine was busy: in the second before, 5 samples" if late == 5 else "")
+    assert watch.busy.startswith(
+        "This machine was busy: in the second before, 5 samples" if late == 5 else ""
+    )
     assert bool(watch.busy) == (late == 5)
 
 
-def test_a_step_that_took_long_is_not_called_late_by_nothing(tmp_path: Path, ring_writer: Any) -> None:
+def test_a_step_that_took_long_is_not_called_late_by_nothing(
+    tmp_path: Path, ring_writer: Any
+) -> None:
     """ "by up to 0.0 ms" stood there: the step before woke up in time, and then took long."""
     ring = make_ring(tmp_path / "ring", RingInfo(capacity=64))
     writer, watch = ring_writer(ring), SessionFigures(RingReader(ring, "oldest"))
     frame = np.zeros((), FRAME)
     for tick in range(20):
         frame["time_ns"] = 10**9 + tick * 1_000_000
-        frame["events"] = EVENT_BITS["trip"] if tick == 19 else EVENT_BITS["overrun"] if tick in (3, 5, 7, 9) else 0
+        frame["events"] = (
+            EVENT_BITS["trip"]
+            if tick == 19
+            else EVENT_BITS["overrun"]
+            if tick in (3, 5, 7, 9)
+            else 0
+        )
         frame["lateness_ns"] = 0
         writer.write(frame)
     watch.poll()
-    assert "0 samples of the rig did not come in time, and 4 steps came late. Close other programs" in watch.busy
+    assert (
+        "0 samples of the rig did not come in time, and 4 steps came late. Close other programs"
+        in watch.busy
+    )
 
 
 def test_the_estimate_is_judged_where_both_are_known(tmp_path: Path, ring_writer: Any) -> None:
@@ -580,7 +667,10 @@ def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
     [
         (("--rig", "nothing"), "unknown rig 'nothing'"),
         (("--rig", "replay"), "Give --log FILE"),
-        (("--rig", "replay", "--log", "any.csv", "--field-limit", "1"), "--field-limit with a replay"),
+        (
+            ("--rig", "replay", "--log", "any.csv", "--field-limit", "1"),
+            "--field-limit with a replay",
+        ),
         (("--rig", "udp"), "the address of the rig is missing"),
         (("--seconds", "0"), "--seconds 0"),
         (("--priority", "100"), "--priority 100"),
@@ -591,12 +681,20 @@ def _cli(*words: str, **environment: str) -> subprocess.CompletedProcess[str]:
             "at most the supply's 0.5",
         ),
         (("--run", "none.json"), "none.json"),
-        (("--no-model", "--stiffness", "9", "--damping", "0.004"), "Give at most 2 damping / period, 8 N m/rad"),
+        (
+            ("--no-model", "--stiffness", "9", "--damping", "0.004"),
+            "Give at most 2 damping / period, 8 N m/rad",
+        ),
         (("--no-model", "--stiffness", "nan"), "--stiffness 'nan' is no quantity in N*m/rad"),
-        (("--no-model", "--rig", "twin-brake", "--program", "impedance"), "there is no program 'impedance'"),
+        (
+            ("--no-model", "--rig", "twin-brake", "--program", "impedance"),
+            "there is no program 'impedance'",
+        ),
     ],
 )
-def test_bad_words_get_one_sentence(words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_words_get_one_sentence(
+    words: tuple[str, ...], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     from erclutch.cli import app
 
     with pytest.raises(ErclutchError, match=said.split()[0]) as caught:
@@ -608,9 +706,13 @@ def test_bad_words_get_one_sentence(words: tuple[str, ...], said: str, capsys: p
 def test_a_replay_has_the_units_of_its_log_or_none(tmp_path: Path) -> None:
     for head, unit in (("E [V]", "V"), ("E", "?")):
         log = tmp_path / "log.csv"
-        rows = "".join(f"{1e-3 * k:.3f},{0.02 * k:.2f},0,0.1,{100 * (-1) ** (k // 50)}\n" for k in range(300))
+        rows = "".join(
+            f"{1e-3 * k:.3f},{0.02 * k:.2f},0,0.1,{100 * (-1) ** (k // 50)}\n" for k in range(300)
+        )
         log.write_text(f"time [s],theta [rad],alpha [rad],T [N*m],{head}\n{rows}", encoding="utf-8")
-        done = _cli("--no-model", "--rig", "replay", "--log", str(log), "--device", "coaxial", "--headless")
+        done = _cli(
+            "--no-model", "--rig", "replay", "--log", str(log), "--device", "coaxial", "--headless"
+        )
         assert done.returncode == 0, done.stderr
         assert f"field1 = CH1 [{unit}]" in done.stdout
         assert "rate-limited" not in done.stdout  # fields are what they were
@@ -633,7 +735,9 @@ def test_packets_of_another_device_are_dropped() -> None:
                     asked = unpack_command(data, 3)
                     assert asked is not None
                     assert asked.device == 1
-                    wire.sendto(pack_sensors(SensorPacket(3, 1, 0, 0.1, 0.0, 0.2, 0, device)), sender)
+                    wire.sendto(
+                        pack_sensors(SensorPacket(3, 1, 0, 0.1, 0.0, 0.2, 0, device)), sender
+                    )
                 assert reader.sensor_seq == (1 if device == 1 else 0)
             frames = session.reader().read()
     assert frames.dtype.names is not None
@@ -643,7 +747,9 @@ def test_packets_of_another_device_are_dropped() -> None:
 
 @pytest.mark.slow
 def test_a_rig_that_does_not_answer() -> None:
-    done = _cli("--rig", "udp", "--address", "127.0.0.1:9", "--headless", "--seconds", "0.2", "--no-model")
+    done = _cli(
+        "--rig", "udp", "--address", "127.0.0.1:9", "--headless", "--seconds", "0.2", "--no-model"
+    )
     assert done.returncode == 3
     assert "no sample came from the rig" in done.stderr
 
@@ -653,16 +759,48 @@ def test_a_single_device_on_the_twin(tmp_path: Path) -> None:
     """A brake: one field, a motor that goes both ways, the law's estimate near the torque meter."""
     log = tmp_path / "brake.csv"
     erclutch = (sys.executable, "-m", "erclutch")
-    fit = ("--models", "bingham", "--lag", "lag", "--derivative", "kalman", "--out", str(tmp_path / "run"))
-    for words in (("simulate", "brake", "--seconds", "12", "--out", str(log)), ("fit", str(log), *fit)):
+    fit = (
+        "--models",
+        "bingham",
+        "--lag",
+        "lag",
+        "--derivative",
+        "kalman",
+        "--out",
+        str(tmp_path / "run"),
+    )
+    for words in (
+        ("simulate", "brake", "--seconds", "12", "--out", str(log)),
+        ("fit", str(log), *fit),
+    ):
         subprocess.run([*erclutch, *words], check=True, capture_output=True)
     (model,) = (tmp_path / "run" / "models").glob("bingham+lag.json")
-    done = _cli("--run", str(model), "--headless", "--seconds", "3", "--json", "--record", "--folder", str(tmp_path))
+    done = _cli(
+        "--run",
+        str(model),
+        "--headless",
+        "--seconds",
+        "3",
+        "--json",
+        "--record",
+        "--folder",
+        str(tmp_path),
+    )
     assert done.returncode == 0, done.stderr
     (file,) = tmp_path.glob("*.mcap")
-    assert read_table(file).columns["seq"][0] == 1.0  # from the start, however late the recorder begins
+    assert (
+        read_table(file).columns["seq"][0] == 1.0
+    )  # from the start, however late the recorder begins
     frames = {name: values[300:] for name, values in read_table(file).columns.items()}
-    assert list(frames)[2:9] == ["position", "slip", "field", "drive", "effort", "estimate", "reference"]
+    assert list(frames)[2:9] == [
+        "position",
+        "slip",
+        "field",
+        "drive",
+        "effort",
+        "estimate",
+        "reference",
+    ]
     assert np.max(frames["field"]) > 0.1
     assert np.min(frames["drive"]) < 0.0 < np.max(frames["drive"])
     off, spread = np.nanstd(frames["effort"] - frames["estimate"]), np.nanstd(frames["effort"])
@@ -685,7 +823,9 @@ def test_live_on_the_twin(tmp_path: Path) -> None:
     assert events["stopping"] == 5
     assert figures["off_effort_rms"] is None  # no model estimates the torque
     (file,) = tmp_path.glob("*.mcap")
-    assert any(f"recording {file.name} is complete" in note for note in figures["notes"]), figures["notes"]
+    assert any(f"recording {file.name} is complete" in note for note in figures["notes"]), figures[
+        "notes"
+    ]
     frames = read_table(file).columns
     assert np.all(np.diff(frames["seq"]) == 1)
     assert frames["seq"][-1] == figures["frames"] - 1
@@ -719,7 +859,11 @@ def test_json_is_one_document_whatever_goes_wrong() -> None:
     assert done.returncode == 0, done.stderr
     figures = json.loads(done.stdout)
     assert figures["origin"] == "HARDWARE"
-    assert figures["tripped"] in ("sample-lost", "overrun", "rig-watchdog")  # the latter: a machine that held it up
+    assert figures["tripped"] in (
+        "sample-lost",
+        "overrun",
+        "rig-watchdog",
+    )  # the latter: a machine that held it up
     meaning = dict(EVENTS)[figures["tripped"]]
     assert f"fields are held at zero: {figures['tripped']} ({meaning})" in done.stderr
 

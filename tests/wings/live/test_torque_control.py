@@ -20,11 +20,15 @@ from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Wavefo
 from erclutch.wings.paper.control_errors import reaches, stands_still
 from tests.support.examples import examples
 
-STAGES = LoopSettings(observer="sensor", observer_bandwidth=20.0, torque_lead=0.0, rise_rate=1e6, fall_rate=1e6)
+STAGES = LoopSettings(
+    observer="sensor", observer_bandwidth=20.0, torque_lead=0.0, rise_rate=1e6, fall_rate=1e6
+)
 EASE = 20
 
 
-def torque(amplitude: float, shape: Waveform = Waveform.CONSTANT, frequency: float = 1.0) -> LoopProgram:
+def torque(
+    amplitude: float, shape: Waveform = Waveform.CONSTANT, frequency: float = 1.0
+) -> LoopProgram:
     return LoopProgram("torque", Mode.TORQUE, shape, amplitude, frequency, motor_torque=0.1)
 
 
@@ -66,15 +70,23 @@ def test_a_sensor_takes_away_what_the_model_does_not_know(gain: float, bingham: 
     """The controller in Python, term by term: a filtered difference, and the inverse of what is left to ask."""
     wanted, rows = 0.2, 400
     frames = run(Core(replace(STAGES, programs=(torque(wanted),)), bingham), samples(rows), gain)
-    assert gain * frames["estimate"][-1] == pytest.approx(wanted, abs=2e-3)  # the hand-written inverse is off by that
+    assert gain * frames["estimate"][-1] == pytest.approx(
+        wanted, abs=2e-3
+    )  # the hand-written inverse is off by that
     model, rest = CompiledModel(bingham), 0.0
     share = 1.0 - np.exp(-2.0 * np.pi * 20.0 * 1e-3)
     for k in range(1, rows):
         rest += share * ((gain - 1.0) * frames["estimate"][k - 1] - rest)
         if k > 5 * EASE:
-            there = model.steady((field(frames)[k], 0.0, frames["theta_dot"][k], frames["alpha_dot"][k]))
+            there = model.steady(
+                (field(frames)[k], 0.0, frames["theta_dot"][k], frames["alpha_dot"][k])
+            )
             assert there == pytest.approx(wanted - rest, abs=1e-2 * STAGES.torque_scale + 1e-9)
-    alone = run(Core(replace(STAGES, observer="none", programs=(torque(wanted),)), bingham), samples(rows), gain)
+    alone = run(
+        Core(replace(STAGES, observer="none", programs=(torque(wanted),)), bingham),
+        samples(rows),
+        gain,
+    )
     assert abs(gain * alone["estimate"][-1] - wanted) > 0.03
 
 
@@ -94,31 +106,45 @@ def test_a_lost_sample_does_not_kick_what_a_late_sensor_observes(lost: int, bing
 def test_a_clutch_s_gain_is_learned(bingham: Path) -> None:
     chosen = replace(STAGES, gain_rate=1.0, programs=(torque(0.2, Waveform.SINE, 2.0),))
     slow = replace(chosen, observer_bandwidth=0.5)
-    off = [run(Core(c, bingham), samples(3000), 0.7)[-1000:] for c in (slow, replace(slow, gain_rate=0.0))]
+    off = [
+        run(Core(c, bingham), samples(3000), 0.7)[-1000:]
+        for c in (slow, replace(slow, gain_rate=0.0))
+    ]
     learned, not_learned = (float(np.std(0.7 * f["estimate"] - f["reference"])) for f in off)
     assert learned < 0.25 * not_learned
 
 
 @pytest.mark.parametrize("thicker", [1.0, 1.5])
-def test_a_fluid_that_drags_more_on_the_drive_is_known_to_pull_the_output_more(thicker: float, bingham: Path) -> None:
+def test_a_fluid_that_drags_more_on_the_drive_is_known_to_pull_the_output_more(
+    thicker: float, bingham: Path
+) -> None:
     """Without a field the output is pulled by half of what the drags differ: what it is more than that is taken off."""
     first, second, speed, rows = 1e-3, 2e-3, 40.0, 5000
     pull, known = 0.5 * (second - first) * speed, 0.5 * (first + second)
     drags = {"drive_drag_1": first, "drive_drag_2": second, "drive_inertia": 0.0, "gain_rate": 1.0}
     program = torque(0.1, Waveform.SINE, 1.0)
-    core, given = Core(replace(STAGES, observer="motion", programs=(program,), **drags), bingham), samples(rows, speed)
+    core, given = (
+        Core(replace(STAGES, observer="motion", programs=(program,), **drags), bingham),
+        samples(rows, speed),
+    )
     frames = np.zeros(rows, FRAME)
     for k in range(rows):
         frames[k] = core.step(given[k : k + 1], k)[1]
         side = -1.0 if frames["field2"][k] > 0.0 else 1.0
-        core.order(Order.MOTOR, float(side * (frames["estimate"][k] - pull) + thicker * known * speed))
+        core.order(
+            Order.MOTOR, float(side * (frames["estimate"][k] - pull) + thicker * known * speed)
+        )
     asked = frames["reference"] - (thicker - 1.0) * pull
     off = (frames["estimate"] - asked)[-2000:]
     assert float(np.sqrt(np.mean(off * off))) < 0.15 * pull
 
 
 def test_hand_over_has_one_field_at_a_time_and_no_jump(bingham: Path) -> None:
-    frames = run(Core(replace(STAGES, programs=(torque(0.05, Waveform.SINE, 1.0),)), bingham), samples(2000), 0.9)
+    frames = run(
+        Core(replace(STAGES, programs=(torque(0.05, Waveform.SINE, 1.0),)), bingham),
+        samples(2000),
+        0.9,
+    )
     signed = field(frames)[200:]
     assert np.all(np.minimum(frames["field1"], frames["field2"]) == 0.0)
     assert {-1.0, 1.0} <= set(np.sign(signed))
@@ -141,10 +167,17 @@ def test_no_wind_up_while_the_field_can_do_no_more(bingham: Path) -> None:
 
 @pytest.mark.parametrize("dip", [1, 2, 3, 5])
 @pytest.mark.parametrize("end", [271, 285, 299])
-def test_after_an_end_of_the_field_each_torque_in_reach_is_found(end: int, dip: int, bingham: Path) -> None:
+def test_after_an_end_of_the_field_each_torque_in_reach_is_found(
+    end: int, dip: int, bingham: Path
+) -> None:
     table = np.zeros((400, 3))
     table[:, 2] = 0.1
-    table[:200, 0], table[200:end, 0], table[end : end + dip, 0], table[end + dip :, 0] = 0.3, 0.6, 0.35, 0.45
+    table[:200, 0], table[200:end, 0], table[end : end + dip, 0], table[end + dip :, 0] = (
+        0.3,
+        0.6,
+        0.35,
+        0.45,
+    )
     program = LoopProgram("torque", Mode.TORQUE, Waveform.TABLE, table=table)
     frames = run(Core(replace(STAGES, observer="none", programs=(program,)), bingham), samples(400))
     assert frames["estimate"][250] < 0.6 - 0.01  # out of reach
@@ -165,7 +198,9 @@ def test_a_stalled_motor_is_held_without_chatter(bingham: Path) -> None:
     """Both sides stand; the encoder flickers between two counts, so the slip's sign is chance."""
     given = samples(2000)
     speed = np.clip(40.0 - 0.2 * np.arange(2000), 0.0, None)
-    given["theta"] = 1e-3 * np.cumsum(speed) + 7.7e-4 * np.random.default_rng(1).integers(0, 2, 2000)
+    given["theta"] = 1e-3 * np.cumsum(speed) + 7.7e-4 * np.random.default_rng(1).integers(
+        0, 2, 2000
+    )
     program = torque(0.2, Waveform.SQUARE, 1.0)
     chosen = replace(STAGES, programs=(program,), least_slip=5.0)
     held = field(run(Core(chosen, bingham), given, 1.0))[700:]
@@ -177,7 +212,9 @@ def test_a_stalled_motor_is_held_without_chatter(bingham: Path) -> None:
 
 @pytest.mark.parametrize("observer", ["none", "sensor", "motion"])
 def test_a_trip_gives_zero_and_recovery_no_jump(observer: Any, bingham: Path) -> None:
-    chosen = replace(STAGES, observer=observer, gain_rate=0.2, drive_inertia=2e-4, programs=(torque(0.2),))
+    chosen = replace(
+        STAGES, observer=observer, gain_rate=0.2, drive_inertia=2e-4, programs=(torque(0.2),)
+    )
     core, good = Core(chosen, bingham), samples(900, measured=0.15)
     first = run(core, good[:300])
     gap = np.zeros(40, FRAME)
@@ -200,7 +237,9 @@ def test_a_trip_gives_zero_and_recovery_no_jump(observer: Any, bingham: Path) ->
     assert abs(field(run(short, good[310:311], first=310))[0] - held) <= most
 
 
-def test_an_output_that_follows_exactly_is_asked_for_nothing_but_its_inertia(bingham: Path, asks: Any) -> None:
+def test_an_output_that_follows_exactly_is_asked_for_nothing_but_its_inertia(
+    bingham: Path, asks: Any
+) -> None:
     """The filter of the speed is late: compared with the reference itself it would ask for more on the way."""
     phase = 2.0 * np.pi * 2e-3 * np.arange(900)
     program = LoopProgram("sine", Mode.TRACK, Waveform.SINE, 2.5, 2.0, motor_torque=0.1)
@@ -216,15 +255,28 @@ def test_an_output_that_follows_exactly_is_asked_for_nothing_but_its_inertia(bin
             assert asks(frames[k], model, wanted[k], 3e-3)
 
 
-def test_computed_torque_is_inertia_friction_and_a_damped_spring(bingham: Path, as_filtered: Any, asks: Any) -> None:
+def test_computed_torque_is_inertia_friction_and_a_damped_spring(
+    bingham: Path, as_filtered: Any, asks: Any
+) -> None:
     """The field is the inverse of the torque that the equation asks for, and nothing else."""
     program = LoopProgram("sine", Mode.TRACK, Waveform.SINE, 1.0, 1.0, motor_torque=0.1)
-    numbers = {"track_bandwidth": 3.0, "track_integral": 0.0, "output_inertia": 2e-4, "output_friction": 0.003}
+    numbers = {
+        "track_bandwidth": 3.0,
+        "track_integral": 0.0,
+        "output_inertia": 2e-4,
+        "output_friction": 0.003,
+    }
     chosen = replace(STAGES, observer="off", least_slip=0.0, programs=(program,), **numbers)
     frames = run(Core(chosen, bingham), samples(900))
-    phase, stiff, model = 2.0 * np.pi * 1e-3 * np.arange(900), 2.0 * np.pi * 3.0, CompiledModel(bingham)
+    phase, stiff, model = (
+        2.0 * np.pi * 1e-3 * np.arange(900),
+        2.0 * np.pi * 3.0,
+        CompiledModel(bingham),
+    )
     rate, second = 2.0 * np.pi * np.cos(phase), -((2.0 * np.pi) ** 2) * np.sin(phase)
-    back = 2.0 * stiff * (as_filtered(rate) - frames["alpha_dot"]) + stiff**2 * (np.sin(phase) - frames["alpha"])
+    back = 2.0 * stiff * (as_filtered(rate) - frames["alpha_dot"]) + stiff**2 * (
+        np.sin(phase) - frames["alpha"]
+    )
     wanted = 2e-4 * (second + back) + 0.003 * np.tanh(rate)
     for k in range(100, 900):
         if abs(field(frames)[k]) > 0.02:  # a smaller field does not wake the other clutch
@@ -244,7 +296,9 @@ def test_whatever_is_measured_one_field_within_limits(
     bingham: Path, given_torque: list[float], observer: Any, speed: float, amplitude: float
 ) -> None:
     numbers = {"gain_rate": 5.0, "integral_rate": 5.0, "drive_inertia": 2e-4, "torque_lag": 1e-3}
-    chosen = replace(STAGES, observer=observer, programs=(torque(amplitude, Waveform.SINE, 9.0),), **numbers)
+    chosen = replace(
+        STAGES, observer=observer, programs=(torque(amplitude, Waveform.SINE, 9.0),), **numbers
+    )
     given = samples(60, speed)
     given["torque"] = np.resize(given_torque, 60)
     frames = run(Core(chosen, bingham), given)
@@ -254,7 +308,13 @@ def test_whatever_is_measured_one_field_within_limits(
 
 
 @pytest.mark.parametrize(
-    "words", [{"observer_bandwidth": 0.0}, {"torque_lead": -1.0}, {"drive_drag_1": np.inf}, {"torque_scale": np.nan}]
+    "words",
+    [
+        {"observer_bandwidth": 0.0},
+        {"torque_lead": -1.0},
+        {"drive_drag_1": np.inf},
+        {"torque_scale": np.nan},
+    ],
 )
 def test_settings_that_cannot_be(words: dict[str, float]) -> None:
     with pytest.raises(SettingError):

@@ -13,7 +13,12 @@ from numpy.typing import NDArray
 from erclutch.errors import CheckError, ErclutchError, MappingError, RunError, SettingError
 from erclutch.wings.paper.calibration.calibrate import calibrate
 from erclutch.wings.paper.calibration.log_trace import LogTrace
-from erclutch.wings.paper.calibration.paper_summary import PaperSummary, Summary, is_held_ratio, summarise
+from erclutch.wings.paper.calibration.paper_summary import (
+    PaperSummary,
+    Summary,
+    is_held_ratio,
+    summarise,
+)
 from erclutch.wings.rig.twin.parameters import RigParameters, default_rig, load_rig
 from erclutch.wings.rig.twin.parameters_file import rig_text, write_rig
 from erclutch.wings.rig.twin.scenarios import prepare
@@ -114,8 +119,12 @@ def test_progress_counts_the_rigs_of_both_searches() -> None:
 def test_weight_zero_leaves_the_held_ratios_out() -> None:
     laws = {"bingham/forward": 2.0, "seo-seo/forward": 1.0}
     pairs = Summary({"training": laws, "zero-motion": laws}, 0.4).against_paper()
-    assert pairs["training seo-seo/forward over Bingham"][:2] == pytest.approx((0.5, 6.387 / 9.3285))
-    assert [figure for figure in pairs if is_held_ratio(figure)] == ["zero-motion seo-seo/forward over Bingham"]
+    assert pairs["training seo-seo/forward over Bingham"][:2] == pytest.approx(
+        (0.5, 6.387 / 9.3285)
+    )
+    assert [figure for figure in pairs if is_held_ratio(figure)] == [
+        "zero-motion seo-seo/forward over Bingham"
+    ]
 
 
 @pytest.mark.slow
@@ -127,7 +136,9 @@ def test_the_twin_is_compared_over_several_seeds() -> None:
         for law, error in laws.items():
             assert error == pytest.approx(sum(one.errors[run][law] for one in alone) / 2)
     apart = dict(zip(figures.against_paper(), target.residuals(default_rig()), strict=True))
-    assert [name for name, value in apart.items() if value == 0.0] == [name for name in apart if is_held_ratio(name)]
+    assert [name for name, value in apart.items() if value == 0.0] == [
+        name for name in apart if is_held_ratio(name)
+    ]
 
 
 @pytest.mark.parametrize("paths", [(), ("fluid.viscosity", "fluid.viscosity"), ("fluid.viscosty",)])
@@ -138,7 +149,9 @@ def test_parameters_that_cannot_be(paths: tuple[str, ...]) -> None:
 
 def test_a_start_outside_its_range_is_refused() -> None:
     with pytest.raises(SettingError, match="outside its range"):
-        calibrate(default_rig().changed({"drive.ripple": 0.5}), ("drive.ripple",), Bowl(), workers=1)
+        calibrate(
+            default_rig().changed({"drive.ripple": 0.5}), ("drive.ripple",), Bowl(), workers=1
+        )
 
 
 @pytest.mark.slow
@@ -157,7 +170,11 @@ def test_a_log_that_cannot_calibrate() -> None:
 
 def test_a_rig_file_holds_all_of_a_rig(tmp_path: Path) -> None:
     rig = calibrate(default_rig(), PATHS, Bowl(), workers=1).rig
-    path = write_rig(tmp_path / "rig.toml", rig, {"target": 'a "log"', "figures": {"ratio a/b": [1.0, 2.0]}, "seed": 1})
+    path = write_rig(
+        tmp_path / "rig.toml",
+        rig,
+        {"target": 'a "log"', "figures": {"ratio a/b": [1.0, 2.0]}, "seed": 1},
+    )
     assert load_rig(path).entries == rig.entries
     import tomllib
 

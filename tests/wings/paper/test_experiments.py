@@ -61,22 +61,35 @@ def test_a_table_scores_what_it_fitted(runs: dict[str, Dataset]) -> None:
 
 
 @pytest.mark.slow
-def test_the_table_with_memory(runs: dict[str, Dataset], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_table_with_memory(
+    runs: dict[str, Dataset], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Sign and memory each take from the error, past samples too; a second call finds what the first one kept."""
     monkeypatch.setattr(memory_table, "PAPER", ("bingham/forward",))
     monkeypatch.setattr(memory_table, "PAPER_NETWORKS", ("fnn-3",))
-    stages, found = memory_table.memory_table(runs, Points(tmp_path / "p.jsonl", {}), 0, False, silent)
+    stages, found = memory_table.memory_table(
+        runs, Points(tmp_path / "p.jsonl", {}), 0, False, silent
+    )
     assert slip_stages(stages), f"no memory of the slip in {stages}"
-    law = [found[variant]["bingham"]["training"][0] for variant in ("as in the paper", "sign of the slip", "memory")]
+    law = [
+        found[variant]["bingham"]["training"][0]
+        for variant in ("as in the paper", "sign of the slip", "memory")
+    ]
     assert law[2] < 0.7 * law[1] < 0.7 * law[0]
-    network = [found[variant]["fnn-3"]["training"][0] for variant in ("as in the paper", "past samples", "memory")]
+    network = [
+        found[variant]["fnn-3"]["training"][0]
+        for variant in ("as in the paper", "past samples", "memory")
+    ]
     assert max(network[1:]) < 0.6 * network[0]
     plain = table(runs, models=("bingham/forward", "fnn-3"))
     for row, name in zip(plain, ("bingham", "fnn-3"), strict=True):
         assert found["as in the paper"][name]["test"][0] == pytest.approx(row.errors["test"])
         assert found["as in the paper"][name]["parameters"] == row.parameters
     monkeypatch.setattr(memory_table, "compare", pytest.fail)
-    assert memory_table.memory_table(runs, Points(tmp_path / "p.jsonl", {}), 0, False, silent) == (stages, found)
+    assert memory_table.memory_table(runs, Points(tmp_path / "p.jsonl", {}), 0, False, silent) == (
+        stages,
+        found,
+    )
     assert memory_table.noise_floor(default_rig()) == pytest.approx(0.0003**2 + 0.00005**2 / 12)
 
 
@@ -91,7 +104,9 @@ def test_figure_6_shows_what_the_models_estimate(runs: dict[str, Dataset], tmp_p
     hem = rows[1].model.predict(test)
     start = int(np.argmin(np.abs(hem - kept[0]["hem/forward"])))
     for name, values in (("measured", test.effort), ("hem/forward", hem)):
-        assert [r[name] for r in kept] == pytest.approx(values[start : start + len(kept)].tolist(), rel=1e-8)
+        assert [r[name] for r in kept] == pytest.approx(
+            values[start : start + len(kept)].tolist(), rel=1e-8
+        )
 
 
 def test_a_ratio_to_bingham_is_that_of_its_own_run(runs: dict[str, Dataset]) -> None:
@@ -106,11 +121,15 @@ def test_a_ratio_to_bingham_is_that_of_its_own_run(runs: dict[str, Dataset]) -> 
 def test_sweeps_draw_what_they_found_and_resume(threads: TaskPool, tmp_path: Path) -> None:
     settings = {"rows": 1}
     path = tmp_path / "points.jsonl"
-    first = fnn_sweep(RECIPE, threads, Points(path, settings), 0, silent, neurons=(1, 3), restarts=2)
+    first = fnn_sweep(
+        RECIPE, threads, Points(path, settings), 0, silent, neurons=(1, 3), restarts=2
+    )
     kept = path.read_text()
     assert len(kept.splitlines()) == 2
     path.write_text(kept + '{"settings": "x", "ke')  # as after a power cut
-    again = fnn_sweep(RECIPE, threads, Points(path, settings), 0, silent, neurons=(1, 3), restarts=2)
+    again = fnn_sweep(
+        RECIPE, threads, Points(path, settings), 0, silent, neurons=(1, 3), restarts=2
+    )
     assert path.read_text() == kept
     for key in first:
         np.testing.assert_array_equal(first[key], again[key])
@@ -119,7 +138,9 @@ def test_sweeps_draw_what_they_found_and_resume(threads: TaskPool, tmp_path: Pat
     paths = draw_fnn_sweep(first, tmp_path, "TWIN", {3: 2e-5})
     assert [p.name for p in paths] == ["fig5.pdf", "fig5.png", "fig5.csv"]
     with paths[-1].open() as file:
-        assert [float(r["train_mse"]) for r in csv.DictReader(file)] == pytest.approx(first["train"].tolist())
+        assert [float(r["train_mse"]) for r in csv.DictReader(file)] == pytest.approx(
+            first["train"].tolist()
+        )
 
 
 @pytest.mark.slow
@@ -163,12 +184,19 @@ def test_tables_on_the_command_line(tmp_path: Path) -> None:
         rows = {r["model"]: r for r in csv.DictReader(file)}
     assert list(rows) == list(APPROACHES)
     assert float(rows["fnn-16"]["training_paper"]) == APPROACHES["fnn-16"].train
-    told = json.loads(run("reproduce", "table2", "--seconds", "5", "--json", "--out", "short", cwd=tmp_path).out)
+    told = json.loads(
+        run("reproduce", "table2", "--seconds", "5", "--json", "--out", "short", cwd=tmp_path).out
+    )
     assert [row["model"] for row in told["rows"]] == list(APPROACHES)
     assert told["rows"][0]["training_low"] < told["rows"][0]["training_mse"]
     assert (tmp_path / told["files"][0]).is_file()
     for name, scenario in (("log", "training"), ("zero", "zero-field"), ("held", "zero-motion")):
-        assert run("simulate", scenario, "--seconds", "12", "--out", f"{name}.parquet", cwd=tmp_path).code == 0
+        assert (
+            run(
+                "simulate", scenario, "--seconds", "12", "--out", f"{name}.parquet", cwd=tmp_path
+            ).code
+            == 0
+        )
     own = ("--log", "log.parquet", "--zero-field", "zero.parquet", "--zero-motion", "held.parquet")
     done = run("reproduce", "table3", *own, "--device", "coaxial", cwd=tmp_path)
     assert done.code == 0, done.error
@@ -193,7 +221,9 @@ def test_requests_that_cannot_be(tmp_path: Path, words: tuple[str, ...], said: s
 
 
 def test_the_kept_points_are_plain_json(threads: TaskPool, tmp_path: Path) -> None:
-    fnn_sweep(RECIPE, threads, Points(tmp_path / "p.jsonl", {}), 1, silent, neurons=(1,), restarts=1)
+    fnn_sweep(
+        RECIPE, threads, Points(tmp_path / "p.jsonl", {}), 1, silent, neurons=(1,), restarts=1
+    )
     body = json.loads((tmp_path / "p.jsonl").read_text())
     assert set(body) == {"settings", "key", "value"}
 
@@ -203,7 +233,9 @@ def test_the_list_of_experiments_is_json_too(tmp_path: Path) -> None:
     assert "wall" in {each["name"] for each in listed}
 
 
-def test_an_experiment_gives_its_numbers_as_json(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_experiment_gives_its_numbers_as_json(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """What it prints for people is kept back, and the JSON is all that stands on the output."""
     from erclutch.cli import terminal
     from erclutch.wings.paper.commands import experiment

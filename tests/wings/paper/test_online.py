@@ -60,7 +60,9 @@ def test_online_is_offline(name: str, ready: Any, tmp_path: Path) -> None:
         assert np.isfinite(frames["estimate"]).all()
         found = lines(trace)[0]
         assert found.rows == len(frames)
-        assert found.mse == pytest.approx(float(np.mean((frames["estimate"] - frames["torque"]) ** 2)))
+        assert found.mse == pytest.approx(
+            float(np.mean((frames["estimate"] - frames["torque"]) ** 2))
+        )
         assert (frames["alpha"] == frames["alpha"][0]).all() == (name == "zero-motion")
         assert (frames["field1"] + frames["field2"] == 0.0).all() == (name == "zero-field")
         assert (trace.other_alpha is not None) == (name == "encoders")
@@ -106,7 +108,12 @@ def test_accelerated_is_the_twin_step_by_step() -> None:
 
 
 @pytest.mark.parametrize(
-    "words", [{"name": "nothing"}, {"name": "sine", "seconds": 0.1}, {"name": "encoders", "real_time": True}]
+    "words",
+    [
+        {"name": "nothing"},
+        {"name": "sine", "seconds": 0.1},
+        {"name": "encoders", "real_time": True},
+    ],
 )
 def test_experiments_that_cannot_be(words: dict[str, Any], ready: Any) -> None:
     model, saved = ready
@@ -115,7 +122,9 @@ def test_experiments_that_cannot_be(words: dict[str, Any], ready: Any) -> None:
         run(name, model, saved, default_rig(), **words)
 
 
-def test_all_in_real_time_leaves_out_what_cannot(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+def test_all_in_real_time_leaves_out_what_cannot(
+    monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
     from erclutch.cli import app
     from erclutch.wings.paper.commands import experiment
 
@@ -126,7 +135,9 @@ def test_all_in_real_time_leaves_out_what_cannot(monkeypatch: pytest.MonkeyPatch
     assert "left out, for it does not run in real time: encoders" in capsys.readouterr().out
 
 
-def test_kept_runs_of_other_logs_do_not_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_kept_runs_of_other_logs_do_not_count(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     rig = default_rig()
     assert kept_runs(tmp_path, rig).get("a run", lambda: 1) == 1
     assert kept_runs(tmp_path, rig).others == 0
@@ -137,7 +148,9 @@ def test_kept_runs_of_other_logs_do_not_count(tmp_path: Path, monkeypatch: pytes
 def test_torque_control_wins_where_it_should(tmp_path: Path) -> None:
     """One seed: stages beat the inverse, a sensor makes up for what the models do not know."""
     rig, told = default_rig(), []
-    runs = control_runs(1, rig, kept_runs(tmp_path, rig), lambda done, total, what: told.append(what))
+    runs = control_runs(
+        1, rig, kept_runs(tmp_path, rig), lambda done, total, what: told.append(what)
+    )
     figures = {(run.model, run.knows): run.figures for run in runs}
     assert len(figures) == len(told) == len(INVERSES) * len(KNOWS)
     bingham = figures["Bingham", "inverse alone"]["chirp"]
@@ -149,7 +162,9 @@ def test_torque_control_wins_where_it_should(tmp_path: Path) -> None:
             assert all(found[knows][name] < 0.04 for name in ("chirp", *WITHHELD)), knows
         assert all(found[knows]["locked"] for knows in KNOWS if knows != "inverse alone")
     assert len(describe_control(runs).panels) == len(INVERSES)
-    again = control_runs(1, rig, kept_runs(tmp_path, rig), lambda done, total, what: None)  # nothing is run again
+    again = control_runs(
+        1, rig, kept_runs(tmp_path, rig), lambda done, total, what: None
+    )  # nothing is run again
     assert again == runs
 
 
@@ -158,7 +173,9 @@ def test_a_hand_feels_what_was_asked_and_a_brake_lets_it_go(tmp_path: Path) -> N
     """One seed, TWIN: stiffness with a sensor, damping that stays above zero, a calm wall, a pull that is let go."""
     rig = default_rig()
     for name in ("impedance", "wall"):
-        runs = hand_runs(name, 1, rig, hand_points(tmp_path, rig, name), lambda done, total, what: None)
+        runs = hand_runs(
+            name, 1, rig, hand_points(tmp_path, rig, name), lambda done, total, what: None
+        )
         figures = {(run.model, run.knows): run.figures for run in runs}
         if name == "impedance":
             felt = figures["Bingham", "stages, sensor"]
@@ -171,7 +188,12 @@ def test_a_hand_feels_what_was_asked_and_a_brake_lets_it_go(tmp_path: Path) -> N
             assert max(own["swing"]) < CALM
             assert own["deepest"][0] == pytest.approx(0.15 / WALLS[0], rel=0.15)
             assert own["deepest"] == sorted(own["deepest"], reverse=True)
-        assert figures["Bingham", "stages, sensor"]["pull"] < 0.3 * figures["Bingham", "stages"]["pull"]
+        assert (
+            figures["Bingham", "stages, sensor"]["pull"]
+            < 0.3 * figures["Bingham", "stages"]["pull"]
+        )
         assert describe_wall(runs).panels
-        again = hand_runs(name, 1, rig, hand_points(tmp_path, rig, name), lambda done, total, what: None)
+        again = hand_runs(
+            name, 1, rig, hand_points(tmp_path, rig, name), lambda done, total, what: None
+        )
         assert again == runs  # nothing is run again

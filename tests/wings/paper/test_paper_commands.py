@@ -26,5 +26,7 @@ def test_what_a_table_cannot_be(tmp_path: Path) -> None:
     ],
     ids=["simulate", "experiment"],
 )
-def test_a_misspelt_name_is_told_with_the_nearest(words: tuple[str, ...], said: str, tmp_path: Path) -> None:
+def test_a_misspelt_name_is_told_with_the_nearest(
+    words: tuple[str, ...], said: str, tmp_path: Path
+) -> None:
     assert said in refused(*words, cwd=tmp_path)

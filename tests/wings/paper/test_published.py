@@ -9,7 +9,12 @@ import pytest
 
 from erclutch.wings.paper.published import APPROACHES, WARMING
 
-TEXT = Path(__file__).resolve().parents[3].parent / "shared" / "paper" / "huang-ishikawa-er-clutch-torque.txt"
+TEXT = (
+    Path(__file__).resolve().parents[3].parent
+    / "shared"
+    / "paper"
+    / "huang-ishikawa-er-clutch-torque.txt"
+)
 
 
 @pytest.fixture(scope="module")
@@ -23,12 +28,19 @@ def printed(text: str, table: str) -> dict[str, tuple[float, float]]:
     """Rows of a table: the approach, without its reference, and its two numbers."""
     body = text.split(f"\nTABLE {table}\n")[1].split("\n\n\n")[0]
     rows = re.findall(r"^([A-Z][^\t\n]*)\t([\d.e+-]+)\t([\d.e+-]+)$", body, re.MULTILINE)
-    return {re.sub(r" \[\d+\]$", "", name): (float(first), float(second)) for name, first, second in rows}
+    return {
+        re.sub(r" \[\d+\]$", "", name): (float(first), float(second))
+        for name, first, second in rows
+    }
 
 
 def test_tables_two_and_three_are_those_of_the_paper(text: str) -> None:
     assert {a.title: (a.train, a.test) for a in APPROACHES.values()} == printed(text, "II")
-    third = {a.title: (a.zero_field, a.zero_motion) for a in APPROACHES.values() if a.zero_field is not None}
+    third = {
+        a.title: (a.zero_field, a.zero_motion)
+        for a in APPROACHES.values()
+        if a.zero_field is not None
+    }
     assert third == printed(text, "III")
 
 

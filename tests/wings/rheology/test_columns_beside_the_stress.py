@@ -19,7 +19,9 @@ def written(folder: Path, head: str, *columns: object, name: str = "curve.csv") 
     cells: list[list[str]] = []
     for column in columns:
         cells.append(
-            [str(column)] * RATES.size if isinstance(column, str) else [f"{x:.6g}" for x in np.asarray(column)]
+            [str(column)] * RATES.size
+            if isinstance(column, str)
+            else [f"{x:.6g}" for x in np.asarray(column)]
         )
     lines = [",".join(row) for row in zip(*cells, strict=True)]
     path = folder / name
@@ -45,11 +47,19 @@ def assert_is_the_curve(file: FlowFile) -> None:
     ],
 )
 def test_what_replicates_scatter_by_is_no_stress(tmp_path: Path, beside: str) -> None:
-    path = written(tmp_path, f"Shear rate (1/s),Shear stress mean (Pa),{beside}", RATES, STRESSES, 0.03 * STRESSES)
+    path = written(
+        tmp_path,
+        f"Shear rate (1/s),Shear stress mean (Pa),{beside}",
+        RATES,
+        STRESSES,
+        0.03 * STRESSES,
+    )
     assert_is_the_curve(read_flow_curves(path))
 
 
-@pytest.mark.parametrize("beside", ["Herschel-Bulkley fit [Pa]", "Stress model [Pa]", "tau predicted [Pa]"])
+@pytest.mark.parametrize(
+    "beside", ["Herschel-Bulkley fit [Pa]", "Stress model [Pa]", "tau predicted [Pa]"]
+)
 def test_what_a_law_gives_is_no_measured_stress(tmp_path: Path, beside: str) -> None:
     head = f"Shear rate [1/s],Shear stress [Pa],{beside},Residual [Pa]"
     path = written(tmp_path, head, RATES, STRESSES, 1.01 * STRESSES, -0.01 * STRESSES)
@@ -78,7 +88,9 @@ def test_logarithms_are_asked_about(tmp_path: Path, names: str) -> None:
         ("Units: 1/min and Pa", "rate,stress", "1/min"),
     ],
 )
-def test_a_unit_in_the_lines_above_is_asked_about(tmp_path: Path, above: str, names: str, unit: str) -> None:
+def test_a_unit_in_the_lines_above_is_asked_about(
+    tmp_path: Path, above: str, names: str, unit: str
+) -> None:
     path = written(tmp_path, f"{above}\n\n{names}", RATES, STRESSES)
     with pytest.raises(UnitError, match="the lines above the table speak of") as asked:
         read_flow_curves(path)
@@ -90,7 +102,9 @@ def test_a_viscosity_over_all_columns_is_proposed_for_all(tmp_path: Path) -> Non
     path = written(tmp_path, head, RATES, STRESSES / RATES, 2 * STRESSES / RATES)
     with pytest.raises(MappingError) as asked:
         read_flow_curves(path)
-    assert 'stress="0 kV/mm [mPa*s]" "1 kV/mm [mPa*s]"' in asked.value.remedy.replace("--stress ", "stress=")
+    assert 'stress="0 kV/mm [mPa*s]" "1 kV/mm [mPa*s]"' in asked.value.remedy.replace(
+        "--stress ", "stress="
+    )
 
 
 def test_units_in_columns_of_their_own_are_those_of_the_columns_before(tmp_path: Path) -> None:
@@ -100,7 +114,9 @@ def test_units_in_columns_of_their_own_are_those_of_the_columns_before(tmp_path:
 
 
 def test_cells_may_hold_a_rate_with_its_unit(tmp_path: Path) -> None:
-    lines = [f"{rate:.6g} 1/s;{stress:.6g} Pa" for rate, stress in zip(RATES, STRESSES, strict=True)]
+    lines = [
+        f"{rate:.6g} 1/s;{stress:.6g} Pa" for rate, stress in zip(RATES, STRESSES, strict=True)
+    ]
     (tmp_path / "curve.csv").write_text("\n".join(["Shear rate;Shear stress", *lines]) + "\n")
     assert_is_the_curve(read_flow_curves(tmp_path / "curve.csv"))
 
@@ -117,7 +133,9 @@ def test_a_unit_may_end_the_name(tmp_path: Path, names: str) -> None:
 def test_a_series_is_taken_whole_where_a_strong_field_hides_the_growth(tmp_path: Path) -> None:
     noise = np.random.default_rng(1).permutation(RATES.size)  # the rate has no say in it
     strong = 13000.0 + 50.0 * noise - 80.0 * np.arange(RATES.size)
-    path = written(tmp_path, "Shear rate (1/s),0 mT,200 mT,400 mT", RATES, STRESSES, 50 * STRESSES, strong)
+    path = written(
+        tmp_path, "Shear rate (1/s),0 mT,200 mT,400 mT", RATES, STRESSES, 50 * STRESSES, strong
+    )
     file = read_flow_curves(path)
     assert [curve.label for curve in file.curves] == ["0 mT", "200 mT", "400 mT"]
     assert file.curves[2].stress == pytest.approx(strong, rel=1e-4)
@@ -128,10 +146,18 @@ def test_no_count_and_no_percentage_is_taken_for_a_stress(tmp_path: Path) -> Non
     assert_is_the_curve(read_flow_curves(path))
 
 
-@pytest.mark.parametrize("column", ["gap [mm]", "concentration (wt%)", "volume fraction", "Konzentration"])
+@pytest.mark.parametrize(
+    "column", ["gap [mm]", "concentration (wt%)", "volume fraction", "Konzentration"]
+)
 def test_what_is_set_by_hand_is_asked_about(tmp_path: Path, column: str) -> None:
-    rows = [f"{level},{rate:.6g},{(1 + level) * (10 + rate):.6g}" for level in (0.5, 1.0) for rate in RATES]
-    (tmp_path / "f.csv").write_text("\n".join([f"{column},Shear rate [1/s],Shear stress [Pa]", *rows]) + "\n")
+    rows = [
+        f"{level},{rate:.6g},{(1 + level) * (10 + rate):.6g}"
+        for level in (0.5, 1.0)
+        for rate in RATES
+    ]
+    (tmp_path / "f.csv").write_text(
+        "\n".join([f"{column},Shear rate [1/s],Shear stress [Pa]", *rows]) + "\n"
+    )
     with pytest.raises(MappingError, match="parts the points into 2 sweeps") as asked:
         read_flow_curves(tmp_path / "f.csv")
     choice = asked.value.remedy.split('"')[1]
@@ -139,22 +165,33 @@ def test_what_is_set_by_hand_is_asked_about(tmp_path: Path, column: str) -> None
 
 
 @pytest.mark.parametrize(("high", "count"), [(40.0, 2), (25.6, 1)])
-def test_two_regulated_temperatures_without_a_unit_are_two_curves(tmp_path: Path, high: float, count: int) -> None:
+def test_two_regulated_temperatures_without_a_unit_are_two_curves(
+    tmp_path: Path, high: float, count: int
+) -> None:
     wander = np.random.default_rng(2)
     rows: list[str] = []
     for level in (25.0, high):
         for rate in RATES:
-            rows.append(f"{level + 0.03 * wander.normal():.3f},{rate:.6g},{level * (10 + rate):.6g}")
-    (tmp_path / "f.csv").write_text("\n".join(["Temp,Shear rate [1/s],Shear stress [Pa]", *rows]) + "\n")
+            rows.append(
+                f"{level + 0.03 * wander.normal():.3f},{rate:.6g},{level * (10 + rate):.6g}"
+            )
+    (tmp_path / "f.csv").write_text(
+        "\n".join(["Temp,Shear rate [1/s],Shear stress [Pa]", *rows]) + "\n"
+    )
     assert len(read_flow_curves(tmp_path / "f.csv").curves) == count
 
 
 def test_what_a_stress_scatters_by_in_its_own_cell_is_left_out_and_told(tmp_path: Path) -> None:
     lines = [f"{rate:.6g},{stress:.5g} ± 0.3" for rate, stress in zip(RATES, STRESSES, strict=True)]
-    (tmp_path / "f.csv").write_text("\n".join(["Shear rate (1/s),Shear stress (Pa)", *lines]) + "\n", encoding="utf-8")
+    (tmp_path / "f.csv").write_text(
+        "\n".join(["Shear rate (1/s),Shear stress (Pa)", *lines]) + "\n", encoding="utf-8"
+    )
     file = read_flow_curves(tmp_path / "f.csv")
     assert file.curves[0].stress == pytest.approx(STRESSES, rel=1e-4)
-    assert any("12 cells hold what their numbers scatter by (± 0.3): left out" in note for note in file.notes)
+    assert any(
+        "12 cells hold what their numbers scatter by (± 0.3): left out" in note
+        for note in file.notes
+    )
 
 
 def test_torque_and_speed_need_the_geometry(tmp_path: Path) -> None:

@@ -39,11 +39,15 @@ def compass(path: Path) -> Path:
     lines = ["Project:\tMR", "Test:\tMR fluid"]
     for place, field in enumerate(FIELDS, start=1):
         lines += [f"Interval and data points:\t{place}\t{RATES.size}"]
-        lines += ["Interval data:\tPoint No.\tShear Rate\tShear Stress\tCurrent\tMagn. Flux Density\tTemperature"]
+        lines += [
+            "Interval data:\tPoint No.\tShear Rate\tShear Stress\tCurrent\tMagn. Flux Density\tTemperature"
+        ]
         lines += ["\t\t[1/s]\t[Pa]\t[A]\t[T]\t[°C]"]
         for number, (rate, value) in enumerate(zip(RATES, stress(field), strict=True), start=1):
             flux = 0.2 * field * (1.0 + 0.001 * (number % 3)) + 1e-4 * (number % 2)
-            lines.append(f"\t{number}\t{rate:.6g}\t{value:.6g}\t{field:g}\t{flux:.5g}\t25.{number % 4}")
+            lines.append(
+                f"\t{number}\t{rate:.6g}\t{value:.6g}\t{field:g}\t{flux:.5g}\t25.{number % 4}"
+            )
         lines.append("")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
@@ -62,7 +66,9 @@ def fields(path: Path) -> list[tuple[float, str]]:
     ],
 )
 def test_a_column_tells_the_fields(tmp_path: Path, head: str, factor: float, unit: str) -> None:
-    assert fields(tidy(tmp_path / "f.csv", head, factor)) == [(factor * field, unit) for field in FIELDS]
+    assert fields(tidy(tmp_path / "f.csv", head, factor)) == [
+        (factor * field, unit) for field in FIELDS
+    ]
 
 
 def test_intervals_of_a_magnetic_cell_have_the_current_that_was_set(tmp_path: Path) -> None:
@@ -76,7 +82,9 @@ def test_intervals_of_a_magnetic_cell_have_the_current_that_was_set(tmp_path: Pa
 @pytest.mark.parametrize("names", ["tau_{:g}kV", "{:g} kV/mm", "Stress at {:g} T", "tau_I{:g}A"])
 def test_names_of_columns_tell_the_fields(tmp_path: Path, names: str) -> None:
     head = ",".join(["shear_rate", *(names.format(field) for field in FIELDS)])
-    lines = [",".join(f"{x:.6g}" for x in row) for row in zip(RATES, *map(stress, FIELDS), strict=True)]
+    lines = [
+        ",".join(f"{x:.6g}" for x in row) for row in zip(RATES, *map(stress, FIELDS), strict=True)
+    ]
     (tmp_path / "f.csv").write_text("\n".join([head, *lines]) + "\n")
     found = fields(tmp_path / "f.csv")
     if "I{" in names:  # a letter before the number may count specimens
@@ -87,7 +95,9 @@ def test_names_of_columns_tell_the_fields(tmp_path: Path, names: str) -> None:
 
 def test_a_leakage_current_is_no_field(tmp_path: Path) -> None:
     head = "Field (kV/mm),Shear rate (1/s),Shear stress (Pa),Leakage current (mA)"
-    assert fields(tidy(tmp_path / "f.csv", head, beside=0.01)) == [(field, "kV/mm") for field in FIELDS]
+    assert fields(tidy(tmp_path / "f.csv", head, beside=0.01)) == [
+        (field, "kV/mm") for field in FIELDS
+    ]
 
 
 def test_temperatures_are_no_fields(tmp_path: Path) -> None:
@@ -96,7 +106,9 @@ def test_temperatures_are_no_fields(tmp_path: Path) -> None:
 
 
 def test_the_yield_stress_grows_as_it_was_made(tmp_path: Path) -> None:
-    curves = read_flow_curves(tidy(tmp_path / "f.csv", "E [kV/mm],Shear rate [1/s],Shear stress [Pa]")).curves
+    curves = read_flow_curves(
+        tidy(tmp_path / "f.csv", "E [kV/mm],Shear rate [1/s],Shear stress [Pa]")
+    ).curves
     series = series_of([(curve, ranked(curve, ("bingham", "casson"))) for curve in curves])
     assert series is not None
     assert series.law == "bingham"
@@ -117,8 +129,14 @@ def test_a_law_that_hides_the_yield_stress_of_a_curve_is_not_that_of_all_curves(
     curves: list[FlowCurve] = []
     for field, yield_stress in yields.items():
         truth = yield_stress * np.tanh(rates / 0.05) + 2.1 * rates**0.82
-        curves.append(FlowCurve(f"{field} T", rates, truth * (1.0 + 0.02 * rng.normal(size=rates.size)), field, "T"))
-    series = series_of([(curve, ranked(curve, ("bingham", "casson", "herschel-bulkley"))) for curve in curves])
+        curves.append(
+            FlowCurve(
+                f"{field} T", rates, truth * (1.0 + 0.02 * rng.normal(size=rates.size)), field, "T"
+            )
+        )
+    series = series_of(
+        [(curve, ranked(curve, ("bingham", "casson", "herschel-bulkley"))) for curve in curves]
+    )
     assert series is not None
     assert series.law == "herschel-bulkley"
     for curve, fit in series.curves:
@@ -126,7 +144,9 @@ def test_a_law_that_hides_the_yield_stress_of_a_curve_is_not_that_of_all_curves(
 
 
 def test_two_fields_tell_no_exponent() -> None:
-    curves = [FlowCurve(f"{field} T", RATES, stress(field), field, "T") for field in (0.0, 1.0, 2.0)]
+    curves = [
+        FlowCurve(f"{field} T", RATES, stress(field), field, "T") for field in (0.0, 1.0, 2.0)
+    ]
     series = series_of([(curve, ranked(curve, ("bingham",))) for curve in curves])
     assert series is not None
     assert series.growth is None
@@ -156,32 +176,47 @@ def test_the_command_tells_and_draws_the_yield_stress_against_the_field(tmp_path
 def test_the_numbers_of_a_figure_are_not_written_over_the_log(tmp_path: Path) -> None:
     path = compass(tmp_path / "f.csv")
     before = path.read_bytes()
-    assert "would be written over f.csv" in refused("flowcurve", "f.csv", "--figure", "f.svg", cwd=tmp_path)
+    assert "would be written over f.csv" in refused(
+        "flowcurve", "f.csv", "--figure", "f.svg", cwd=tmp_path
+    )
     assert path.read_bytes() == before
 
 
 def test_a_figure_is_of_one_file(tmp_path: Path) -> None:
     for name in ("a.csv", "b.csv"):
         tidy(tmp_path / name, "E [kV/mm],Shear rate [1/s],Shear stress [Pa]")
-    assert "a figure is of one file" in refused("flowcurve", "a.csv", "b.csv", "--figure", "f.svg", cwd=tmp_path)
+    assert "a figure is of one file" in refused(
+        "flowcurve", "a.csv", "b.csv", "--figure", "f.svg", cwd=tmp_path
+    )
 
 
 def test_fields_across_a_pivoted_sheet_are_told(tmp_path: Path) -> None:
     rates = np.geomspace(0.1, 1000.0, 9)
     lines = ["rate [1/s],stress [Pa] at magnetic flux density [T],,", ",0,0.2,0.4"]
-    lines += [",".join(f"{x:.6g}" for x in (rate, 9.0 + rate, 900.0 + rate, 3200.0 + rate)) for rate in rates]
+    lines += [
+        ",".join(f"{x:.6g}" for x in (rate, 9.0 + rate, 900.0 + rate, 3200.0 + rate))
+        for rate in rates
+    ]
     (tmp_path / "curve.csv").write_text("\n".join(lines) + "\n")
     curves = read_flow_curves(tmp_path / "curve.csv").curves
-    assert [(curve.field, curve.field_unit) for curve in curves] == [(0.0, "T"), (0.2, "T"), (0.4, "T")]
+    assert [(curve.field, curve.field_unit) for curve in curves] == [
+        (0.0, "T"),
+        (0.2, "T"),
+        (0.4, "T"),
+    ]
     assert curves[2].stress == pytest.approx(3200.0 + rates, rel=1e-5)
 
 
-@pytest.mark.parametrize("names", [("ER_{}kVmm", "kV/mm"), ("coil {}A", "A"), ("MRF_{}mT_25C", "mT")])
+@pytest.mark.parametrize(
+    "names", [("ER_{}kVmm", "kV/mm"), ("coil {}A", "A"), ("MRF_{}mT_25C", "mT")]
+)
 def test_a_file_for_each_field_is_one_series(tmp_path: Path, names: tuple[str, str]) -> None:
     pattern, unit = names
     files = [f"{pattern.format(f'{field:g}')}.csv" for field in FIELDS]
     for name, field in zip(files, FIELDS, strict=True):
-        rows = "".join(f"{rate:.6g},{value:.6g}\n" for rate, value in zip(RATES, stress(field), strict=True))
+        rows = "".join(
+            f"{rate:.6g},{value:.6g}\n" for rate, value in zip(RATES, stress(field), strict=True)
+        )
         (tmp_path / name).write_text(f"shear rate [1/s],shear stress [Pa]\n{rows}")
     said = good("flowcurve", *files, "--laws", "bingham", cwd=tmp_path)
     assert f"fields of the curves: by their names [{unit}]" in said
@@ -195,14 +230,21 @@ def test_a_file_for_each_field_is_one_series(tmp_path: Path, names: tuple[str, s
 
 def test_files_whose_names_tell_no_field_are_no_series(tmp_path: Path) -> None:
     for name in ("day1.csv", "day2.csv"):
-        rows = "".join(f"{rate:.6g},{value:.6g}\n" for rate, value in zip(RATES, stress(1.0), strict=True))
+        rows = "".join(
+            f"{rate:.6g},{value:.6g}\n" for rate, value in zip(RATES, stress(1.0), strict=True)
+        )
         (tmp_path / name).write_text(f"shear rate [1/s],shear stress [Pa]\n{rows}")
-    assert "against field" not in good("flowcurve", "day1.csv", "day2.csv", "--laws", "bingham", cwd=tmp_path)
+    assert "against field" not in good(
+        "flowcurve", "day1.csv", "day2.csv", "--laws", "bingham", cwd=tmp_path
+    )
 
 
 def test_an_interval_over_many_decades_shows_no_yield_stress() -> None:
     rates = np.logspace(-1.0, 3.0, 14)
     fit, *_ = ranked(FlowCurve("c", rates, 5200.0 + 0.9 * rates), ["bingham"])
     assert fit.yield_shown
-    wide = [replace(each, low=1e-12, high=1e18) if each.name == "T_y" else each for each in fit.estimates]
+    wide = [
+        replace(each, low=1e-12, high=1e18) if each.name == "T_y" else each
+        for each in fit.estimates
+    ]
     assert not _shows(replace(fit, estimates=tuple(wide)), (5000.0, 5400.0))

@@ -32,11 +32,18 @@ def written(tmp_path: Path) -> Written:
 
 
 def rows(
-    *columns: list[float] | list[str], head: str = "", between: str = ",", decimal: str = ".", form: str = "{:.6g}"
+    *columns: list[float] | list[str],
+    head: str = "",
+    between: str = ",",
+    decimal: str = ".",
+    form: str = "{:.6g}",
 ) -> str:
     lines = [head] if head else []
     for row in zip(*columns, strict=True):
-        cells = [cell if isinstance(cell, str) else form.format(cell).replace(".", decimal) for cell in row]
+        cells = [
+            cell if isinstance(cell, str) else form.format(cell).replace(".", decimal)
+            for cell in row
+        ]
         lines.append(between.join(cells))
     return "\n".join(lines) + "\n"
 
@@ -74,7 +81,9 @@ def test_names_and_units(written: Written, kind: str) -> None:
     assert holds_the_curve(read_flow_curves(written(text)))
 
 
-@pytest.mark.parametrize(("unit", "factor"), [("Pa.s", 1.0), ("mPa·s", 1e3), ("Pas", 1.0), ("mPas", 1e3), ("cP", 1e3)])
+@pytest.mark.parametrize(
+    ("unit", "factor"), [("Pa.s", 1.0), ("mPa·s", 1e3), ("Pas", 1.0), ("mPas", 1e3), ("cP", 1e3)]
+)
 def test_a_viscosity_becomes_a_stress(written: Written, unit: str, factor: float) -> None:
     viscosity = [factor * y / x for x, y in zip(RATES, STRESSES, strict=True)]
     text = rows(RATES, viscosity, head=f"rate [1/s],viscosity [{unit}]", form="{:.9g}")
@@ -83,10 +92,16 @@ def test_a_viscosity_becomes_a_stress(written: Written, unit: str, factor: float
     assert "stress = viscosity x shear rate" in file.notes
 
 
-@pytest.mark.parametrize(("name", "factor"), [("Viscosity_cP", 1e3), ("eta_mPas", 1e3), ("viscosity_Pa_s", 1.0)])
-def test_a_unit_at_the_end_of_a_name_is_that_of_a_viscosity(written: Written, name: str, factor: float) -> None:
+@pytest.mark.parametrize(
+    ("name", "factor"), [("Viscosity_cP", 1e3), ("eta_mPas", 1e3), ("viscosity_Pa_s", 1.0)]
+)
+def test_a_unit_at_the_end_of_a_name_is_that_of_a_viscosity(
+    written: Written, name: str, factor: float
+) -> None:
     viscosity = [factor * y / x for x, y in zip(RATES, STRESSES, strict=True)]
-    assert holds_the_curve(read_flow_curves(written(rows(RATES, viscosity, head=f"rate,{name}", form="{:.9g}"))))
+    assert holds_the_curve(
+        read_flow_curves(written(rows(RATES, viscosity, head=f"rate,{name}", form="{:.9g}")))
+    )
 
 
 def test_a_slash_behind_an_underscore_is_within_the_unit(written: Written) -> None:
@@ -97,9 +112,17 @@ def test_a_slash_behind_an_underscore_is_within_the_unit(written: Written) -> No
 
 
 @pytest.mark.parametrize("column", ["sample", "Probe", "direction"])
-def test_points_of_several_words_are_a_curve_each_and_none_is_mixed(written: Written, column: str) -> None:
-    lines = [f"{word},{x:.6g},{y:.6g}" for word in ("A", "B 2") for x, y in zip(RATES, STRESSES, strict=True)]
-    path = written(f"{column},rate [1/s],stress [Pa]\n" + "\n".join(lines) + "\nC,1,1\nC,1,1\nC,1,1\n")
+def test_points_of_several_words_are_a_curve_each_and_none_is_mixed(
+    written: Written, column: str
+) -> None:
+    lines = [
+        f"{word},{x:.6g},{y:.6g}"
+        for word in ("A", "B 2")
+        for x, y in zip(RATES, STRESSES, strict=True)
+    ]
+    path = written(
+        f"{column},rate [1/s],stress [Pa]\n" + "\n".join(lines) + "\nC,1,1\nC,1,1\nC,1,1\n"
+    )
     for file in (read_flow_curves(path), read_flow_curves(path, sheet=[f"{column}=all"])):
         assert holds_the_curve(file, count=2)
     said = f'column {column} parts the points into 3: A, B 2, C: each is a curve (--sheet "{column}=A" takes one)'
@@ -118,13 +141,21 @@ def test_points_that_two_columns_of_words_part_are_asked_about(written: Written)
     assert '--sheet "oil=all"' in caught.value.remedy
 
 
-def test_a_gamma_beside_a_tau_of_several_samples_is_settled_by_one_command(written: Written) -> None:
-    lines = [f"{word},1,{x:.6g},{y:.6g}" for word in ("A", "B") for x, y in zip(RATES, STRESSES, strict=True)]
+def test_a_gamma_beside_a_tau_of_several_samples_is_settled_by_one_command(
+    written: Written,
+) -> None:
+    lines = [
+        f"{word},1,{x:.6g},{y:.6g}"
+        for word in ("A", "B")
+        for x, y in zip(RATES, STRESSES, strict=True)
+    ]
     path = written("amostra,fase,gamma,tau\n" + "\n".join(lines) + "\n")
     with pytest.raises(MappingError, match="no column is surely the shear rate") as caught:
         read_flow_curves(path)
     assert caught.value.remedy.endswith('such as --shear-rate "gamma [1/s]" --sheet "amostra=all"')
-    assert holds_the_curve(read_flow_curves(path, shear_rate="gamma [1/s]", sheet=["amostra=all"]), count=2)
+    assert holds_the_curve(
+        read_flow_curves(path, shear_rate="gamma [1/s]", sheet=["amostra=all"]), count=2
+    )
 
 
 def test_what_an_instrument_notes_beside_points_parts_no_curve(written: Written) -> None:
@@ -137,13 +168,17 @@ def test_other_columns_are_left_out_and_listed(written: Written) -> None:
     viscosity = [1e3 * y / x for x, y in zip(RATES, STRESSES, strict=True)]
     number = [float(i) for i in range(1, 7)]
     head = "Point No.,Temperature [°C],Shear Rate [1/s],Shear Stress [Pa],Viscosity [mPa·s]"
-    file = read_flow_curves(written(rows(number, [25.1] * 6, RATES, STRESSES, viscosity, head=head, form="{:.9g}")))
+    file = read_flow_curves(
+        written(rows(number, [25.1] * 6, RATES, STRESSES, viscosity, head=head, form="{:.9g}"))
+    )
     assert holds_the_curve(file)
     assert any(note.startswith("not used: Point No., Temperature") for note in file.notes)
 
 
 def test_stresses_ahead_of_rates(written: Written) -> None:
-    assert holds_the_curve(read_flow_curves(written(rows(STRESSES, RATES, head="shear stress [Pa],shear rate [1/s]"))))
+    assert holds_the_curve(
+        read_flow_curves(written(rows(STRESSES, RATES, head="shear stress [Pa],shear rate [1/s]")))
+    )
 
 
 @pytest.mark.parametrize(
@@ -159,7 +194,11 @@ def test_stresses_ahead_of_rates(written: Written) -> None:
 )
 def test_dialects(written: Written, between: str, decimal: str, encoding: str, before: str) -> None:
     text = before + rows(
-        RATES, STRESSES, head=f"Scherrate [1/s]{between}1 kV/mm [Pa]", between=between, decimal=decimal
+        RATES,
+        STRESSES,
+        head=f"Scherrate [1/s]{between}1 kV/mm [Pa]",
+        between=between,
+        decimal=decimal,
     )
     assert holds_the_curve(read_flow_curves(written(text, encoding)))
 
@@ -173,11 +212,14 @@ def test_a_column_of_each_field(written: Written) -> None:
 
 def test_options_settle_what_is_not_known(written: Written) -> None:
     path = written(rows(RATES, [y * 1e-3 for y in STRESSES], [1.0] * 6, head="a,b,c"))
-    with pytest.raises(MappingError, match=r"no column is surely the shear rate .*--shear-rate \"a \[1/s\]\""):
+    with pytest.raises(
+        MappingError, match=r"no column is surely the shear rate .*--shear-rate \"a \[1/s\]\""
+    ):
         read_flow_curves(path)
     with pytest.raises(MappingError, match=r"--stress"):
         read_flow_curves(
-            written(rows(RATES, [5.0, 4, 3, 2, 1, 0.5], head="a,b"), name="falling.csv"), shear_rate="a [1/s]"
+            written(rows(RATES, [5.0, 4, 3, 2, 1, 0.5], head="a,b"), name="falling.csv"),
+            shear_rate="a [1/s]",
         )
     assert holds_the_curve(read_flow_curves(path, shear_rate="a [1/s]", stress=["b [kPa]"]))
     with pytest.raises(MappingError, match="there is no column 'z'"):
@@ -187,14 +229,22 @@ def test_options_settle_what_is_not_known(written: Written) -> None:
 def test_columns_named_after_the_sample_are_told(written: Written) -> None:
     file = read_flow_curves(written(rows(RATES, STRESSES, STRESSES, head="rate,A,B")))
     assert holds_the_curve(file, count=2)
-    assert any("taken for a stress in Pa because it grows with the rate" in note for note in file.notes)
+    assert any(
+        "taken for a stress in Pa because it grows with the rate" in note for note in file.notes
+    )
 
 
 @pytest.mark.parametrize(
     ("head", "words"),
     [
-        ("shear rate [rpm],stress [Pa]", "no column is the shear rate: 'shear rate' is the speed of a rotor"),
-        ("shear rate [Pa],shear stress [Pa]", "is a shear rate by its name and a shear stress by its unit"),
+        (
+            "shear rate [rpm],stress [Pa]",
+            "no column is the shear rate: 'shear rate' is the speed of a rotor",
+        ),
+        (
+            "shear rate [Pa],shear stress [Pa]",
+            "is a shear rate by its name and a shear stress by its unit",
+        ),
         ("frequency [Hz],storage modulus [Pa]", "the test is an oscillation"),
         ("shear rate [1/s],normal stress [Pa]", "no column is surely the shear stress"),
         ("shear rate [1/s],G' storage modulus [Pa]", "the test is an oscillation"),
@@ -207,8 +257,18 @@ def test_other_quantities_are_not_taken(written: Written, head: str, words: str)
 
 def test_a_stress_that_its_viscosity_contradicts_is_asked_about(written: Written) -> None:
     viscosity = [y / x for x, y in zip(RATES, STRESSES, strict=True)]
-    path = written(rows(RATES, STRESSES, viscosity, head="rate [1/s],stress [Pa],viscosity [mPa·s]", form="{:.9g}"))
-    with pytest.raises(UnitError, match=r"'stress' \[Pa\] is 1000 times .* one of these units is wrong"):
+    path = written(
+        rows(
+            RATES,
+            STRESSES,
+            viscosity,
+            head="rate [1/s],stress [Pa],viscosity [mPa·s]",
+            form="{:.9g}",
+        )
+    )
+    with pytest.raises(
+        UnitError, match=r"'stress' \[Pa\] is 1000 times .* one of these units is wrong"
+    ):
         read_flow_curves(path)
     assert holds_the_curve(read_flow_curves(path, shear_rate="rate [1/s]", stress=["stress [Pa]"]))
 
@@ -248,7 +308,10 @@ def test_faint_stresses_of_the_wrong_sign_are_noise_and_told(written: Written) -
     text = rows([0.001, 0.01, *RATES], [-0.2, -0.02, *STRESSES], head="rate [1/s],stress [Pa]")
     file = read_flow_curves(written(text))
     assert holds_the_curve(file)
-    assert any("2 points left out: a stress of the other sign than its rate, below 2 %" in note for note in file.notes)
+    assert any(
+        "2 points left out: a stress of the other sign than its rate, below 2 %" in note
+        for note in file.notes
+    )
     with pytest.raises(LogError, match="row 1 of the table"):
         read_flow_curves(written(text.replace("-0.2", "-20")))
 
@@ -266,7 +329,10 @@ def test_pairs_of_columns_of_different_length(written: Written) -> None:
 
 def test_pairs_under_texts(written: Written) -> None:
     file = read_flow_curves(written("0 V;;1 kV;\n1,5;2;1;3\n2,5;3;2;4\n3;4;;\n"))
-    assert [(c.label, c.rate.tolist()) for c in file.curves] == [("0 V", [1.5, 2.5, 3.0]), ("1 kV", [1.0, 2.0])]
+    assert [(c.label, c.rate.tolist()) for c in file.curves] == [
+        ("0 V", [1.5, 2.5, 3.0]),
+        ("1 kV", [1.0, 2.0]),
+    ]
 
 
 def test_numbers_without_labels_are_asked_about(written: Written) -> None:
@@ -286,13 +352,24 @@ def rheocompass(between: str = "\t", decimal: str = ".") -> str:
         lines += [
             between.join(("Result:", f"{field} kV/mm")),
             between.join(("Interval and data points:", str(interval), "6")),
-            between.join(("Interval data:", "Point No.", "Shear Rate", "Shear Stress", "Viscosity", "Status")),
+            between.join(
+                ("Interval data:", "Point No.", "Shear Rate", "Shear Stress", "Viscosity", "Status")
+            ),
             between * 5,
             between.join(("", "", "[1/s]", "[Pa]", "[mPa·s]", "")),
         ]
         for i, (x, y) in enumerate(zip(RATES, STRESSES, strict=True), start=1):
             lines.append(
-                between.join(("", str(i), number(x), number(y), f"{1e3 * y / x:.9g}".replace(".", decimal), "WMa"))
+                between.join(
+                    (
+                        "",
+                        str(i),
+                        number(x),
+                        number(y),
+                        f"{1e3 * y / x:.9g}".replace(".", decimal),
+                        "WMa",
+                    )
+                )
             )
         lines.append("")
     return "\n".join(lines)
@@ -337,7 +414,8 @@ def test_a_workbook_of_rheocompass_has_its_tests_under_their_names(tmp_path: Pat
 
 def test_an_export_of_rheoplus(written: Written) -> None:
     points = "\n".join(
-        f"{i};{x:g};{y:g};{1e3 * y / x:.9g};" for i, (x, y) in enumerate(zip(RATES, STRESSES, strict=True), 1)
+        f"{i};{x:g};{y:g};{1e3 * y / x:.9g};"
+        for i, (x, y) in enumerate(zip(RATES, STRESSES, strict=True), 1)
     )
     text = (
         "Data Series Information\nName:;sample 1\nNumber of Intervals:;1\n\nInterval:;1\nNumber of Data Points:;6\n\n"
@@ -365,7 +443,9 @@ def test_an_export_of_rheowin(written: Written) -> None:
 
 
 def test_an_export_of_trios(written: Written) -> None:
-    points = "".join(f"{y:.9g}\t{x:.9g}\t{y / x:.9g}\t25.0\n" for x, y in zip(RATES, STRESSES, strict=True))
+    points = "".join(
+        f"{y:.9g}\t{x:.9g}\t{y / x:.9g}\t25.0\n" for x, y in zip(RATES, STRESSES, strict=True)
+    )
     names = "Stress\tShear rate\tViscosity\tTemperature\nPa\t1/s\tPa.s\t°C\n"
     text = "Filename\tsample\n[Parameters]\nRunBy\tTRIOS\n\n[step]\nConditioning\n\n"
     text += f"[step]\nFlow sweep - 1\n{names}{points}"
@@ -425,12 +505,19 @@ def curves_or_an_error(path: Path) -> None:
     for curve in file.curves:
         assert curve.label
         assert curve.rate.shape == curve.stress.shape
-        assert np.all(np.isfinite(curve.rate) & (curve.rate > 0) & np.isfinite(curve.stress) & (curve.stress > 0))
+        assert np.all(
+            np.isfinite(curve.rate)
+            & (curve.rate > 0)
+            & np.isfinite(curve.stress)
+            & (curve.stress > 0)
+        )
 
 
 @settings(max_examples=examples(60), deadline=None)
 @given(st.text("0123456789.,;eE-+\t\n\"' rateP1/s[]", max_size=120))
-def test_almost_tables_give_curves_or_an_error_of_ours(tmp_path_factory: pytest.TempPathFactory, text: str) -> None:
+def test_almost_tables_give_curves_or_an_error_of_ours(
+    tmp_path_factory: pytest.TempPathFactory, text: str
+) -> None:
     path = tmp_path_factory.getbasetemp() / "almost.csv"
     path.write_text("rate [1/s],stress [Pa]\n" + text)
     curves_or_an_error(path)

@@ -14,7 +14,9 @@ RATES = np.logspace(-1.0, 3.0, 12)
 
 def curve(number: int, field: float = np.nan, unit: str = "") -> FlowCurve:
     noise = np.exp(np.random.default_rng(number).normal(0.0, 0.01, RATES.size))
-    return FlowCurve(f"curve {number}", RATES, (10.0 + 5.0 * number + 0.2 * RATES) * noise, field, unit)
+    return FlowCurve(
+        f"curve {number}", RATES, (10.0 + 5.0 * number + 0.2 * RATES) * noise, field, unit
+    )
 
 
 def fitted(count: int) -> list[tuple[FlowCurve, FlowFit]]:
@@ -39,5 +41,7 @@ def test_intervals_of_yield_stresses_stand_at_their_fields_alone() -> None:
     series = series_of([(each, ranked(each, ["bingham"])) for each in curves])
     _, yields = picture_of([(each, ranked(each, ["bingham"])[0]) for each in curves], series).panels
     assert not any(isinstance(mark, Shade) for mark in yields.marks)
-    intervals = [mark for mark in yields.marks if isinstance(mark, Line) and mark.style == "measured"]
+    intervals = [
+        mark for mark in yields.marks if isinstance(mark, Line) and mark.style == "measured"
+    ]
     assert [line.x.tolist() for line in intervals] == [[0.5 * number] * 2 for number in range(4)]

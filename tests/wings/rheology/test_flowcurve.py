@@ -30,14 +30,19 @@ RATES = np.logspace(-2, 3, 40)
 #: The laws as their sources print them, apart from the code under test, with parameters in 1/s and Pa.
 LAWS: dict[str, tuple[Callable[..., Array], dict[str, float]]] = {
     "bingham": (lambda g, T_y, eta: T_y + eta * g, {"T_y": 12.0, "eta": 0.3}),
-    "casson": (lambda g, T_y, r: (np.sqrt(T_y) + np.sqrt(r * T_y * g)) ** 2, {"T_y": 12.0, "r": 0.02}),
+    "casson": (
+        lambda g, T_y, r: (np.sqrt(T_y) + np.sqrt(r * T_y * g)) ** 2,
+        {"T_y": 12.0, "r": 0.02},
+    ),
     "herschel-bulkley": (lambda g, T_y, K, m: T_y + K * g**m, {"T_y": 12.0, "K": 3.0, "m": 0.45}),
     "seo-seo": (
         lambda g, T_sy, eta, a, b: T_sy * (1 - (1 - np.exp(-a * g)) / (1 + (a * g) ** b)) + eta * g,
         {"T_sy": 30.0, "eta": 0.2, "a": 1.5, "b": 0.6},
     ),
     "cho-choi-jhon": (
-        lambda g, T_y, eta, t_1, a, t_2, b: T_y / (1 + (t_1 * g) ** a) + eta * (1 + (t_2 * g) ** -b) * g,
+        lambda g, T_y, eta, t_1, a, t_2, b: (
+            T_y / (1 + (t_1 * g) ** a) + eta * (1 + (t_2 * g) ** -b) * g
+        ),
         {"T_y": 40.0, "eta": 0.2, "t_1": 3.0, "a": 1.2, "t_2": 0.02, "b": 0.7},
     ),
 }
@@ -45,7 +50,9 @@ LAWS: dict[str, tuple[Callable[..., Array], dict[str, float]]] = {
 
 def curve_of(name: str, noise: float = 0.0, seed: int = 0, rates: Array = RATES) -> FlowCurve:
     law, parameters = LAWS[name]
-    stress = law(rates, **parameters) * np.exp(noise * np.random.default_rng(seed).normal(size=rates.size))
+    stress = law(rates, **parameters) * np.exp(
+        noise * np.random.default_rng(seed).normal(size=rates.size)
+    )
     return FlowCurve(name, rates, stress)
 
 
@@ -70,7 +77,8 @@ def test_a_truth_without_noise_comes_back(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=pytest.mark.slow) if n == "cho-choi-jhon" else n for n in flow_laws()]
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n == "cho-choi-jhon" else n for n in flow_laws()],
 )
 def test_intervals_hold_the_truth(name: str) -> None:
     """95 % intervals of noisy curves: few misses."""
@@ -91,7 +99,9 @@ def test_intervals_are_no_wider_than_they_must_be() -> None:
     """The width of Bingham's yield stress against the spread of its estimate over 200 curves."""
     values, halves = [], []
     for seed in range(200):
-        estimate = estimates_of(fit_flow_curve(curve_of("bingham", 0.02, seed, RATES[::2]), "bingham"))["T_y"]
+        estimate = estimates_of(
+            fit_flow_curve(curve_of("bingham", 0.02, seed, RATES[::2]), "bingham")
+        )["T_y"]
         values.append(np.log(estimate.value))
         halves.append(0.5 * np.log(estimate.high / estimate.low))
     assert np.isclose(np.mean(halves), 2.1 * np.std(values), rtol=0.2)
@@ -106,7 +116,9 @@ def test_units_of_rate_and_stress_only_scale(log_rate: float, log_stress: float)
     two = fit_flow_curve(FlowCurve("scaled", curve.rate * rate, curve.stress * stress), "bingham")
     assert np.isclose(one.log_rmse, two.log_rmse, rtol=1e-5)
     for name, factor in (("T_y", stress), ("eta", stress / rate)):
-        assert np.isclose(estimates_of(two)[name].value, estimates_of(one)[name].value * factor, rtol=1e-4)
+        assert np.isclose(
+            estimates_of(two)[name].value, estimates_of(one)[name].value * factor, rtol=1e-4
+        )
 
 
 def test_consistency_is_that_at_one_per_second() -> None:
@@ -136,7 +148,10 @@ def test_consistency_is_that_at_one_per_second() -> None:
 
 
 def test_units_of_the_parameters() -> None:
-    units = {name: e.unit for name, e in estimates_of(fit_flow_curve(curve_of("seo-seo"), "seo-seo")).items()}
+    units = {
+        name: e.unit
+        for name, e in estimates_of(fit_flow_curve(curve_of("seo-seo"), "seo-seo")).items()
+    }
     assert units == {"T_sy": "Pa", "eta": "Pa*s", "a": "s", "b": "1"}
 
 
@@ -146,7 +161,9 @@ def test_the_law_that_made_a_curve_wins_mostly(name: str) -> None:
     """Herschel-Bulkley holds Bingham, so by luck it wins now and then."""
     wins = 0
     for seed in range(10):
-        fits = ranked(curve_of(name, noise=0.01, seed=seed), ("bingham", "casson", "herschel-bulkley"))
+        fits = ranked(
+            curve_of(name, noise=0.01, seed=seed), ("bingham", "casson", "herschel-bulkley")
+        )
         assert [f.validated for f in fits[1:]] == sorted(f.validated for f in fits[1:])
         wins += int(fits[0].law == name)
     assert wins >= 6
@@ -172,7 +189,11 @@ def test_few_points_have_no_criterion_but_a_rank() -> None:
 def test_a_curve_in_any_order() -> None:
     curve, shuffle = curve_of("bingham", 0.01), np.random.default_rng(0).permutation(RATES.size)
     other = FlowCurve("shuffled", curve.rate[shuffle], curve.stress[shuffle])
-    assert np.isclose(fit_flow_curve(curve, "bingham").log_rmse, fit_flow_curve(other, "bingham").log_rmse, rtol=1e-8)
+    assert np.isclose(
+        fit_flow_curve(curve, "bingham").log_rmse,
+        fit_flow_curve(other, "bingham").log_rmse,
+        rtol=1e-8,
+    )
 
 
 # --- bad curves -------------------------------------------------------------------------------------------------------
@@ -205,13 +226,17 @@ def test_rates_that_are_all_the_same_end_somewhere() -> None:
     """One rate cannot tell yield from flow: no crash, and no certainty."""
     curve = FlowCurve("same", np.full(8, 3.0), 5 + 0.1 * np.arange(8.0))
     found = estimates_of(fit_flow_curve(curve, "bingham"))
-    assert any(e.at_bound or np.isinf(e.high - e.low) or e.high > 100 * e.low for e in found.values())
+    assert any(
+        e.at_bound or np.isinf(e.high - e.low) or e.high > 100 * e.low for e in found.values()
+    )
 
 
 def test_a_curve_without_noise_at_all() -> None:
     """A residual of exactly zero has no logarithm."""
     curve = FlowCurve("flat", np.array([1.0, 2.0, 4.0, 8.0, 16.0]), np.full(5, 3.0))
-    assert estimates_of(fit_flow_curve(curve, "bingham"))["T_y"].value == pytest.approx(3.0, rel=1e-3)
+    assert estimates_of(fit_flow_curve(curve, "bingham"))["T_y"].value == pytest.approx(
+        3.0, rel=1e-3
+    )
 
 
 # --- the choice -------------------------------------------------------------------------------------------------------
@@ -219,7 +244,9 @@ def test_a_curve_without_noise_at_all() -> None:
 
 @pytest.mark.slow
 def test_a_richer_law_that_follows_noise_is_not_chosen() -> None:
-    chosen = [ranked(curve_of("herschel-bulkley", noise=0.02, seed=seed))[0].law for seed in range(6)]
+    chosen = [
+        ranked(curve_of("herschel-bulkley", noise=0.02, seed=seed))[0].law for seed in range(6)
+    ]
     assert chosen.count("herschel-bulkley") >= 5
 
 
@@ -242,7 +269,10 @@ def test_a_yield_stress_that_the_curve_does_not_show_is_not_identified() -> None
     assert plateau_of(power_law.rate, power_law.stress) is None
     assert yield_text(ranked(power_law, ["herschel-bulkley"])[0]) == "not identified"
     level = curve_of("herschel-bulkley")
-    below = replace(fit_flow_curve(level, "herschel-bulkley"), estimates=(Estimate("T_y", "", "Pa", 0.5, 0.4, 0.6),))
+    below = replace(
+        fit_flow_curve(level, "herschel-bulkley"),
+        estimates=(Estimate("T_y", "", "Pa", 0.5, 0.4, 0.6),),
+    )
     low, high = plateau_of(level.rate, level.stress) or (0.0, 0.0)
     assert low <= 12.0 <= high
     assert yield_text(replace(below, yield_shown=False)) == "not identified"
@@ -257,7 +287,9 @@ def test_few_points_are_ranked_without_validation() -> None:
 
 @given(yield_stress=st.floats(1.0, 100.0), viscosity=st.floats(0.01, 1.0))
 @settings(max_examples=examples(20))
-def test_a_curve_that_a_law_meets_to_the_last_bit_has_a_finite_criterion(yield_stress: float, viscosity: float) -> None:
+def test_a_curve_that_a_law_meets_to_the_last_bit_has_a_finite_criterion(
+    yield_stress: float, viscosity: float
+) -> None:
     rates = np.logspace(0, 2, 8)
     exact = FlowCurve("exact", rates, yield_stress + viscosity * rates)
     assert np.isfinite(fit_flow_curve(exact, "bingham").aicc)

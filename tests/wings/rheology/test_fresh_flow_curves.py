@@ -23,7 +23,10 @@ def written(folder: Path, text: str, name: str = "flow.csv", encoding: str = "ut
 
 def table(head: str, *further: str) -> str:
     """A header above rates, stresses in Pa and further cells."""
-    rows = [",".join([f"{rate:.5g}", f"{stress:.6g}", *further]) for rate, stress in zip(RATES, STRESSES, strict=True)]
+    rows = [
+        ",".join([f"{rate:.5g}", f"{stress:.6g}", *further])
+        for rate, stress in zip(RATES, STRESSES, strict=True)
+    ]
     return "\n".join([head, *rows]) + "\n"
 
 
@@ -42,7 +45,9 @@ def table(head: str, *further: str) -> str:
         ("Szybkość ścinania [1/s]", "Naprężenie ścinające [Pa]"),
     ],
 )
-def test_rates_and_stresses_are_known_in_many_languages(tmp_path: Path, rate: str, stress: str) -> None:
+def test_rates_and_stresses_are_known_in_many_languages(
+    tmp_path: Path, rate: str, stress: str
+) -> None:
     text = table(f"{rate};{stress}".replace(",", " ")).replace(",", ";")
     (curve,) = read_flow_curves(written(tmp_path, text)).curves
     np.testing.assert_allclose(curve.rate, RATES, rtol=1e-4)
@@ -61,7 +66,9 @@ def test_rates_and_stresses_are_known_in_many_languages(tmp_path: Path, rate: st
         ("Shear rate, 1/sec", "Shear stress, kPa", 1000.0),
     ],
 )
-def test_units_are_read_as_instruments_spell_them(tmp_path: Path, rate: str, stress: str, factor: float) -> None:
+def test_units_are_read_as_instruments_spell_them(
+    tmp_path: Path, rate: str, stress: str, factor: float
+) -> None:
     text = table(f"{rate};{stress}").replace(",", ";", 0)
     text = text.replace(f"{rate};{stress}", f'"{rate}","{stress}"')
     (curve,) = read_flow_curves(written(tmp_path, text)).curves
@@ -70,18 +77,27 @@ def test_units_are_read_as_instruments_spell_them(tmp_path: Path, rate: str, str
 
 
 @pytest.mark.parametrize(
-    ("unit", "factor"), [("cps", 1e-3), ("cp", 1e-3), ("mPa-s", 1e-3), ("Pa·S", 1.0), ("cPs", 1e-3), ("P", 0.1)]
+    ("unit", "factor"),
+    [("cps", 1e-3), ("cp", 1e-3), ("mPa-s", 1e-3), ("Pa·S", 1.0), ("cPs", 1e-3), ("P", 0.1)],
 )
-def test_viscosities_times_rates_are_exact_in_each_spelling(tmp_path: Path, unit: str, factor: float) -> None:
+def test_viscosities_times_rates_are_exact_in_each_spelling(
+    tmp_path: Path, unit: str, factor: float
+) -> None:
     viscosity = 7.0 + 3.0 / RATES
-    body = "".join(f"{rate!r},{eta!r}\n" for rate, eta in zip(RATES.tolist(), viscosity.tolist(), strict=True))
-    (curve,) = read_flow_curves(written(tmp_path, f"Shear rate [1/s],Viscosity ({unit})\n{body}")).curves
+    body = "".join(
+        f"{rate!r},{eta!r}\n" for rate, eta in zip(RATES.tolist(), viscosity.tolist(), strict=True)
+    )
+    (curve,) = read_flow_curves(
+        written(tmp_path, f"Shear rate [1/s],Viscosity ({unit})\n{body}")
+    ).curves
     np.testing.assert_allclose(curve.stress, factor * viscosity * RATES, rtol=1e-12)
 
 
 def test_a_megapascal_is_no_millipascal(tmp_path: Path) -> None:
     body = "".join(f"{rate:.6g},{1 + rate:.6g}\n" for rate in RATES)
-    (curve,) = read_flow_curves(written(tmp_path, f"Shear rate [1/s],Viscosity [MPa*s]\n{body}")).curves
+    (curve,) = read_flow_curves(
+        written(tmp_path, f"Shear rate [1/s],Viscosity [MPa*s]\n{body}")
+    ).curves
     np.testing.assert_allclose(curve.stress, 1e6 * RATES * (1 + RATES), rtol=1e-4)
 
 
@@ -97,21 +113,31 @@ def test_two_viscosities_without_a_unit_take_one_question(tmp_path: Path) -> Non
 
 
 def test_a_wanted_rate_is_none_that_was_measured(tmp_path: Path) -> None:
-    text = table("Shear Rate 1/s,Shear Stress Pa,Target Shear Rate 1/s,Angular Velocity rad/s", "7", "3")
+    text = table(
+        "Shear Rate 1/s,Shear Stress Pa,Target Shear Rate 1/s,Angular Velocity rad/s", "7", "3"
+    )
     (curve,) = read_flow_curves(written(tmp_path, text)).curves
     np.testing.assert_allclose(curve.rate, RATES, rtol=1e-4)
 
 
-@pytest.mark.parametrize("head", ["Strain [%],Shear Stress [Pa],Time [s]", "Time [s],Torque [mN m],Temperature [°C]"])
-def test_no_column_of_another_quantity_is_offered_as_a_rate_or_stress(tmp_path: Path, head: str) -> None:
-    with pytest.raises(MappingError, match="no flow curve: no column is surely the shear rate") as caught:
+@pytest.mark.parametrize(
+    "head", ["Strain [%],Shear Stress [Pa],Time [s]", "Time [s],Torque [mN m],Temperature [°C]"]
+)
+def test_no_column_of_another_quantity_is_offered_as_a_rate_or_stress(
+    tmp_path: Path, head: str
+) -> None:
+    with pytest.raises(
+        MappingError, match="no flow curve: no column is surely the shear rate"
+    ) as caught:
         read_flow_curves(written(tmp_path, table(head, "3")))
     assert "--" not in caught.value.remedy
 
 
 def test_a_time_beside_rates_is_not_offered_as_a_stress(tmp_path: Path) -> None:
     with pytest.raises(MappingError, match="no column is surely the shear stress") as caught:
-        read_flow_curves(written(tmp_path, table("Shear rate [1/s],Time [s],Temperature [°C]", "25")))
+        read_flow_curves(
+            written(tmp_path, table("Shear rate [1/s],Time [s],Temperature [°C]", "25"))
+        )
     assert "--" not in caught.value.remedy
 
 
@@ -142,11 +168,14 @@ def test_an_oscillation_is_told_to_be_no_flow_curve_and_no_log(tmp_path: Path, h
 )
 def test_a_shear_rate_beside_a_torque_is_no_slip_of_a_device(tmp_path: Path, head: str) -> None:
     rows = [
-        f"{k},{rate:.5g},{0.02 * tau:.5g},{tau:.6g}" for k, (rate, tau) in enumerate(zip(RATES, STRESSES, strict=True))
+        f"{k},{rate:.5g},{0.02 * tau:.5g},{tau:.6g}"
+        for k, (rate, tau) in enumerate(zip(RATES, STRESSES, strict=True))
     ]
     written(tmp_path, "\n".join([head, *rows]))
     effort_is_a_stress = head.startswith("Time")
-    last = good("inspect", "flow.csv", cwd=tmp_path, code=0 if effort_is_a_stress else 1).splitlines()[-1]
+    last = good(
+        "inspect", "flow.csv", cwd=tmp_path, code=0 if effort_is_a_stress else 1
+    ).splitlines()[-1]
     said = "Or as a flow curve" if effort_is_a_stress else "What settles it"
     assert last == f"{said}: erclutch flowcurve flow.csv"
 
@@ -201,7 +230,9 @@ def test_exports_of_rheocompass_are_cut_in_any_language(
 
 
 def test_a_head_of_another_instrument_stays_a_plain_table(tmp_path: Path) -> None:
-    text = "Channels:\t2\t3\nNames:\tLeft\tRight\n" + table("Shear rate [1/s],Shear stress [Pa]").replace(",", "\t")
+    text = "Channels:\t2\t3\nNames:\tLeft\tRight\n" + table(
+        "Shear rate [1/s],Shear stress [Pa]"
+    ).replace(",", "\t")
     (curve,) = read_flow_curves(written(tmp_path, text)).curves
     assert curve.rate.size == RATES.size
 
@@ -209,11 +240,15 @@ def test_a_head_of_another_instrument_stays_a_plain_table(tmp_path: Path) -> Non
 def test_rates_that_wander_about_rest_are_left_out_with_a_word(tmp_path: Path) -> None:
     rest = "".join(f"{rate},4.{k}\n" for k, rate in enumerate((-0.0003, 0.0002, -0.0001)))
     file = read_flow_curves(written(tmp_path, table("Shear rate [1/s],Shear stress [Pa]") + rest))
-    assert file.curves[0].rate.size == RATES.size  # the rate of 0.0002 1/s is noise as its neighbours are
+    assert (
+        file.curves[0].rate.size == RATES.size
+    )  # the rate of 0.0002 1/s is noise as its neighbours are
     assert any("3 points left out: a rate of 0.0003 1/s or less" in note for note in file.notes)
 
 
-def test_pairs_that_fall_with_the_rate_are_asked_about_and_one_answer_is_enough(tmp_path: Path) -> None:
+def test_pairs_that_fall_with_the_rate_are_asked_about_and_one_answer_is_enough(
+    tmp_path: Path,
+) -> None:
     lines = ["0.3,,0.4,", "X,Y,X,Y"]
     lines += [f"{rate:.6g},{5 + 9 / rate:.6g},{rate:.6g},{6 + 9 / rate:.6g}" for rate in RATES]
     path = written(tmp_path, "\n".join(lines).replace("0.3", "Ht30").replace("0.4", "Ht40", 1))
@@ -222,14 +257,18 @@ def test_pairs_that_fall_with_the_rate_are_asked_about_and_one_answer_is_enough(
     curves = read_flow_curves(path, stress=["[mPa*s]"]).curves
     assert [curve.label for curve in curves] == ["Ht30", "Ht40"]
     np.testing.assert_allclose(curves[0].stress, 1e-3 * (5 + 9 / RATES) * RATES, rtol=1e-4)
-    np.testing.assert_allclose(read_flow_curves(path, stress=["[Pa]"]).curves[1].stress, 6 + 9 / RATES, rtol=1e-4)
+    np.testing.assert_allclose(
+        read_flow_curves(path, stress=["[Pa]"]).curves[1].stress, 6 + 9 / RATES, rtol=1e-4
+    )
     with pytest.raises(UnitError, match="no unit of a stress"):
         read_flow_curves(path, stress=["[mm]"])
 
 
 def test_a_count_beside_one_sweep_of_the_rate_parts_nothing(tmp_path: Path) -> None:
     counts = [1, 3, 7, 6, 7, 7, 7, 5, 4, 3, 1, 3, 3]
-    rows = [f"{rate:.5g},{tau:.6g},{n}" for rate, tau, n in zip(RATES, STRESSES, counts, strict=True)]
+    rows = [
+        f"{rate:.5g},{tau:.6g},{n}" for rate, tau, n in zip(RATES, STRESSES, counts, strict=True)
+    ]
     text = "\n".join(["Shear rate [1/s],Shear stress [Pa],N_Repeticoes", *rows])
     (curve,) = read_flow_curves(written(tmp_path, text)).curves
     assert curve.rate.size == RATES.size
@@ -238,7 +277,9 @@ def test_a_count_beside_one_sweep_of_the_rate_parts_nothing(tmp_path: Path) -> N
 def test_a_creep_at_one_stress_is_no_flow_curve(tmp_path: Path) -> None:
     rows = [f"{k},{2 + 9 * (1 - 0.7**k):.5g},{4.0 + 0.001 * (k % 2)}" for k in range(20)]
     path = written(tmp_path, "\n".join(["Time [s],Shear Rate [1/s],Shear Stress [Pa]", *rows]))
-    with pytest.raises(MappingError, match="all points have the shear stress 4 Pa, which is no flow curve"):
+    with pytest.raises(
+        MappingError, match="all points have the shear stress 4 Pa, which is no flow curve"
+    ):
         read_flow_curves(path)
 
 

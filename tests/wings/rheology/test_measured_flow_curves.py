@@ -19,7 +19,15 @@ if not FLOW.is_dir():
 
 def test_herschel_bulkley_on_every_volume_fraction_of_dekker() -> None:
     curves = read_flow_curves(FLOW / "Fig2_Dekker2018.csv").curves
-    assert [curve.label for curve in curves] == ["0.68", "0.7", "0.72", "0.74", "0.76", "0.78", "0.8"]
+    assert [curve.label for curve in curves] == [
+        "0.68",
+        "0.7",
+        "0.72",
+        "0.74",
+        "0.76",
+        "0.78",
+        "0.8",
+    ]
     for curve in curves:
         found = fit_flow_curve(curve, "herschel-bulkley")
         assert found.stop == "converged"

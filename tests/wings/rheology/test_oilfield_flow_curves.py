@@ -26,7 +26,10 @@ def written(folder: Path, text: str, name: str = "flow.csv") -> Path:
 
 
 def rows(*columns: Array, mark: str = ",") -> str:
-    return "\n".join(mark.join(f"{value:.6g}" for value in row) for row in zip(*columns, strict=True)) + "\n"
+    return (
+        "\n".join(mark.join(f"{value:.6g}" for value in row) for row in zip(*columns, strict=True))
+        + "\n"
+    )
 
 
 def workbook(folder: Path, sheets: dict[str, Sequence[Sequence[Any]]]) -> Path:
@@ -61,14 +64,18 @@ def test_units_that_stand_once_above_all_tables_hold_for_each(
     tmp_path: Path, names: str, above: str, tables: int
 ) -> None:
     one = f"{names}\n{rows(RATES, 10.0 * STRESSES, mark=chr(9))}"
-    text = f"Test: a\n{above}\n\n" + "\n".join(f"Sweep {number}:\n{one}" for number in range(tables))
+    text = f"Test: a\n{above}\n\n" + "\n".join(
+        f"Sweep {number}:\n{one}" for number in range(tables)
+    )
     curves = read_flow_curves(written(tmp_path, text)).curves
     assert len(curves) == tables
     for curve in curves:
         np.testing.assert_allclose(curve.stress, STRESSES, rtol=1e-5)
 
 
-def test_a_unit_above_the_table_is_of_no_column_that_shares_its_first_letter_alone(tmp_path: Path) -> None:
+def test_a_unit_above_the_table_is_of_no_column_that_shares_its_first_letter_alone(
+    tmp_path: Path,
+) -> None:
     text = f"Time Unit: ms\n\nT,Shear Rate,Shear Stress\n{rows(RATES, RATES, STRESSES)}"
     found = read_flow_curves(written(tmp_path, text))
     assert not any("[ms]" in note for note in found.notes)
@@ -99,7 +106,10 @@ Elapsed Time,Sample Temp,Pressure,Shear Rate,Shear Stress,Aux1
 
 
 def test_the_calibration_of_an_instrument_is_no_flow_curve_of_the_sample(tmp_path: Path) -> None:
-    lines = [f"00:00:{second:02d},24.4,{60 + second},{rate:g},{10 * stress:g},0" for second, (rate, stress) in POINTS]
+    lines = [
+        f"00:00:{second:02d},24.4,{60 + second},{rate:g},{10 * stress:g},0"
+        for second, (rate, stress) in POINTS
+    ]
     path = written(tmp_path, CHANDLER + "\n".join(lines) + "\n**********\n")
     assert_is_the_curve(path)
     assert any("calibration" in note for note in read_flow_curves(path).notes)
@@ -131,13 +141,21 @@ def test_a_peak_and_a_component_of_a_tensor_are_no_steady_stress(tmp_path: Path,
     [
         ("Скорость сдвига\tНапряжение сдвига\tВязкость", "1/с\tПа\tсП", 1.0),
         ("Скорость сдвига\tНапряж сдвига\tВязкость", "с^-1\tдин/см²\tмПа·с", 10.0),
-        ("Shear Rate (1/ceк)\tShear Stress (D/см2)\tViscosity", "", 10.0),  # Latin and Russian letters in one unit
+        (
+            "Shear Rate (1/ceк)\tShear Stress (D/см2)\tViscosity",
+            "",
+            10.0,
+        ),  # Latin and Russian letters in one unit
     ],
 )
-def test_russian_names_and_units_are_read(tmp_path: Path, names: str, units: str, factor: float) -> None:
+def test_russian_names_and_units_are_read(
+    tmp_path: Path, names: str, units: str, factor: float
+) -> None:
     viscosities = 1000.0 * STRESSES / RATES  # mPa s
     head = f"{names}\n{units}\n" if units else f"{names}\n"
-    assert_is_the_curve(written(tmp_path, head + rows(RATES, factor * STRESSES, viscosities, mark="\t")))
+    assert_is_the_curve(
+        written(tmp_path, head + rows(RATES, factor * STRESSES, viscosities, mark="\t"))
+    )
 
 
 def test_an_oscillation_beside_a_flow_curve_leaves_its_points_alone(tmp_path: Path) -> None:
@@ -150,7 +168,9 @@ def test_an_oscillation_beside_a_flow_curve_leaves_its_points_alone(tmp_path: Pa
 
 
 @pytest.mark.parametrize("head", ["rpm,dial reading", "Speed [rpm],Theta", "RPM,Lectura"])
-def test_a_rotor_speed_is_asked_about_with_the_factors_of_the_commonest_geometry(tmp_path: Path, head: str) -> None:
+def test_a_rotor_speed_is_asked_about_with_the_factors_of_the_commonest_geometry(
+    tmp_path: Path, head: str
+) -> None:
     speed, reading = (name.partition(" [")[0] for name in head.split(","))
     path = written(tmp_path, f"{head}\n{rows(RATES / 1.7023, STRESSES / 0.511)}")
     with pytest.raises(MappingError, match="speed of a rotor") as asked:
@@ -171,7 +191,9 @@ def test_a_rotor_speed_is_asked_about_with_the_factors_of_the_commonest_geometry
 )
 def test_readings_at_one_speed_each_are_a_curve_a_row(tmp_path: Path, head: str) -> None:
     readings = [row * np.linspace(60.0, 5.0, head.count(",")) for row in (1.0, 1.1, 1.3)]
-    lines = [f"{place},{','.join(f'{value:.1f}' for value in row)}" for place, row in enumerate(readings)]
+    lines = [
+        f"{place},{','.join(f'{value:.1f}' for value in row)}" for place, row in enumerate(readings)
+    ]
     with pytest.raises(MappingError, match="a row is a flow curve") as asked:
         read_flow_curves(written(tmp_path, "\n".join([head, *lines])))
     rate, stress = "[1.7023 1/s]", "[0.511 Pa]"
@@ -184,8 +206,12 @@ def test_readings_at_one_speed_each_are_a_curve_a_row(tmp_path: Path, head: str)
         assert curve.stress == pytest.approx(0.511 * row, rel=1e-3, abs=0.03)
 
 
-@pytest.mark.parametrize("names", [("KCl polymer", "Bentonite 6 %"), ("A", "A"), ("rpm", "12 ppg [base]")])
-def test_curves_of_a_dial_have_the_names_of_their_muds(tmp_path: Path, names: tuple[str, str]) -> None:
+@pytest.mark.parametrize(
+    "names", [("KCl polymer", "Bentonite 6 %"), ("A", "A"), ("rpm", "12 ppg [base]")]
+)
+def test_curves_of_a_dial_have_the_names_of_their_muds(
+    tmp_path: Path, names: tuple[str, str]
+) -> None:
     lines = ["Mud;R600;R300;R100;R6;PV, cP"]
     lines += [f"{name};{60 + k};{40 + k};{20 + k};{6 + k};19" for k, name in enumerate(names)]
     path = written(tmp_path, "\n".join(lines))
@@ -197,10 +223,14 @@ def test_curves_of_a_dial_have_the_names_of_their_muds(tmp_path: Path, names: tu
 
 
 @pytest.mark.parametrize("mark", ["\t", ",", ";"])
-def test_a_hold_and_an_oscillation_of_rheowin_are_parted_from_the_ramp(tmp_path: Path, mark: str) -> None:
+def test_a_hold_and_an_oscillation_of_rheowin_are_parted_from_the_ramp(
+    tmp_path: Path, mark: str
+) -> None:
     lines = ["SegIndex,t in s,G' in Pa,\u03c4 in Pa,\u0263\u0307 in 1/s"]
     lines += [f"1|{k},{k},{100 + k},5,0.1" for k in range(1, 8)]  # an oscillation
-    lines += [f"2|{k},{k},,{40 - k},600" for k in range(1, 30)]  # a hold, in which the structure breaks down
+    lines += [
+        f"2|{k},{k},,{40 - k},600" for k in range(1, 30)
+    ]  # a hold, in which the structure breaks down
     lines += [f"3|{k},{k},,{stress:g},{rate:g}" for k, (rate, stress) in POINTS]
     assert_is_the_curve(written(tmp_path, "\n".join(lines).replace(",", mark)))
 
@@ -217,7 +247,9 @@ def test_the_rate_of_a_stress_is_no_stress(tmp_path: Path) -> None:
     assert_is_the_curve(written(tmp_path, text))
 
 
-@pytest.mark.parametrize("rates", [np.repeat([100.0, 511.0], 3), np.array([1.0, 1.01, 100.0, 100.0, 1.0, 1.01])])
+@pytest.mark.parametrize(
+    "rates", [np.repeat([100.0, 511.0], 3), np.array([1.0, 1.01, 100.0, 100.0, 1.0, 1.01])]
+)
 def test_a_course_at_two_rates_is_no_flow_curve(tmp_path: Path, rates: Array) -> None:
     text = f"shear rate [1/s],shear stress [Pa]\n{rows(rates, STRESSES)}"
     with pytest.raises(MappingError, match="one of two shear rates"):
@@ -245,9 +277,13 @@ def test_a_unit_and_the_samples_are_asked_about_at_once(tmp_path: Path) -> None:
     with pytest.raises(UnitError, match="has no unit") as asked:
         read_flow_curves(path)
     assert "Particle Size=all" in asked.value.remedy
-    curves = read_flow_curves(path, stress=["Viscosity [mPa*s]"], sheet=["Particle Size=all"]).curves
+    curves = read_flow_curves(
+        path, stress=["Viscosity [mPa*s]"], sheet=["Particle Size=all"]
+    ).curves
     assert len(curves) == 4  # the temperature parts them too
-    assert sorted(float(curve.stress[0]) for curve in curves) == pytest.approx([0.12, 0.13, 0.32, 0.33], rel=1e-4)
+    assert sorted(float(curve.stress[0]) for curve in curves) == pytest.approx(
+        [0.12, 0.13, 0.32, 0.33], rel=1e-4
+    )
 
 
 def test_words_that_a_spreadsheet_filled_down_are_no_rows(tmp_path: Path) -> None:
@@ -260,7 +296,13 @@ def test_words_that_a_spreadsheet_filled_down_are_no_rows(tmp_path: Path) -> Non
 def test_a_workbook_may_hold_decimal_commas_as_texts_beside_its_numbers(tmp_path: Path) -> None:
     content: list[list[Any]] = [["t", "Shear Rate (1/s)", "Shear Stress (Pa)"]]
     for place, (rate, stress) in POINTS:
-        content.append([f"0,{place}5", float(rate), f"{stress:g}".replace(".", ",") if place == 4 else float(stress)])
+        content.append(
+            [
+                f"0,{place}5",
+                float(rate),
+                f"{stress:g}".replace(".", ",") if place == 4 else float(stress),
+            ]
+        )
     path = workbook(tmp_path, {"Raw Data": content, "Notes": [["a", "b"], ["x", 1], ["y", 2]]})
     assert_is_the_curve(path)
 
@@ -274,9 +316,16 @@ def test_numbers_that_a_workbook_took_for_thousands_are_not_read(tmp_path: Path)
 
 
 def test_units_of_a_consistency_are_a_line_of_units(tmp_path: Path) -> None:
-    lines = ["Rate\tStress\tn\tK\tKv\tKp", "sec^-1\tdyne/cm^2\t\tlbf*s^n/ft^2\tlbf*s^n/ft^2\tlbf*s^n/ft^2"]
-    lines += [f"{rate}\t{10 * stress}\t\t\t\t" for rate, stress in zip(RATES, STRESSES, strict=True)]
-    assert_is_the_curve(workbook(tmp_path, {"a": [[_number(cell) for cell in line.split("\t")] for line in lines]}))
+    lines = [
+        "Rate\tStress\tn\tK\tKv\tKp",
+        "sec^-1\tdyne/cm^2\t\tlbf*s^n/ft^2\tlbf*s^n/ft^2\tlbf*s^n/ft^2",
+    ]
+    lines += [
+        f"{rate}\t{10 * stress}\t\t\t\t" for rate, stress in zip(RATES, STRESSES, strict=True)
+    ]
+    assert_is_the_curve(
+        workbook(tmp_path, {"a": [[_number(cell) for cell in line.split("\t")] for line in lines]})
+    )
 
 
 def _number(cell: str) -> str | float:
@@ -288,7 +337,9 @@ def _number(cell: str) -> str | float:
 
 @pytest.mark.parametrize("index", [2.8, 3.9])
 @pytest.mark.parametrize("size", [1.0, 1e5])
-def test_a_stiff_paste_that_turns_up_at_its_highest_rates_is_fitted(index: float, size: float) -> None:
+def test_a_stiff_paste_that_turns_up_at_its_highest_rates_is_fitted(
+    index: float, size: float
+) -> None:
     rate = np.geomspace(0.1, 250.0, 24)
     stress = size * (1500.0 + 700.0 * (rate / 250.0) ** index)
     stress *= np.exp(0.02 * np.sin(np.arange(24.0) * 2.4))  # what an instrument misses
@@ -311,8 +362,14 @@ DECAY = np.exp(-TIMES / 20.0)
             + rows(TIMES, 3.0 + 0.01 * TIMES - DECAY, np.full(60, 10.0), 0.01 + 0.05 * DECAY),
             "a creep",
         ),
-        ("time,strain,stress\n" + rows(TIMES, np.minimum(1.0, TIMES / 3.0), 10.0 * DECAY), "a relaxation"),
-        ("Zeit [s];Dehnung [%];Schubspannung [Pa]\n" + rows(TIMES, np.ones(60), DECAY, mark=";"), "a relaxation"),
+        (
+            "time,strain,stress\n" + rows(TIMES, np.minimum(1.0, TIMES / 3.0), 10.0 * DECAY),
+            "a relaxation",
+        ),
+        (
+            "Zeit [s];Dehnung [%];Schubspannung [Pa]\n" + rows(TIMES, np.ones(60), DECAY, mark=";"),
+            "a relaxation",
+        ),
         (
             "Step time [s],Oscillation displacement [rad],Oscillation torque [N.m],Storage modulus,Loss modulus\n"
             + rows(TIMES, 1.0 + TIMES, 2.0 + TIMES, 9.0 + DECAY, 3.0 + DECAY),
@@ -320,7 +377,9 @@ DECAY = np.exp(-TIMES / 20.0)
         ),
     ],
 )
-def test_a_creep_and_a_relaxation_are_said_to_be_for_no_command(tmp_path: Path, text: str, kind: str) -> None:
+def test_a_creep_and_a_relaxation_are_said_to_be_for_no_command(
+    tmp_path: Path, text: str, kind: str
+) -> None:
     done = run("inspect", written(tmp_path, text))
     assert done.code == 1
     last = done.out.splitlines()[-1]
@@ -330,7 +389,9 @@ def test_a_creep_and_a_relaxation_are_said_to_be_for_no_command(tmp_path: Path, 
 
 def test_a_sweep_of_the_stress_in_time_is_no_creep(tmp_path: Path) -> None:
     stress = np.geomspace(1.0, 100.0, 60)
-    text = "Time [s],Shear Strain [%],Shear Stress [Pa],Shear Rate [1/s]\n" + rows(TIMES, stress, stress, stress / 2.0)
+    text = "Time [s],Shear Strain [%],Shear Stress [Pa],Shear Rate [1/s]\n" + rows(
+        TIMES, stress, stress, stress / 2.0
+    )
     assert "neither fit" not in run("inspect", written(tmp_path, text)).out
 
 
@@ -338,11 +399,17 @@ def test_a_sweep_of_the_stress_in_time_is_no_creep(tmp_path: Path) -> None:
     ("stress", "viscosity", "factor"),
     [("N/M2", "mPas", 1.0), ("D/CM2", "CP", 10.0)],
 )
-def test_lines_that_a_brookfield_prints_are_read(tmp_path: Path, stress: str, viscosity: str, factor: float) -> None:
-    lines = [f" RPM=0.0 M=LV    S=40 %=0.0   {viscosity}=0.00  {stress}=0.00  1/SEC=0.000 T=----C  Z00:01 "]
+def test_lines_that_a_brookfield_prints_are_read(
+    tmp_path: Path, stress: str, viscosity: str, factor: float
+) -> None:
+    lines = [
+        f" RPM=0.0 M=LV    S=40 %=0.0   {viscosity}=0.00  {stress}=0.00  1/SEC=0.000 T=----C  Z00:01 "
+    ]
     for place, (rate, tau) in POINTS:
         values = f"{viscosity}={1000 * tau / rate:.3f} {stress}={factor * tau:g}  1/SEC={rate:g}"
-        lines.append(f"?RPM={rate / 7.5:g} M=LV    S=40 %={place + 20}.5  {values}  T=25.0C  Z00:0{place} ")
+        lines.append(
+            f"?RPM={rate / 7.5:g} M=LV    S=40 %={place + 20}.5  {values}  T=25.0C  Z00:0{place} "
+        )
         lines.append(
             f" RPM={rate / 7.5:g} M=LV S=40 %=EEEE {viscosity}=EEEE {stress}=EEEE 1/SEC={rate:g} T=25.0C Z00:0{place} "
         )

@@ -17,7 +17,10 @@ def test_flow_curves(pinned: Pinned) -> None:
     noise = np.exp(0.03 * np.random.default_rng(4).normal(size=12))
     curve = FlowCurve("1 kV/mm", rate, (120.0 + 5.0 * rate**0.6) * noise)
     laws = ("bingham", "casson", "herschel-bulkley")
-    found = [[f.law, f.stop, f.log_rmse, f.rmse, f.aicc, summed(f.predicted)] for f in ranked(curve, laws)]
+    found = [
+        [f.law, f.stop, f.log_rmse, f.rmse, f.aicc, summed(f.predicted)]
+        for f in ranked(curve, laws)
+    ]
     fewer = [FlowCurve("x", rate[:n], curve.stress[:n]) for n in (3, 4, 5)]
     odd = [*fewer, replace(curve, stress=-curve.stress)]
     pinned([found, [told(lambda c=c: [f.law for f in ranked(c, laws)]) for c in odd]], rel=1e-3)

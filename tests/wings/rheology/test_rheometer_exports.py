@@ -45,13 +45,16 @@ SWEPT = np.full(6, 0.5)
 
 
 @pytest.mark.parametrize("version", [True, False])
-def test_trios_is_told_by_its_head_and_an_oscillation_is_left_out(tmp_path: Path, version: bool) -> None:
+def test_trios_is_told_by_its_head_and_an_oscillation_is_left_out(
+    tmp_path: Path, version: bool
+) -> None:
     text = TRIOS_HEAD + ("Trios version\t5.1\n" if version else "") + "Remark\tlong\n" * 200
     text += "[step]\nFrequency sweep - 1\nAngular frequency\tStress\tShear rate\tViscosity\tStorage modulus\n"
     text += "rad/s\tMPa\t1/s\tPa.s\tMPa\n" + lines(RATES, SWEPT, RATES, SWEPT, SWEPT)
     text += "[step]\nFlow ramp - 2\nStress\tShear rate\tViscosity\tStorage modulus\nMPa\t1/s\tPa.s\tMPa\n"
     text += "".join(
-        f"{s * 1e-6:.9g}\t{r:.9g}\t{v:.9g}\t\n" for s, r, v in zip(STRESSES, RATES, VISCOSITIES, strict=True)
+        f"{s * 1e-6:.9g}\t{r:.9g}\t{v:.9g}\t\n"
+        for s, r, v in zip(STRESSES, RATES, VISCOSITIES, strict=True)
     )
     file = read_flow_curves(file_of(tmp_path, text, "trios.txt"))
     assert holds_the_curve(file)
@@ -66,27 +69,44 @@ def test_trios_writes_data_points_under_variables(tmp_path: Path, between: str) 
     text = TRIOS_HEAD.replace("\t", between) + f"Number of points{between}6\n"
     text += between.join(("Variables", "Shear Rate", "Viscosity", "Shear Stress", "Step")) + "\n"
     text += between.join(("", "1/s", "Pa.s", "Pa")) + "\n"
-    text += lines(RATES, VISCOSITIES, STRESSES, np.ones(6), before="Data point" + between, between=between)
+    text += lines(
+        RATES, VISCOSITIES, STRESSES, np.ones(6), before="Data point" + between, between=between
+    )
     assert holds_the_curve(read_flow_curves(file_of(tmp_path, text)))
 
 
 def test_a_hold_at_one_rate_is_no_flow_curve(tmp_path: Path) -> None:
-    text = TRIOS_HEAD + "[step]\nPeak hold - 1\nStress\tShear rate\nPa\t1/s\n" + lines(STRESSES, 200 + RATES / 100)
+    text = (
+        TRIOS_HEAD
+        + "[step]\nPeak hold - 1\nStress\tShear rate\nPa\t1/s\n"
+        + lines(STRESSES, 200 + RATES / 100)
+    )
     text += "[step]\nFlow sweep - 2\nStress\tShear rate\nPa\t1/s\n" + lines(STRESSES, RATES)
     file = read_flow_curves(file_of(tmp_path, text, "trios.txt"))
     assert [curve.label for curve in file.curves] == ["Flow sweep - 2"]
-    assert any("Peak hold - 1: no flow curve (all points have the shear rate 200 to 202.2 1/s" in n for n in file.notes)
+    assert any(
+        "Peak hold - 1: no flow curve (all points have the shear rate 200 to 202.2 1/s" in n
+        for n in file.notes
+    )
 
 
-@pytest.mark.parametrize("test", ["Peak hold - 1", "Creep - 2", "Stress relaxation", "Stress growth - 1"])
+@pytest.mark.parametrize(
+    "test", ["Peak hold - 1", "Creep - 2", "Stress relaxation", "Stress growth - 1"]
+)
 def test_a_hold_is_no_flow_curve_though_its_rate_goes_astray(tmp_path: Path, test: str) -> None:
-    table = "Stress\tShear rate\nPa\t1/s\n" + lines(STRESSES, 20 + np.sqrt(RATES))  # the sample leaves the gap
+    table = "Stress\tShear rate\nPa\t1/s\n" + lines(
+        STRESSES, 20 + np.sqrt(RATES)
+    )  # the sample leaves the gap
     path = file_of(tmp_path, f"{TRIOS_HEAD}[step]\n{test}\n{table}")
-    with pytest.raises(ErclutchError, match=f"is a {test.rstrip(' -12').lower()}, which holds .* --sheet"):
+    with pytest.raises(
+        ErclutchError, match=f"is a {test.rstrip(' -12').lower()}, which holds .* --sheet"
+    ):
         read_flow_curves(path)
     assert len(read_flow_curves(path, sheet=[test]).curves) == 1
     flow = "[step]\nFlow sweep - 1\nStress\tShear rate\nPa\t1/s\n" + lines(STRESSES, RATES)
-    assert holds_the_curve(read_flow_curves(file_of(tmp_path, f"{path.read_text()}{flow}", "both.txt")))
+    assert holds_the_curve(
+        read_flow_curves(file_of(tmp_path, f"{path.read_text()}{flow}", "both.txt"))
+    )
 
 
 def test_a_column_that_repeats_the_stress_is_no_second_curve(tmp_path: Path) -> None:
@@ -134,7 +154,10 @@ def test_a_row_with_a_cell_too_many_is_refused(tmp_path: Path) -> None:
 def test_names_of_rheowin(tmp_path: Path, link: str, first: str) -> None:
     head = "C:\\job.rwd\nDate / Time / Version: - / - / HAAKE RheoWin 4.30\n\n"
     head += f"{first};GP {link} 1/s;Tau {link} Pa;t {link} s;\n"
-    rows = [f"1|{i};{r:.9g};{s:.9g};{i},5;" for i, (r, s) in enumerate(zip(RATES, STRESSES, strict=True), 1)]
+    rows = [
+        f"1|{i};{r:.9g};{s:.9g};{i},5;"
+        for i, (r, s) in enumerate(zip(RATES, STRESSES, strict=True), 1)
+    ]
     text = head + "\n".join(rows).replace(".", ",") + "\n"
     assert holds_the_curve(read_flow_curves(file_of(tmp_path, text, "job.txt", "latin-1")))
 
@@ -150,19 +173,30 @@ def test_an_oscillation_of_rheowin_is_named(tmp_path: Path) -> None:
 
 
 def kinexus(between: str, decimal: str) -> str:
-    names = ["Point Index", "Sample Description", "Action Name", "Time (action)(s)", "Shear rate(s-¹)"]
+    names = [
+        "Point Index",
+        "Sample Description",
+        "Action Name",
+        "Time (action)(s)",
+        "Shear rate(s-¹)",
+    ]
     names += ["Shear stress(Pa)", "Shear viscosity(Pa s)", "Shear modulus (elastic component)(Pa)"]
     rows = [names]
     for i in range(6):
         rows.append([f"{i + 1}", "oil", "Oscillation amplitude table", f"{i}", "", "", "", "500.5"])
     for name in ("Shear rate ramp up", "Shear rate ramp down"):
         for i, (x, y) in enumerate(zip(RATES, STRESSES, strict=True)):
-            rows.append([f"{i + 1}", "oil", name, f"{i}.5", f"{x:.9g}", f"{y:.9g}", f"{y / x:.9g}", ""])
-    return "\n".join(between.join(cell.replace(".", decimal) for cell in row) for row in rows) + "\n"
+            rows.append(
+                [f"{i + 1}", "oil", name, f"{i}.5", f"{x:.9g}", f"{y:.9g}", f"{y / x:.9g}", ""]
+            )
+    return (
+        "\n".join(between.join(cell.replace(".", decimal) for cell in row) for row in rows) + "\n"
+    )
 
 
 @pytest.mark.parametrize(
-    ("between", "decimal", "encoding"), [(",", ".", "utf-8-sig"), (";", ",", "utf-8"), ("\t", ".", "utf-16")]
+    ("between", "decimal", "encoding"),
+    [(",", ".", "utf-8-sig"), (";", ",", "utf-8"), ("\t", ".", "utf-16")],
 )
 def test_an_export_of_rspace_has_an_action_a_recording(
     tmp_path: Path, between: str, decimal: str, encoding: str
@@ -172,7 +206,8 @@ def test_an_export_of_rspace_has_an_action_a_recording(
     assert holds_the_curve(file, count=2)
     assert [curve.label for curve in file.curves] == ["Shear rate ramp up", "Shear rate ramp down"]
     assert any(
-        note.startswith("Oscillation amplitude table: no flow curve (the test is an oscil") for note in file.notes
+        note.startswith("Oscillation amplitude table: no flow curve (the test is an oscil")
+        for note in file.notes
     )
     assert holds_the_curve(read_flow_curves(path, sheet=["3"]))
     with pytest.raises(LogError, match="--variable"):
@@ -187,7 +222,9 @@ def test_rows_in_oscillation_are_left_out_of_a_table(tmp_path: Path) -> None:
     text += "".join(f"{r:.9g},{s:.9g},\n" for r, s in zip(RATES, STRESSES, strict=True))
     file = read_flow_curves(file_of(tmp_path, text))
     assert holds_the_curve(file)
-    assert any("2 of 8 points left out: in oscillation (storage modulus)" in note for note in file.notes)
+    assert any(
+        "2 of 8 points left out: in oscillation (storage modulus)" in note for note in file.notes
+    )
 
 
 def test_samples_below_names_and_units_do_not_hide_them(tmp_path: Path) -> None:
@@ -217,7 +254,10 @@ def trios() -> str:
 
 def rheowin() -> str:
     """A segment of RheoWin with decimal commas."""
-    points = (f"1|{i};{x:.9g};{y:.9g};{i},5;\n" for i, (x, y) in enumerate(zip(RATES, STRESSES, strict=True), 1))
+    points = (
+        f"1|{i};{x:.9g};{y:.9g};{i},5;\n"
+        for i, (x, y) in enumerate(zip(RATES, STRESSES, strict=True), 1)
+    )
     return "HAAKE RheoWin 4\n\n;GP in 1/s;Tau in Pa;t in s;\n" + "".join(points).replace(".", ",")
 
 
@@ -251,11 +291,16 @@ def test_a_changed_byte_never_moves_a_column(
     except ErclutchError:
         return
     if len(file.curves) == whole and all(curve.rate.size == 6 for curve in file.curves):
-        others = [int((c.rate != RATES).sum() + (np.abs(c.stress / STRESSES - 1) > 1e-8).sum()) for c in file.curves]
+        others = [
+            int((c.rate != RATES).sum() + (np.abs(c.stress / STRESSES - 1) > 1e-8).sum())
+            for c in file.curves
+        ]
         assert sum(others) <= 1 or told(file)
     elif not told(file):
         # A damaged name of an action makes a test of its own; no point of it is lost or moved.
-        pairs = np.array([(x, y) for curve in file.curves for x, y in zip(curve.rate, curve.stress, strict=True)])
+        pairs = np.array(
+            [(x, y) for curve in file.curves for x, y in zip(curve.rate, curve.stress, strict=True)]
+        )
         assert np.array_equal(np.sort(pairs[:, 0]), np.sort(np.tile(RATES, whole)))
         assert np.allclose(np.sort(pairs[:, 1]), np.sort(np.tile(STRESSES, whole)), rtol=1e-8)
 
@@ -277,14 +322,19 @@ def told(file: FlowFile) -> bool:
 
 def test_an_interval_that_lost_its_mark_is_told(tmp_path: Path) -> None:
     text = compass("\t") + "\n" + compass("\t").replace("Interval data:", "Interval dta:")
-    with pytest.raises(ErclutchError, match=r"2 intervals are announced, and 1 have a line|outside of any table"):
+    with pytest.raises(
+        ErclutchError, match=r"2 intervals are announced, and 1 have a line|outside of any table"
+    ):
         read_flow_curves(file_of(tmp_path, text))
 
 
 def test_a_lost_delimiter_is_told(tmp_path: Path) -> None:
     text = trios().replace("88.4\t10\t", "88.410\t", 1)
     notes = read_flow_curves(file_of(tmp_path, text, "broken.txt")).notes
-    assert any(note.startswith("Flow sweep - 1: no flow curve") and "has 2 cells where 3" in note for note in notes)
+    assert any(
+        note.startswith("Flow sweep - 1: no flow curve") and "has 2 cells where 3" in note
+        for note in notes
+    )
     with pytest.raises(ErclutchError, match="line"):
         read_flow_curves(file_of(tmp_path, rheowin().replace("1|3;2,154;", "1|32,154;"), "job.txt"))
 

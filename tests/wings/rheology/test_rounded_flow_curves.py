@@ -19,9 +19,13 @@ def exact(folder: Path, seed: int, digits: int, unit: str = "Pa") -> tuple[float
     yield_stress = 10.0 ** rng.uniform(-1.0, 3.0)
     lowest = rng.uniform(-4.0, -1.0)
     rates = np.logspace(lowest, lowest + rng.uniform(4.0, 6.0), 25)
-    stresses = yield_stress * (1.0 + 10.0 ** rng.uniform(-2.5, 0.0) * rates ** rng.uniform(0.3, 1.0))
+    stresses = yield_stress * (
+        1.0 + 10.0 ** rng.uniform(-2.5, 0.0) * rates ** rng.uniform(0.3, 1.0)
+    )
     in_unit = stresses / {"Pa": 1.0, "kPa": 1000.0}[unit]
-    rows = [f"{rate:.6g},{stress:.{digits - 1}e}" for rate, stress in zip(rates, in_unit, strict=True)]
+    rows = [
+        f"{rate:.6g},{stress:.{digits - 1}e}" for rate, stress in zip(rates, in_unit, strict=True)
+    ]
     path = folder / f"curve{seed}.csv"
     path.write_text("\n".join([f"Shear rate [1/s],Shear stress [{unit}]", *rows]) + "\n")
     return yield_stress, path

@@ -43,29 +43,45 @@ def test_a_start_up_at_one_rate_is_no_flow_curve(tmp_path: Path) -> None:
     times = np.arange(1, 241) * 0.25
     rate, stress = start_up(times)
     with pytest.raises(MappingError, match="a start-up or a step of the rate"):
-        read_flow_curves(written(tmp_path, "t [s],Shear rate [1/s],Shear stress [Pa]", times, rate, stress))
+        read_flow_curves(
+            written(tmp_path, "t [s],Shear rate [1/s],Shear stress [Pa]", times, rate, stress)
+        )
 
 
 @pytest.mark.parametrize("time", ["StepTime_s", "t_ms", "Time [min]"])
-def test_a_step_of_the_rate_in_logarithmic_times_is_no_flow_curve(tmp_path: Path, time: str) -> None:
+def test_a_step_of_the_rate_in_logarithmic_times_is_no_flow_curve(
+    tmp_path: Path, time: str
+) -> None:
     times = np.logspace(-3.0, 2.0, 60)
-    rate = 0.1 + 4.9 / (1.0 + (times / 0.008) ** 4)  # a third of the rows, and a thousandth of the time
+    rate = 0.1 + 4.9 / (
+        1.0 + (times / 0.008) ** 4
+    )  # a third of the rows, and a thousandth of the time
     with pytest.raises(MappingError, match="a start-up or a step of the rate"):
-        read_flow_curves(written(tmp_path, f"{time},Stress_Pa,ShearRate_1_s", times, herschel_bulkley(rate), rate))
+        read_flow_curves(
+            written(
+                tmp_path, f"{time},Stress_Pa,ShearRate_1_s", times, herschel_bulkley(rate), rate
+            )
+        )
 
 
 def test_a_ramp_that_ends_in_a_hold_is_a_flow_curve(tmp_path: Path) -> None:
     times = np.arange(1.0, 181.0)
     rate = np.minimum(times / 60.0, 1.0) * 100.0
-    file = read_flow_curves(written(tmp_path, f"t [s],{NAMES}", times, rate, herschel_bulkley(rate)))
+    file = read_flow_curves(
+        written(tmp_path, f"t [s],{NAMES}", times, rate, herschel_bulkley(rate))
+    )
     assert file.curves[0].rate.size == 180
 
 
-@pytest.mark.parametrize("form", ["a,{0:.4g},{1:.4g}\nb,{2:.4g},{3:.4g}\n", ",{0:.4g},{1:.4g}\n,{2:.4g},{3:.4g}\n"])
+@pytest.mark.parametrize(
+    "form", ["a,{0:.4g},{1:.4g}\nb,{2:.4g},{3:.4g}\n", ",{0:.4g},{1:.4g}\n,{2:.4g},{3:.4g}\n"]
+)
 def test_a_mean_and_a_deviation_below_the_rows_are_no_points(tmp_path: Path, form: str) -> None:
     stress = herschel_bulkley(RATES)
     sums = form.format(RATES.mean(), stress.mean(), RATES.std(ddof=1), stress.std(ddof=1))
-    file = read_flow_curves(written(tmp_path, f"Point,{NAMES}", np.arange(1, 17), RATES, stress, below=sums))
+    file = read_flow_curves(
+        written(tmp_path, f"Point,{NAMES}", np.arange(1, 17), RATES, stress, below=sums)
+    )
     assert file.curves[0].rate == pytest.approx(RATES, rel=1e-5)
 
 
@@ -75,11 +91,16 @@ def test_statistics_without_a_word_behind_a_blank_line_are_no_points(tmp_path: P
     below = "\n" + "".join(f"{rate:.4g},{number:.4g}\n" for rate, number in rows)
     file = read_flow_curves(written(tmp_path, NAMES, RATES, stress, below=below))
     assert file.curves[0].rate == pytest.approx(RATES, rel=1e-5)
-    assert "the last 3 rows are mean, standard deviation, largest of the rows above: left out" in file.notes
+    assert (
+        "the last 3 rows are mean, standard deviation, largest of the rows above: left out"
+        in file.notes
+    )
 
 
 def test_a_point_at_the_mean_of_all_others_stays(tmp_path: Path) -> None:
-    rate = np.array([10.0, 20.0, 30.0, 40.0, 50.0, 30.0])  # the middle rate once more, of a fluid without a yield
+    rate = np.array(
+        [10.0, 20.0, 30.0, 40.0, 50.0, 30.0]
+    )  # the middle rate once more, of a fluid without a yield
     file = read_flow_curves(written(tmp_path, NAMES, rate, 2.0 * rate))
     assert file.curves[0].rate.size == 6
 
@@ -88,17 +109,30 @@ def test_a_point_at_the_mean_of_all_others_stays(tmp_path: Path) -> None:
 def test_a_line_that_sums_up_is_told_by_its_word(tmp_path: Path, word: str) -> None:
     below = f"{word},3.5,4.5\n"
     file = read_flow_curves(
-        written(tmp_path, f"Point,{NAMES}", np.arange(1, 17), RATES, herschel_bulkley(RATES), below=below)
+        written(
+            tmp_path,
+            f"Point,{NAMES}",
+            np.arange(1, 17),
+            RATES,
+            herschel_bulkley(RATES),
+            below=below,
+        )
     )
     assert file.curves[0].rate.size == 16
 
 
 def test_the_mean_of_the_runs_is_no_further_run(tmp_path: Path) -> None:
     runs = herschel_bulkley(RATES)[:, None] * np.array([0.97, 1.0, 1.05])
-    header = "Shear rate [1/s],Stress run 1 [Pa],Stress run 2 [Pa],Stress run 3 [Pa],Mean [Pa],SD [Pa]"
+    header = (
+        "Shear rate [1/s],Stress run 1 [Pa],Stress run 2 [Pa],Stress run 3 [Pa],Mean [Pa],SD [Pa]"
+    )
     path = written(tmp_path, header, RATES, *runs.T, runs.mean(axis=1), runs.std(axis=1))
     file = read_flow_curves(path)
-    assert [curve.label for curve in file.curves] == ["Stress run 1", "Stress run 2", "Stress run 3"]
+    assert [curve.label for curve in file.curves] == [
+        "Stress run 1",
+        "Stress run 2",
+        "Stress run 3",
+    ]
 
 
 @pytest.mark.parametrize(
@@ -120,19 +154,27 @@ def test_a_viscosity_without_a_unit_tells_a_stress_that_is_not_in_pascals(
 
 
 @pytest.mark.parametrize("milli", [1.0, 1000.0])
-def test_a_viscosity_without_a_unit_that_fits_pascals_asks_nothing(tmp_path: Path, milli: float) -> None:
+def test_a_viscosity_without_a_unit_that_fits_pascals_asks_nothing(
+    tmp_path: Path, milli: float
+) -> None:
     stress = herschel_bulkley(RATES)
-    path = written(tmp_path, "Viscosity,Shear Stress,Shear Rate", milli * stress / RATES, stress, RATES)
+    path = written(
+        tmp_path, "Viscosity,Shear Stress,Shear Rate", milli * stress / RATES, stress, RATES
+    )
     assert read_flow_curves(path).curves[0].stress == pytest.approx(stress, rel=1e-5)
 
 
-@pytest.mark.parametrize("name", ["duration", "Dauer", "duración", "start_index", "calc_count", "first row"])
+@pytest.mark.parametrize(
+    "name", ["duration", "Dauer", "duración", "start_index", "calc_count", "first row"]
+)
 def test_what_is_counted_beside_each_step_is_no_condition(tmp_path: Path, name: str) -> None:
     rates = np.tile([100.0, 75.0, 50.0, 25.0, 50.0, 75.0, 100.0], 4)
     counted = np.where(rates == 100.0, -1.0, 94.0 + np.arange(rates.size))
     if name.lower().startswith(("d", "c")):
         counted = np.repeat([30.0, 31.0, 33.0, 30.0], 7)
-    file = read_flow_curves(written(tmp_path, f"{name},{NAMES}", counted, rates, herschel_bulkley(rates)))
+    file = read_flow_curves(
+        written(tmp_path, f"{name},{NAMES}", counted, rates, herschel_bulkley(rates))
+    )
     assert len(file.curves) == 1
 
 
@@ -140,7 +182,9 @@ def test_what_is_counted_beside_each_step_is_no_condition(tmp_path: Path, name: 
 def test_no_temperature_is_offered_as_a_shear_rate(tmp_path: Path, name: str) -> None:
     kelvin = np.linspace(283.0, 353.0, 12)
     with pytest.raises(MappingError) as raised:
-        read_flow_curves(written(tmp_path, f"{name},eta [mPas]", kelvin, np.exp(5000.0 / kelvin - 13.0)))
+        read_flow_curves(
+            written(tmp_path, f"{name},eta [mPas]", kelvin, np.exp(5000.0 / kelvin - 13.0))
+        )
     assert "--shear-rate" not in raised.value.remedy
 
 
@@ -154,7 +198,9 @@ def test_two_temperatures_in_one_table_are_two_curves(tmp_path: Path, name: str)
     assert [curve.rate.size for curve in file.curves] == [RATES.size, RATES.size]
 
 
-@pytest.mark.parametrize(("back", "told"), [(0.5, "0.5 times the stress"), (1.4, "1.4 times the stress"), (1.05, "")])
+@pytest.mark.parametrize(
+    ("back", "told"), [(0.5, "0.5 times the stress"), (1.4, "1.4 times the stress"), (1.05, "")]
+)
 @pytest.mark.parametrize("first", ["up", "down"])
 def test_a_wide_loop_of_a_thixotropic_fluid_is_told_with_its_width(
     tmp_path: Path, back: float, told: str, first: str
@@ -164,7 +210,9 @@ def test_a_wide_loop_of_a_thixotropic_fluid_is_told_with_its_width(
     factor = np.where(np.arange(rate.size) < RATES.size, 1.0, back)
     (note,) = [
         note
-        for note in read_flow_curves(written(tmp_path, NAMES, rate, factor * herschel_bulkley(rate))).notes
+        for note in read_flow_curves(
+            written(tmp_path, NAMES, rate, factor * herschel_bulkley(rate))
+        ).notes
         if "both sweeps are fitted as one curve" in note
     ]
     assert ("the way back has" in note) == bool(told)
@@ -182,7 +230,9 @@ def test_a_workbook_asks_about_its_points_and_not_about_its_parameters(tmp_path:
     parameters = workbook.create_sheet("Power Law Data")
     parameters.append(["N'", "K'", *(f"Visc. @ SR {rate}" for rate in (40, 100, 170, 511))])
     for cycle in range(6):
-        parameters.append([0.4 + 0.01 * cycle, 30.0 - cycle, 900 - cycle, 500 - cycle, 350 - cycle, 200 - cycle])
+        parameters.append(
+            [0.4 + 0.01 * cycle, 30.0 - cycle, 900 - cycle, 500 - cycle, 350 - cycle, 200 - cycle]
+        )
     workbook.save(tmp_path / "log.xlsx")
     with pytest.raises(UnitError, match=r"of dyn/cm\^2 beside mPa\*s"):
         read_flow_curves(tmp_path / "log.xlsx")

@@ -32,12 +32,18 @@ def test_a_viscosity_without_a_unit_is_asked_about(tmp_path: Path) -> None:
 
 def test_a_viscosity_without_a_unit_beside_a_stress_asks_for_nothing(tmp_path: Path) -> None:
     body = "".join(f"{rate:.4g},{5 + rate:.6g},{5000 / rate + 1000:.6g}\n" for rate in RATES)
-    (curve,) = read_flow_curves(written(tmp_path, f"Shear Rate [1/s],Shear Stress [Pa],Viscosity\n{body}")).curves
+    (curve,) = read_flow_curves(
+        written(tmp_path, f"Shear Rate [1/s],Shear Stress [Pa],Viscosity\n{body}")
+    ).curves
     assert curve.rate.size == 24
 
 
-@pytest.mark.parametrize(("levels", "curves"), [((30.0, 30.01), 1), ((19.99, 20.0, 20.3), 1), ((20.0, 40.0), 2)])
-def test_a_temperature_that_wanders_is_one_condition(tmp_path: Path, levels: tuple[float, ...], curves: int) -> None:
+@pytest.mark.parametrize(
+    ("levels", "curves"), [((30.0, 30.01), 1), ((19.99, 20.0, 20.3), 1), ((20.0, 40.0), 2)]
+)
+def test_a_temperature_that_wanders_is_one_condition(
+    tmp_path: Path, levels: tuple[float, ...], curves: int
+) -> None:
     text = "Shear Rate [1/s],Shear Stress [Pa],Temperature [°C]\n"
     for k in range(len(levels) * RATES.size):
         place = k // RATES.size if curves > 1 else k % len(levels)
@@ -45,21 +51,33 @@ def test_a_temperature_that_wanders_is_one_condition(tmp_path: Path, levels: tup
     assert len(read_flow_curves(written(tmp_path, text)).curves) == curves
 
 
-def test_inspect_sends_points_of_shear_to_flowcurve_whatever_stands_before_their_names(tmp_path: Path) -> None:
+def test_inspect_sends_points_of_shear_to_flowcurve_whatever_stands_before_their_names(
+    tmp_path: Path,
+) -> None:
     text = "fluid,rpm,wb_force_N,wb_shear_rate_1s,wb_shear_stress_Pa\n"
     for fluid in ("oil", "soap"):
         text += "".join(f"{fluid},{10 * k},{0.01 * k},{11.3 * k},{3.1 * k}\n" for k in range(1, 9))
     written(tmp_path, text)
     last = good("inspect", "flow.csv", cwd=tmp_path, code=1).splitlines()[-1]
     assert last == "What settles it: erclutch flowcurve flow.csv --sheet fluid=all"
-    assert "2 of 2" in good("flowcurve", "flow.csv", "--sheet", "fluid=all", "--laws", "bingham", cwd=tmp_path)
+    assert "2 of 2" in good(
+        "flowcurve", "flow.csv", "--sheet", "fluid=all", "--laws", "bingham", cwd=tmp_path
+    )
 
 
 def test_inspect_sends_a_workbook_of_tests_to_flowcurve(tmp_path: Path) -> None:
     book = Workbook()
     for number in range(3):
         sheet = book.create_sheet(f"test {number}")
-        sheet.append(["Meas. Pts.", "Shear Rate [1/s]", "Shear Stress [Pa]", "Viscosity [Pa*s]", "Torque [µN*m]"])
+        sheet.append(
+            [
+                "Meas. Pts.",
+                "Shear Rate [1/s]",
+                "Shear Stress [Pa]",
+                "Viscosity [Pa*s]",
+                "Torque [µN*m]",
+            ]
+        )
         for k, rate in enumerate(RATES):
             sheet.append([k, rate, 5 + rate, (5 + rate) / rate, 20 + 4 * rate])
     book.remove(book.worksheets[0])

@@ -28,8 +28,12 @@ def export(steps: int) -> str:
         lines += [f"{NAMES}\tTraction Force (N)\tEmpty (N)"]
         for k in range(20):
             slip = step * np.sin(k / 3)
-            lines.append(f"{k}\t0.05\t\t{k}\t{20 + 0.01 * k:.3f}\t200.0\t{slip:.4f}\t{np.tanh(slip):.5f}\t")
-    return "\n".join([*lines, "", "All steps completed, test completed normally at 01/02/2020 11:00"])
+            lines.append(
+                f"{k}\t0.05\t\t{k}\t{20 + 0.01 * k:.3f}\t200.0\t{slip:.4f}\t{np.tanh(slip):.5f}\t"
+            )
+    return "\n".join(
+        [*lines, "", "All steps completed, test completed normally at 01/02/2020 11:00"]
+    )
 
 
 def test_each_step_with_a_table_is_a_log(tmp_path: Path) -> None:
@@ -40,9 +44,15 @@ def test_each_step_with_a_table_is_a_log(tmp_path: Path) -> None:
     assert [name for name in table.columns if "Step Time" in name] == ["Step Time"]
     assert "Empty (N)" not in table.labels
     logs = read_all(path, ColumnMap.from_labels({"field": "none"}))
-    assert [log.name for log in logs] == ["steps.txt: Step 2", "steps.txt: Step 3", "steps.txt: Step 4"]
+    assert [log.name for log in logs] == [
+        "steps.txt: Step 2",
+        "steps.txt: Step 3",
+        "steps.txt: Step 4",
+    ]
     np.testing.assert_allclose(logs[1].signals["slip"], 3e-3 * np.sin(np.arange(20) / 3), atol=1e-7)
-    np.testing.assert_allclose(logs[1].signals["effort"], np.tanh(3 * np.sin(np.arange(20) / 3)), atol=1e-5)
+    np.testing.assert_allclose(
+        logs[1].signals["effort"], np.tanh(3 * np.sin(np.arange(20) / 3)), atol=1e-5
+    )
 
 
 def test_an_export_of_one_step_is_one_log(tmp_path: Path) -> None:

@@ -21,16 +21,27 @@ COMMAND = (sys.executable, "-m", "erclutch")
 def test_demo(tmp_path: Path) -> None:
     said = good("demo", "--seconds", "10", "--out", "kept", cwd=tmp_path)
     assert "TWIN: " in said
-    for words in ("1 of 3  Collecting", "2 of 3  Fitting", "3 of 3  Writing the report", "Recommended: "):
+    for words in (
+        "1 of 3  Collecting",
+        "2 of 3  Fitting",
+        "3 of 3  Writing the report",
+        "Recommended: ",
+    ):
         assert words in said
     assert f"Report: {tmp_path / 'kept' / 'report.html'}" in said
-    assert json.loads((tmp_path / "kept" / "run" / "run.json").read_text())["kind"] == "erclutch run"
+    assert (
+        json.loads((tmp_path / "kept" / "run" / "run.json").read_text())["kind"] == "erclutch run"
+    )
     # That of an earlier demo is replaced.
     earlier = (tmp_path / "kept" / "report.html").stat().st_mtime_ns
     said = json.loads(good("demo", "--seconds", "10", "--out", "kept", "--json", cwd=tmp_path))
     assert (tmp_path / "kept" / "report.html").stat().st_mtime_ns > earlier
     assert sorted(p.name for p in tmp_path.iterdir()) == ["kept"]
-    assert sorted(p.name for p in (tmp_path / "kept").iterdir()) == ["report.html", "run", "twin.parquet"]
+    assert sorted(p.name for p in (tmp_path / "kept").iterdir()) == [
+        "report.html",
+        "run",
+        "twin.parquet",
+    ]
     assert said["data"] == "TWIN"
     assert said["run"]["recommended"] in {each["name"] for each in said["run"]["ranking"]}
     assert 'class="badge twin"' in (tmp_path / "kept" / "report.html").read_text()

@@ -10,7 +10,12 @@ import pytest
 
 from erclutch.wings.rig.twin import kernel as k
 from erclutch.wings.rig.twin.excitation import FieldSettings, field_sequence, torque_sequence
-from erclutch.wings.rig.twin.fluid import strain_after, structure_after, structure_rates, yield_stress
+from erclutch.wings.rig.twin.fluid import (
+    strain_after,
+    structure_after,
+    structure_rates,
+    yield_stress,
+)
 from erclutch.wings.rig.twin.parameters import RigParameters, default_rig, load_rig
 from erclutch.wings.rig.twin.part_parameters import POINTS, Parts, parts_of
 from tests.support.twin_energy import stored
@@ -19,7 +24,9 @@ SETS = sorted((Path(__file__).parents[3] / "examples" / "rigs").glob("*.toml"))
 STEP = default_rig().value("integration.step")
 
 
-def run(parts: Parts, seconds: float, step: float, seed: int = 0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def run(
+    parts: Parts, seconds: float, step: float, seed: int = 0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Torque meter each ms, the last state, and the speeds half a step before it."""
     rng = np.random.default_rng(seed)
     rows = round(seconds * 1000)
@@ -29,7 +36,9 @@ def run(parts: Parts, seconds: float, step: float, seed: int = 0) -> tuple[np.nd
     torque, steps = np.empty(rows), round(1e-3 / step)
     before = x[[k.OMEGA, k.OMEGA_R, k.OMEGA_L]]
     for i in range(rows):
-        k.advance(x, parts, max(fields[i], 0.0), max(-fields[i], 0.0), motor[i], False, step, steps - 1)
+        k.advance(
+            x, parts, max(fields[i], 0.0), max(-fields[i], 0.0), motor[i], False, step, steps - 1
+        )
         before = x[[k.OMEGA, k.OMEGA_R, k.OMEGA_L]]
         k.advance(x, parts, max(fields[i], 0.0), max(-fields[i], 0.0), motor[i], False, step, 1)
         torque[i] = x[k.METER_B]
@@ -52,7 +61,9 @@ def test_halving_the_step_changes_the_torque_by_less_than_one_percent() -> None:
 @pytest.mark.parametrize(
     "changes", [{}, {"fluid.residual_field": 0.1, "thermal.softening": 0.01, "thermal.room": 20.0}]
 )
-def test_energy_is_accounted_for_and_no_loss_is_negative(seed: int, changes: dict[str, float]) -> None:
+def test_energy_is_accounted_for_and_no_loss_is_negative(
+    seed: int, changes: dict[str, float]
+) -> None:
     energy_closes(default_rig().changed(changes), seed)
 
 
@@ -77,16 +88,24 @@ def energy_closes(rig: RigParameters, seed: int) -> None:
     _, x, before = run(parts, 5.0, STEP, seed)
     start = 0.5 * parts.drive.inertia * 40.0**2
     gained = stored(x, parts, before) - start
-    assert x[k.WORK] + x[k.FIELD_WORK] - x[k.DISSIPATED] - gained == pytest.approx(0.0, abs=2e-3 * x[k.WORK])
+    assert x[k.WORK] + x[k.FIELD_WORK] - x[k.DISSIPATED] - gained == pytest.approx(
+        0.0, abs=2e-3 * x[k.WORK]
+    )
     assert x[k.SMALLEST] >= 0.0
     assert x[k.DISSIPATED] > 0.0
 
 
 def held(
-    slip: float, command: float, channel: int, changes: dict[str, float], rig: RigParameters | None = None
+    slip: float,
+    command: float,
+    channel: int,
+    changes: dict[str, float],
+    rig: RigParameters | None = None,
 ) -> float:
     """Torque of one clutch at a constant slip, once it is steady: rotor held, housing driven at a speed."""
-    parts = parts_of((rig or default_rig()).changed({"clutch.seal_1": 0.0, "clutch.seal_2": 0.0, **changes}))
+    parts = parts_of(
+        (rig or default_rig()).changed({"clutch.seal_1": 0.0, "clutch.seal_2": 0.0, **changes})
+    )
     clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
     field = command / parts.supply.command_limit * parts.supply.voltage_limit / clutch.gap
     torque, rate = 0.0, structure_rates(field, parts.fluid)
@@ -116,7 +135,9 @@ def test_the_disc_integral_of_a_bingham_fluid() -> None:
     shear = w * gaps.arm[:POINTS]
     got = float(np.sum(gaps.weight[:POINTS] * (tau + eta * shear)))
     r1, r2, h, n = c["inner_radius"], c["outer_radius"], c["gap"], c["faces"]
-    expected = n * (2 * math.pi / 3 * tau * (r2**3 - r1**3) + math.pi * eta * w / (2 * h) * (r2**4 - r1**4))
+    expected = n * (
+        2 * math.pi / 3 * tau * (r2**3 - r1**3) + math.pi * eta * w / (2 * h) * (r2**4 - r1**4)
+    )
     assert got == pytest.approx(expected, rel=1e-3)
 
 
@@ -150,21 +171,33 @@ def braking(changes: dict[str, float], command: float) -> np.ndarray:
 
 def test_a_warm_room_thins_the_liquid_and_softens_the_chains() -> None:
     """Viscosity and yield stress fall exponentially, each by its own parameter."""
-    seals = {"clutch.seal_1": 0.0, "clutch.seal_2": 0.0, "fluid.residual_yield": 0.0, "clutch.viscosity_2": 0.5}
+    seals = {
+        "clutch.seal_1": 0.0,
+        "clutch.seal_2": 0.0,
+        "fluid.residual_yield": 0.0,
+        "clutch.viscosity_2": 0.5,
+    }
     cold, hot, soft = (
         braking({**seals, "thermal.room": room, "thermal.softening": softening}, 0.3)
         for room, softening in ((-20.0, 0.0), (20.0, 0.0), (20.0, 0.01))
     )
     rate = default_rig().value("thermal.thinning")
-    assert hot[-1] / cold[-1] == pytest.approx(math.exp(-40.0 * rate), rel=0.01)  # without a field the liquid alone
+    assert hot[-1] / cold[-1] == pytest.approx(
+        math.exp(-40.0 * rate), rel=0.01
+    )  # without a field the liquid alone
     yields = [trace[199] - trace[-1] for trace in (hot, soft)]
     assert yields[1] / yields[0] == pytest.approx(math.exp(-20.0 * 0.01), rel=0.02)
-    assert (hot[199] - hot[-1]) == pytest.approx(cold[199] - cold[-1], rel=0.05)  # thickening of the liquid is small
+    assert (hot[199] - hot[-1]) == pytest.approx(
+        cold[199] - cold[-1], rel=0.05
+    )  # thickening of the liquid is small
 
 
 def test_a_share_of_a_lasting_field_stays_and_fades() -> None:
     none, some = (
-        braking({"fluid.residual_field": share, "fluid.residual_time": 0.05, "fluid.decay_time": 1e-3}, 0.5)
+        braking(
+            {"fluid.residual_field": share, "fluid.residual_time": 0.05, "fluid.decay_time": 1e-3},
+            0.5,
+        )
         for share in (0.0, 0.2)
     )
     left = some[230:] - none[230:]
@@ -193,7 +226,9 @@ def test_a_locked_shaft_does_not_turn() -> None:
 def test_an_end_stop_pushes_back(side: float) -> None:
     parts = parts_of(default_rig())
     x = np.zeros(k.SIZE)
-    x[[k.PHI_R, k.PHI_L]] = side * 1.001 * parts.screw.half_stroke / parts.screw.lead * 2.0 * math.pi
+    x[[k.PHI_R, k.PHI_L]] = (
+        side * 1.001 * parts.screw.half_stroke / parts.screw.lead * 2.0 * math.pi
+    )
     k.advance(x, parts, 0.0, 0.0, 0.0, False, STEP, 1)
     assert side * x[k.OMEGA_L] < 0.0
 

@@ -16,7 +16,11 @@ from erclutch.wings.rig.playback import angles_of, at_period, fields_of
 
 def damper(rows: int, period: float) -> Recording:
     t = period * np.arange(float(rows))
-    signals = {"field": np.where(t < 0.02, -0.4, 2.2), "slip": np.full(rows, 0.3), "effort": 900.0 * t}
+    signals = {
+        "field": np.where(t < 0.02, -0.4, 2.2),
+        "slip": np.full(rows, 0.3),
+        "effort": 900.0 * t,
+    }
     units = {"field": "V", "slip": "m/s", "effort": "N"}
     return Recording("a", signals, units, t, period, ((0, rows),), True, "")
 
@@ -24,7 +28,9 @@ def damper(rows: int, period: float) -> Recording:
 def turning(period: float, wrap: float) -> Recording:
     t = period * np.arange(500.0)
     signals = {"theta": 20.0 * t % wrap, "alpha": 0.0 * t, "E": np.sin(t)}
-    return Recording("a", signals, {"theta": "rad", "alpha": "rad", "E": "V"}, t, period, ((0, 500),), True, "")
+    return Recording(
+        "a", signals, {"theta": "rad", "alpha": "rad", "E": "V"}, t, period, ((0, 500),), True, ""
+    )
 
 
 def test_an_encoder_that_starts_again_at_zero_has_no_jumps_between_rows() -> None:
@@ -47,11 +53,15 @@ def test_a_replay_too_long_for_memory_is_refused() -> None:
 
 
 @pytest.mark.parametrize(("unit", "scale"), [("?", 100.0), ("rad", 100.0), ("m", 1.0)])
-def test_a_position_in_another_unit_than_the_slip_is_not_differentiated(unit: str, scale: float) -> None:
+def test_a_position_in_another_unit_than_the_slip_is_not_differentiated(
+    unit: str, scale: float
+) -> None:
     """A real damper's position in cm without a unit: the loop's slip was 100 times that of the log, without a word."""
     log = damper(50, 1e-3)
     position = scale * 0.3 * (log.time - log.time[0])
-    with_position = replace(log, signals={**log.signals, "position": position}, units={**log.units, "position": unit})
+    with_position = replace(
+        log, signals={**log.signals, "position": position}, units={**log.units, "position": unit}
+    )
     assert np.diff(angles_of(with_position)[:, 0]) * 1e3 == pytest.approx(0.3)
 
 

@@ -36,7 +36,9 @@ def test_a_rig_comes_by_name(install: Install) -> None:
     )
     install("my-bench", "[erclutch.rigs]\nmine = my_bench:rig\n", text)
     assert hardware("mine") == UdpRig("mine", "10.0.0.1", 5005, 3)
-    with pytest.raises(SettingError, match=r"unknown rig 'yours'.*Known are twin, twin-brake, replay, udp, mine"):
+    with pytest.raises(
+        SettingError, match=r"unknown rig 'yours'.*Known are twin, twin-brake, replay, udp, mine"
+    ):
         hardware("yours")
 
 

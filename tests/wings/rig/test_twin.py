@@ -31,7 +31,11 @@ def test_every_parameter_has_a_source_and_lies_in_its_range() -> None:
     for section, entries in rig.entries.items():
         for name, entry in entries.items():
             assert entry.source in {"paper", "catalogue", "assumed", "calibrated"}, (section, name)
-            assert (entry.source == "calibrated") == (entry.interval is not None) == (entry.start is not None)
+            assert (
+                (entry.source == "calibrated")
+                == (entry.interval is not None)
+                == (entry.start is not None)
+            )
             assert entry.low <= entry.value <= entry.high or name == "backlash", (section, name)
             assert entry.meaning
 
@@ -41,7 +45,9 @@ def test_every_range_names_its_source_or_is_told_to_be_assumed() -> None:
     table = page.read_text(encoding="utf-8").partition("## Where the ranges come from")[2]
     rows = [line.split("|")[1:3] for line in table.splitlines() if line.startswith("| `")]
     told = {(section, name) for section, name in _named(parameters for parameters, _ in rows)}
-    ranged = {(section, name) for section, entries in default_rig().entries.items() for name in entries}
+    ranged = {
+        (section, name) for section, entries in default_rig().entries.items() for name in entries
+    }
     assert told == ranged
     for parameters, source in rows:
         assert re.search("assumed|doi|test", source, re.IGNORECASE), parameters
@@ -59,7 +65,9 @@ def _named(cells: Iterable[str]) -> Iterator[tuple[str, str]]:
 def test_what_only_the_twin_knows_is_no_signal_of_a_log(tmp_path: Path) -> None:
     """The speed of a brake is that of its encoder; `true_theta_dot` says slip too, but no sensor gives it."""
     brake = prepare("brake", seconds=0.5)
-    path = write_log(tmp_path / "a.csv", brake.names, brake.chunks(), brake.about(), rows=brake.rows)
+    path = write_log(
+        tmp_path / "a.csv", brake.names, brake.chunks(), brake.about(), rows=brake.rows
+    )
     signals = erclutch.read(path).signals
     assert {"field", "position", "effort"} <= {*signals}
     assert "slip" not in signals
@@ -93,11 +101,20 @@ def test_a_rig_file_changes_what_it_names(tmp_path: Path) -> None:
         ("[fluid]\nviscosity = { value = 0.1, range = [0.2, 0.1] }\n", "Give the lower end first"),
         ("[drive\n", "cannot be read"),
         (f"[clutch]\ninner_radius = 1{'0' * 400}\n", "a whole number in it has more than 64 bits"),
-        (f"[clutch]\ninner_radius = 0x{'f' * 4000}\n", "a whole number in it has more than 64 bits"),
+        (
+            f"[clutch]\ninner_radius = 0x{'f' * 4000}\n",
+            "a whole number in it has more than 64 bits",
+        ),
         (f"[clutch]\ninner_radius = {'1' * 5000}\n", "a whole number in it has too many digits"),
-        (f"[clutch]\ngap = {{ value = 1e-3, range = [1, 1{'0' * 400}] }}\n", "a whole number in it has more than 64"),
+        (
+            f"[clutch]\ngap = {{ value = 1e-3, range = [1, 1{'0' * 400}] }}\n",
+            "a whole number in it has more than 64",
+        ),
         (f"a{'.a' * 5000} = 1\n", "a name in it has more than 100 parts"),
-        ("[clutch]\nouter_radius = 1e300\ninner_radius = 1e299\n", "beyond its range 0.012 to 0.05"),
+        (
+            "[clutch]\nouter_radius = 1e300\ninner_radius = 1e299\n",
+            "beyond its range 0.012 to 0.05",
+        ),
         ("[clutch]\ngap = { value = 1e-9 }\n", "beyond its range 0.0002 to 0.002"),
     ],
 )
@@ -116,7 +133,9 @@ def test_a_rig_whose_numbers_grow_without_end(tmp_path: Path) -> None:
     path = tmp_path / "wild.toml"
     path.write_text("[screw]\nrotor_inertia = 6e-9\n")
     for name in ("sine", "tracking-fast", "brake"):
-        with pytest.raises(SettingError, match=r"wild\.toml: the TWIN's numbers grow beyond 1e\+15 within 0\.2 s"):
+        with pytest.raises(
+            SettingError, match=r"wild\.toml: the TWIN's numbers grow beyond 1e\+15 within 0\.2 s"
+        ):
             prepare(name, rig=load_rig(path), seconds=0.2).recording()
 
 
@@ -128,7 +147,11 @@ def drive(twin: Twin, rows: int) -> list[tuple[float, ...]]:
     for i in range(rows):
         m = twin.sense()
         out.append((m.time, m.theta, m.alpha_raw, m.alpha_rotary, m.torque))
-        twin.command(RigCommand(E1=0.3 if i % 60 < 30 else 0.0, E2=0.2 if i % 60 >= 30 else 0.0, motor_torque=0.1))
+        twin.command(
+            RigCommand(
+                E1=0.3 if i % 60 < 30 else 0.0, E2=0.2 if i % 60 >= 30 else 0.0, motor_torque=0.1
+            )
+        )
         twin.step()
     return out
 
@@ -139,7 +162,10 @@ def test_the_same_seed_gives_the_same_run() -> None:
 
 
 def test_ch1_drives_the_table_forward_and_ch2_back() -> None:
-    for command, sign in ((RigCommand(E1=0.5, motor_torque=0.15), 1), (RigCommand(E2=0.5, motor_torque=0.15), -1)):
+    for command, sign in (
+        (RigCommand(E1=0.5, motor_torque=0.15), 1),
+        (RigCommand(E2=0.5, motor_torque=0.15), -1),
+    ):
         twin = Twin(speed=30.0)
         for _ in range(200):
             twin.command(command)
@@ -197,13 +223,17 @@ def test_scenarios_are_what_the_paper_says() -> None:
 
 
 def test_a_rig_file_sets_what_the_paper_leaves_open_of_a_run() -> None:
-    rig = default_rig().changed({"excitation.half_sine_high": 0.1, "excitation.held_peakedness": 0.2})
+    rig = default_rig().changed(
+        {"excitation.half_sine_high": 0.1, "excitation.held_peakedness": 0.2}
+    )
     usual = prepare("zero-field", seconds=2.0).columns()["motor_torque"][1].max()
     weaker = prepare("zero-field", rig=rig, seconds=2.0).columns()["motor_torque"][1].max()
     assert weaker <= 0.1 < usual
     held = prepare("zero-motion", rig=rig, seconds=2.0).columns()["E1"][1].mean()
     assert held > prepare("zero-motion", seconds=2.0).columns()["E1"][1].mean()
-    trained, usual_training = (prepare("training", rig=r, seconds=1.0).columns()["E1"][1] for r in (rig, None))
+    trained, usual_training = (
+        prepare("training", rig=r, seconds=1.0).columns()["E1"][1] for r in (rig, None)
+    )
     np.testing.assert_array_equal(trained, usual_training)
 
 
@@ -256,8 +286,12 @@ def test_a_log_of_the_twin_reads_back(tmp_path: Path, suffix: str) -> None:
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
 
 
-def test_too_little_space_is_said_before_anything_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(log_writer.shutil, "disk_usage", lambda _: type("Usage", (), {"free": 1000})())
+def test_too_little_space_is_said_before_anything_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        log_writer.shutil, "disk_usage", lambda _: type("Usage", (), {"free": 1000})()
+    )
     run = prepare("training")
     with pytest.raises(RunError, match="MB are needed"):
         write_log(tmp_path / "big.csv", COLUMNS, run.chunks(), run.about(), rows=run.rows)
@@ -272,7 +306,14 @@ def test_an_interrupted_log_leaves_nothing(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        write_log(tmp_path / "a.parquet", COLUMNS, run.chunks(), run.about(), rows=run.rows, progress=interrupted)
+        write_log(
+            tmp_path / "a.parquet",
+            COLUMNS,
+            run.chunks(),
+            run.about(),
+            rows=run.rows,
+            progress=interrupted,
+        )
     assert not list(tmp_path.iterdir())
 
 
@@ -283,7 +324,9 @@ def test_a_place_that_cannot_be(tmp_path: Path, name: str) -> None:
         write_log(tmp_path / name, COLUMNS, run.chunks(), run.about(), rows=run.rows)
 
 
-def test_commands_never_replace_a_file_unasked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands_never_replace_a_file_unasked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     from erclutch.cli.commands.table import table
     from erclutch.wings.live.commands.tune import tune
     from erclutch.wings.paper.commands.calibrate_twin import calibrate_twin
@@ -308,7 +351,9 @@ def test_commands_never_replace_a_file_unasked(tmp_path: Path, monkeypatch: pyte
 
 @pytest.mark.slow
 def test_the_command(tmp_path: Path) -> None:
-    assert "TWIN test: 2,000 rows" in good("simulate", "test", "--seconds", "2", "--out", "t.csv", cwd=tmp_path)
+    assert "TWIN test: 2,000 rows" in good(
+        "simulate", "test", "--seconds", "2", "--out", "t.csv", cwd=tmp_path
+    )
     assert (tmp_path / "t.csv").read_text().startswith("# TWIN: ")
     for bad in (
         ["nope"],

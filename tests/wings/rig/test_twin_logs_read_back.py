@@ -11,7 +11,9 @@ from tests.support.command import good
 
 @pytest.mark.parametrize(("scenario", "device"), [("training", "coaxial"), ("brake", "single")])
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
-def test_a_log_of_the_twin_is_understood_at_once(tmp_path: Path, scenario: str, device: str, ending: str) -> None:
+def test_a_log_of_the_twin_is_understood_at_once(
+    tmp_path: Path, scenario: str, device: str, ending: str
+) -> None:
     log = tmp_path / f"log.{ending}"
     good("simulate", scenario, "--seconds", "1", "--out", log)
     said = " ".join(good("inspect", log).split())

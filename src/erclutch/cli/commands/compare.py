@@ -91,7 +91,9 @@ def _print(pairing: Pairing) -> None:
     screen = terminal.console()
     scale = joined(pairing).effort
     labels = [contender.label for contender in pairing.contenders]
-    screen.print(plain(f"{count(pairing.rows)} rows that all {len(labels)} runs held out"), markup=False)
+    screen.print(
+        plain(f"{count(pairing.rows)} rows that all {len(labels)} runs held out"), markup=False
+    )
     rows: list[list[str]] = []
     for contender in pairing.contenders:
         rmse = contender.figures.rmse
@@ -111,7 +113,9 @@ def _print(pairing: Pairing) -> None:
     if pairing.differing:
         settings = [[name, *values] for name, values in pairing.differing]
         columns = ["setting", *labels]
-        screen.print(terminal.table("What was done differently", columns, settings, left=len(columns)))
+        screen.print(
+            terminal.table("What was done differently", columns, settings, left=len(columns))
+        )
     else:
         screen.print("Settings, reading and versions are the same.", markup=False)
     screen.print(plain(what_changed(pairing)), markup=False)

@@ -25,7 +25,9 @@ def export(
     model: Path,
     /,
     *,
-    to: Annotated[str, Parameter(help=f"What to write: {', '.join(names('erclutch.targets'))}.")] = "c",
+    to: Annotated[
+        str, Parameter(help=f"What to write: {', '.join(names('erclutch.targets'))}.")
+    ] = "c",
     out: Path | None = None,
     run_model: Annotated[str | None, Parameter(name="--model")] = None,
     name: str | None = None,
@@ -71,7 +73,11 @@ def export(
     if out is not None:
         may_write(out, force)
     if run_model is not None and not model.is_dir():
-        raise ExportError("--model needs the folder of a run", where=str(model), remedy="Give the run, or leave it out")
+        raise ExportError(
+            "--model needs the folder of a run",
+            where=str(model),
+            remedy="Give the run, or leave it out",
+        )
     if model.is_dir():
         run = read_run(model)
         chosen = run.model(run_model)
@@ -93,7 +99,9 @@ def export(
 
     screen = terminal.console()
     title = title_of(step.model.name)
-    screen.print(f"{title} as {precision}, inputs {', '.join(step.inputs)}, to {folder}:", markup=False)
+    screen.print(
+        f"{title} as {precision}, inputs {', '.join(step.inputs)}, to {folder}:", markup=False
+    )
     files = sorted(path.name for path in folder.iterdir())
     screen.print(f"  {', '.join(files)}", markup=False)
     binaries = folder / "binaries.txt"
@@ -120,4 +128,6 @@ def _limits(text: str | None, unit: str) -> tuple[float, float] | None:
         return units.in_unit(low, unit), units.in_unit(high, unit)
     except UnitError as error:
         remedy = f"Write the limits like --limits -2,2, or --limits '-2,2 {unit.replace('?', 'N')}'"
-        raise ExportError(f"{text!r} are no two efforts", where="--limits", remedy=remedy) from error
+        raise ExportError(
+            f"{text!r} are no two efforts", where="--limits", remedy=remedy
+        ) from error

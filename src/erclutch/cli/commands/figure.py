@@ -25,7 +25,8 @@ def figure(
     start: Annotated[float | None, SECONDS] = None,
     seconds: Annotated[float | None, SECONDS] = None,
     as_: Annotated[
-        tuple[Literal["pdf", "png", "svg", "pgf"], ...], Parameter(name="--as", consume_multiple=True, negative=())
+        tuple[Literal["pdf", "png", "svg", "pgf"], ...],
+        Parameter(name="--as", consume_multiple=True, negative=()),
     ] = ("pdf", "png"),
     wide: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
@@ -53,7 +54,10 @@ def figure(
         return
     if name != "all" and name not in FIGURES:
         hint = did_you_mean(name, FIGURES)
-        raise SettingError(f"no figure {name!r}", remedy=f"{hint}Figures are {', '.join(FIGURES)}, or all of them: all")
+        raise SettingError(
+            f"no figure {name!r}",
+            remedy=f"{hint}Figures are {', '.join(FIGURES)}, or all of them: all",
+        )
     if run is None:
         raise SettingError("no run was given", remedy=f"Write erclutch figure {name} RUN")
     may_fill(out)
@@ -63,11 +67,15 @@ def figure(
     material = material_of(read_run(run))
     for one in FIGURES if name == "all" else (name,):
         try:
-            paths = write_figure(one, material, out, start=start, seconds=seconds, kinds=as_, wide=wide)
+            paths = write_figure(
+                one, material, out, start=start, seconds=seconds, kinds=as_, wide=wide
+            )
         except CheckError as error:
             if name != "all":
                 raise
-            screen.print(f"{one} left out: {error.problem}", style="dim", markup=False, soft_wrap=True)
+            screen.print(
+                f"{one} left out: {error.problem}", style="dim", markup=False, soft_wrap=True
+            )
             continue
         written = "\n".join(map(str, paths))
         screen.print(written, markup=False, soft_wrap=True)

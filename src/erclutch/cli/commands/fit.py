@@ -32,7 +32,9 @@ COMMAND = {
 
 MODELS = Group("Models and figures", sort_key=1)
 LONG_LOGS = folded("Logs beyond memory", 5)
-ModelNames = Annotated[tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=(), show_default=False)]
+ModelNames = Annotated[
+    tuple[str, ...], Parameter(group=MODELS, consume_multiple=True, negative=(), show_default=False)
+]
 # Types of options, and where they stand in the help; a flag has no --no-flag.
 _OF_MODELS = Parameter(group=MODELS)
 _Flag = Annotated[bool, Parameter(group=MODELS, negative=())]
@@ -106,7 +108,9 @@ def fit(
     if out is not None:
         may_write(out, force)
     elif final:
-        raise SettingError("a model of all rows is kept in a run", where="--final", remedy="Give --out RUN too")
+        raise SettingError(
+            "a model of all rows is kept in a run", where="--final", remedy="Give --out RUN too"
+        )
     settings = Settings(
         models=model_names(models),
         lag=lag,
@@ -120,7 +124,9 @@ def fit(
         polish=polish,
     )
     how = reading.how()
-    with tasks_on(cluster, workers) as tasks:  # a cluster that does not answer is told before the fit
+    with tasks_on(
+        cluster, workers
+    ) as tasks:  # a cluster that does not answer is told before the fit
         rows = _read(logs, how, reading.device, 1e9 * memory)
         comparison = _compared(rows.data, settings)
         if final and not comparison.standing.why_none:
@@ -129,7 +135,9 @@ def fit(
             _print_all(rows, comparison, time.perf_counter() - began, whole=all_, final=final)
         if out is not None:
             write_run(out, comparison, rows.logs, reading=reading.to_dict(), force=force)
-        figures = scored_rows.score_left_out(rows, comparison, how, tasks, out) if rows.left_out else None
+        figures = (
+            scored_rows.score_left_out(rows, comparison, how, tasks, out) if rows.left_out else None
+        )
     if json:
         body = dict(run_to_dict(comparison, rows.logs, reading.to_dict()))
         if figures is not None:
@@ -277,11 +285,15 @@ def print_comparison(
     held = int(comparison.test.sum())
     headline = ranking_table.headline(comparison)
     terminal.tell(headline, style="bold")
-    terminal.tell(f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out")
+    terminal.tell(
+        f"fitted on {comparison.data.rows - held:,} rows, scored on {held:,} rows held out"
+    )
     which_rows = ranking_table.held_out(comparison)
     if which_rows:
         terminal.tell(which_rows)
-    terminal.tell(*(f"{finding.level}: {finding}" for finding in comparison.findings), style="yellow")
+    terminal.tell(
+        *(f"{finding.level}: {finding}" for finding in comparison.findings), style="yellow"
+    )
     screen.print()
     screen.print(ranking_table.ranking(comparison, screen.width, whole=whole))
     not_shown = ranking_table.left_out(comparison)

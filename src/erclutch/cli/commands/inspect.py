@@ -159,7 +159,10 @@ def _draw(
     from erclutch.report.plots.matplotlib_painter import save_plot
 
     if start is not None and start >= recording.time[-1]:
-        raise SettingError(f"--start {start:g} s", remedy=f"Give less than {recording.time[-1]:.4g} s, the log's end")
+        raise SettingError(
+            f"--start {start:g} s",
+            remedy=f"Give less than {recording.time[-1]:.4g} s, the log's end",
+        )
     section = describe_section(recording, start=start, seconds=seconds)
     coverage = describe_coverage(reading.dataset([recording]), titled(recording))
     return [
@@ -170,7 +173,11 @@ def _draw(
 
 def _held(look: LogLook, reading: LogOptions) -> str:
     """What a creep, a relaxation or an oscillation is; "" for other logs, and where the user said how it is read."""
-    from erclutch.logs.columns.rheometer_names import held_in_time, of_oscillation, tells_a_flow_curve
+    from erclutch.logs.columns.rheometer_names import (
+        held_in_time,
+        of_oscillation,
+        tells_a_flow_curve,
+    )
 
     if reading.words():
         return ""
@@ -220,7 +227,9 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
     from erclutch.logs.columns.rheometer_names import tells_a_flow_curve
 
     if held := _held(look, reading):
-        terminal.say(f"Not for erclutch: {look.log.name}: {held}; neither fit nor flowcurve has a law for it")
+        terminal.say(
+            f"Not for erclutch: {look.log.name}: {held}; neither fit nor flowcurve has a law for it"
+        )
         return
     alike = look.refused_alike
     for name, why in look.refused.items():
@@ -238,14 +247,20 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
             terminal.say(f"Not understood yet: {look.log.name}: {doubts}")
             terminal.say(f"What settles it: {_flow_command(look)}")
             return
-        terminal.say(f"In doubt: {doubts}. If that is right, say so: {_with_options(command, reading)}")
+        terminal.say(
+            f"In doubt: {doubts}. If that is right, say so: {_with_options(command, reading)}"
+        )
     elif look.unfit:
         terminal.say(f"Understood, but nothing can be fitted to it: {look.unfit}")
     elif look.refused:
         remedies = [_OPTION.search(why) for why in look.refused.values()]
         options = {remedy and remedy.group() for remedy in remedies}
-        if len(options) == 1 and (option := options.pop()):  # what a log had in a column, its pattern does not touch
-            terminal.say(f"What settles it: {_with_options(f'erclutch inspect {typed} {option}', reading)}")
+        if len(options) == 1 and (
+            option := options.pop()
+        ):  # what a log had in a column, its pattern does not touch
+            terminal.say(
+                f"What settles it: {_with_options(f'erclutch inspect {typed} {option}', reading)}"
+            )
     else:
         words = map(shlex.quote, reading.words())
         command = " ".join(["erclutch fit", typed, *words])
@@ -259,7 +274,9 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         terminal.say(f"Or as a flow curve: {_flow_command(look)}")
 
 
-def _tell_what_settles(look: LogLook, problem: ErclutchError, typed: str, reading: LogOptions) -> None:
+def _tell_what_settles(
+    look: LogLook, problem: ErclutchError, typed: str, reading: LogOptions
+) -> None:
     """What is not understood, of all logs of which the same is asked, and the command that settles it.
 
     Args:
@@ -287,7 +304,9 @@ def _tell_what_settles(look: LogLook, problem: ErclutchError, typed: str, readin
     if alike:
         more = f"{len(alike)} more log{'s'[: len(alike) != 1]}"
         terminal.say(f"The same is asked of {more}, the last {alike[-1]}")
-    if look.plan.doubts and settled == look.plan.command().replace(first, typed):  # the command confirms them too
+    if look.plan.doubts and settled == look.plan.command().replace(
+        first, typed
+    ):  # the command confirms them too
         terminal.say(f"In doubt besides: {'; '.join(look.plan.doubts)}")
     if settled:
         terminal.say(f"What settles it: {_with_options(settled, reading)}")
@@ -317,7 +336,11 @@ def _settling(look: LogLook, problem: ErclutchError) -> str:
         if "--invalid drop" in problem.remedy:
             return f"{command} --invalid drop"
         option = _OPTION.search(problem.remedy)
-        return f"{shlex.join(['erclutch', 'inspect', plan.path])} {option.group()}" if option is not None else ""
+        return (
+            f"{shlex.join(['erclutch', 'inspect', plan.path])} {option.group()}"
+            if option is not None
+            else ""
+        )
     if _is_of_a_rheometer(plan):  # its points are for laws at one field
         return _flow_command(look)
     return plan.command()
@@ -374,7 +397,9 @@ def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
     from erclutch.cli.column_courses import courses_of, sketch
     from erclutch.logs.columns.two_shafts import with_differences
 
-    table, _ = with_differences(look.raw, look.plan.told)  # a page offers what two shafts differ by as a column
+    table, _ = with_differences(
+        look.raw, look.plan.told
+    )  # a page offers what two shafts differ by as a column
     units = table.units
     columns: dict[str, object] = {}
     for name, values in table.columns.items():
@@ -412,7 +437,9 @@ def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
     recording, *further = look.every
     if courses:
         body["over_time"] = courses_of(recording, courses)
-    body["further"] = [{"name": each.name, "rows": each.rows, "sha256": each.digest} for each in further]
+    body["further"] = [
+        {"name": each.name, "rows": each.rows, "sha256": each.digest} for each in further
+    ]
     body["signals"] = dict(recording.units)
     body["rows"] = recording.rows
     body["period_s"] = recording.period

@@ -55,16 +55,23 @@ def laws(
                     {"name": s.name, "meaning": s.meaning, "lower": s.lower, "upper": s.upper}
                     for s in (*law.stimulus_shape, *law.shape)
                 ]
-                + [{"name": g.name, "meaning": g.meaning, "lower": 0.0 if g.nonnegative else None} for g in law.gains],
+                + [
+                    {"name": g.name, "meaning": g.meaning, "lower": 0.0 if g.nonnegative else None}
+                    for g in law.gains
+                ],
             }
             for name, law in all_laws
         ]
         print(dumps(rows, indent=1))
         return
-    table = terminal.table("Laws of one element (effort for w > 0)", ["model", "effort", "source"], [], left=3)
+    table = terminal.table(
+        "Laws of one element (effort for w > 0)", ["model", "effort", "source"], [], left=3
+    )
     table.columns[1].overflow = "fold"
     for name, law in all_laws:
-        label = name if not name.endswith("-2") else f"{name.removesuffix('2')}N (N = 2 kernels shown)"
+        label = (
+            name if not name.endswith("-2") else f"{name.removesuffix('2')}N (N = 2 kernels shown)"
+        )
         by_plugin = f" ({law.plugin.label})" if law.plugin else ""
         table.add_row(label, equation_text(law), law.source + by_plugin)
     terminal.tell(table)
@@ -72,7 +79,10 @@ def laws(
         "NAME/square, /power, /critical, /saturating, /tanh or /constant: how the yield effort grows with the field."
     )
     stages = terminal.table(
-        "Stages of --lag, joined by + (w over its root mean square)", ["stage", "on", "equation"], [], left=3
+        "Stages of --lag, joined by + (w over its root mean square)",
+        ["stage", "on", "equation"],
+        [],
+        left=3,
     )
     stages.columns[2].overflow = "fold"
     for stage in shown_stages():

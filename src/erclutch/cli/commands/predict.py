@@ -107,9 +107,15 @@ def _refuse_same_names(files: list[Path], out: Path) -> None:
     twice = next((stem for stem in stems if stems.count(stem) > 1), None)
     if twice is not None:
         problem = f"two logs are called {twice}"
-        raise SettingError(problem, where=str(out), remedy="Give their predictions apart, each to a file")
+        raise SettingError(
+            problem, where=str(out), remedy="Give their predictions apart, each to a file"
+        )
     if out.is_file() or out.suffix.lower() in (".csv", ".parquet", ".mat"):
-        raise SettingError(f"one file for {len(files)} logs", where=str(out), remedy="Give --out the name of a folder")
+        raise SettingError(
+            f"one file for {len(files)} logs",
+            where=str(out),
+            remedy="Give --out the name of a folder",
+        )
 
 
 def _estimated(

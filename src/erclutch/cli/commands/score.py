@@ -87,13 +87,20 @@ def score(
             recommended_at: BandedFigure | None = None
             if kept is not None and kept.recommends(name):
                 recommended_at = BandedFigure(*kept.entry(name)["test"]["rmse"])
-            scores.append(_Scored(folder, _title(kept, name), score_model(each, data, name), recommended_at))
+            scores.append(
+                _Scored(folder, _title(kept, name), score_model(each, data, name), recommended_at)
+            )
     scores.sort(key=lambda each: each.score.figures.rmse.value)
     data = data_of_runs[0]
 
     if json:
         models = [_as_json(each) for each in scores]
-        body = {"log": data.where, "rows": data.rows, "unit": data.units.effort, "warnings": warnings}
+        body = {
+            "log": data.where,
+            "rows": data.rows,
+            "unit": data.units.effort,
+            "warnings": warnings,
+        }
         terminal.say_json({**body, "models": models})
         return
     terminal.tell("\n".join(terminal.recording_lines(recordings)))
@@ -102,7 +109,9 @@ def score(
     for each in scores:
         if each.score.by_log and (each.recommended_at is not None or len(scores) == 1):
             terminal.tell(_table_by_log(each, data))
-            terminal.tell("gain: measured over estimated effort; 1 where the device is as it was", style="dim")
+            terminal.tell(
+                "gain: measured over estimated effort; 1 where the device is as it was", style="dim"
+            )
     terminal.tell(*warnings, style="yellow")
     for where in dict.fromkeys(each.score.where for each in scores if each.score.where):
         alike = [each.title.partition(",")[0] for each in scores if each.score.where == where]
@@ -128,7 +137,11 @@ class _Scored(NamedTuple):
 
 def _as_json(each: _Scored) -> dict[str, Any]:
     """A model with its figures, of each log too."""
-    return {"title": each.title, **each.score.row(str(each.run)), "logs": [asdict(log) for log in each.score.by_log]}
+    return {
+        "title": each.title,
+        **each.score.row(str(each.run)),
+        "logs": [asdict(log) for log in each.score.by_log],
+    }
 
 
 def _table_by_log(each: _Scored, data: Dataset) -> Table:

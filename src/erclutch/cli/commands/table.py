@@ -18,7 +18,9 @@ def table(
     run: Annotated[Path, Parameter(name="RUN")],
     /,
     *,
-    as_: Annotated[Literal["latex", "markdown", "html", "csv"], Parameter(name="--as")] = "markdown",
+    as_: Annotated[
+        Literal["latex", "markdown", "html", "csv"], Parameter(name="--as")
+    ] = "markdown",
     what: Literal["ranking", "parameters"] = "ranking",
     model: str | None = None,
     most: int | None = None,

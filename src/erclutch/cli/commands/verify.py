@@ -47,10 +47,17 @@ def verify(export: Path, /, *, json: Annotated[bool, Parameter(negative=())] = F
     screen.print(table)
     failing = [check.where for check in checks if not check.passed]
     if passed:
-        screen.print(f"Passed in all {len(checks)} places: what they give is what the model gives.", style="bold")
+        screen.print(
+            f"Passed in all {len(checks)} places: what they give is what the model gives.",
+            style="bold",
+        )
     else:
-        screen.print(f"FAILED in {len(failing)} of {len(checks)} places: {', '.join(failing)}.", style="bold red")
+        screen.print(
+            f"FAILED in {len(failing)} of {len(checks)} places: {', '.join(failing)}.",
+            style="bold red",
+        )
     screen.print(
-        "ulp: units in the last place at the largest training effort; NumPy is predict, in float64.", markup=False
+        "ulp: units in the last place at the largest training effort; NumPy is predict, in float64.",
+        markup=False,
     )
     return 0 if passed else 3

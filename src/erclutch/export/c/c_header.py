@@ -33,8 +33,12 @@ def header(step: ExportedStep) -> str:
     if not step.tracking:
         never_raised.append("ADAPTED")
     raised = [(bit, name) for bit, name in FLAG_NAMES.items() if name not in never_raised]
-    flags = "\n".join(f"#define {N}{name} ((uint32_t){bit}u) /* {FLAGS[name]} */" for bit, name in raised)
-    places = "\n".join(f"#define {N}IN_{name} {place}u" for place, name in enumerate(_macros(step.inputs)))
+    flags = "\n".join(
+        f"#define {N}{name} ((uint32_t){bit}u) /* {FLAGS[name]} */" for bit, name in raised
+    )
+    places = "\n".join(
+        f"#define {N}IN_{name} {place}u" for place, name in enumerate(_macros(step.inputs))
+    )
     signed = _signed_field(step)
     switch = ""
     if step.model.correction is not None:
@@ -181,7 +185,10 @@ def _state(step: ExportedStep, n: str) -> str:
     truths = [name for name in record.after if name not in numbers]
     members = [
         *(f"{n}real {name};" for name in numbers),
-        *(f"{n}real ring{length}[{length}][{count}]; /* signals of earlier rows */" for length, count in rings.items()),
+        *(
+            f"{n}real ring{length}[{length}][{count}]; /* signals of earlier rows */"
+            for length, count in rings.items()
+        ),
         *(f"uint32_t {name};" for name in truths),
         *(f"uint32_t at{length};" for length in rings),
         "uint32_t exact; /* 1: the compiler kept the arithmetic */",
@@ -196,12 +203,16 @@ def _header_comment(step: ExportedStep) -> str:
     for place, (name, unit) in enumerate(zip(step.inputs, step.units, strict=True)):
         inputs.append(f"[{place}] {name:<12.32} {unit:<11.11}{_ranges(step, place)}")
     if step.elements == 2:
-        inputs.append(f"slips w1 = theta_dot - alpha_dot and w2 = -theta_dot - alpha_dot: {_window(step.slip)}")
+        inputs.append(
+            f"slips w1 = theta_dot - alpha_dot and w2 = -theta_dot - alpha_dot: {_window(step.slip)}"
+        )
     angles: list[str] = []
     if step.filter:
         angles = ["", f"Positions are differentiated inside (filter {step.filter.name})."]
         if step.filter.turn:
-            angles.append("Angles may wrap at a turn, and should: a float32 angle of many turns has few digits left.")
+            angles.append(
+                "Angles may wrap at a turn, and should: a float32 angle of many turns has few digits left."
+            )
     low, high = step.limits
     unit = model.units.effort or "1"
     trained = model.trained_on.effort
@@ -273,7 +284,10 @@ def _example_row(step: ExportedStep) -> list[float]:
 
 def _ranges(step: ExportedStep, place: int) -> str:
     """Where an input was trained, and within what it is held."""
-    speeds, extras = step.elements, 2 * step.elements  # places of the first speed and the first further input
+    speeds, extras = (
+        step.elements,
+        2 * step.elements,
+    )  # places of the first speed and the first further input
     if place < speeds:
         return _window(step.field)
     if place >= step.model_inputs:

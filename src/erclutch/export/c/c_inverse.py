@@ -7,7 +7,13 @@ from __future__ import annotations
 
 from erclutch.export.c.c_printer import Printer, indented, table
 from erclutch.export.exported_step import ExportedStep
-from erclutch.export.step_record import feels_state, next_record, search_record, settled_record, step_record
+from erclutch.export.step_record import (
+    feels_state,
+    next_record,
+    search_record,
+    settled_record,
+    step_record,
+)
 
 
 def inverse(step: ExportedStep, n: str) -> str:

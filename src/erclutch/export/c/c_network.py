@@ -19,7 +19,8 @@ LONG = 100  # letters of a sum, after which a line begins
 _LANES = 4  # running sums of the last layer
 #: Whether a processor has vectors of float32: x86, POWER, Arm beyond the microcontrollers. What is proved has them too.
 HAS_VECTORS = " || ".join(
-    f"defined({macro})" for macro in ("__SSE2__", "_M_X64", "__ARM_NEON", "__ALTIVEC__", "__FRAMAC__")
+    f"defined({macro})"
+    for macro in ("__SSE2__", "_M_X64", "__ARM_NEON", "__ALTIVEC__", "__FRAMAC__")
 )
 
 
@@ -32,7 +33,9 @@ def network(model: NetworkModel, n: str, p: Precision) -> str:
         p: precision of the C.
     """
     folded = model.folded
-    tables = [table(f"{n}real", f"{n}{name}", numbers) for name, numbers in _tables(folded, p).items()]
+    tables = [
+        table(f"{n}real", f"{n}{name}", numbers) for name, numbers in _tables(folded, p).items()
+    ]
     about = "The effort's scale lies in the tables, and those of the inputs."
     if _is_rbfn(folded):
         about = "The effort's scale lies in the tables."
@@ -158,7 +161,9 @@ def _fnn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
         if width <= WRITTEN_OUT:
             inputs = [f"x{j}" if before == "x" else f"{before}[{j}]" for j in range(width)]
             terms = [f"({n}w{layer}[i + {j * neurons}u] * {x})" for j, x in enumerate(inputs)]
-            yield from _loop("i", neurons, [*_sum(n, [bias, *terms]), f"{a}[i] = {n}tanh_hold(sum);"])
+            yield from _loop(
+                "i", neurons, [*_sum(n, [bias, *terms]), f"{a}[i] = {n}tanh_hold(sum);"]
+            )
         else:
             yield from _loop("i", neurons, [f"{a}[i] = {bias};"])
             weight = f"{n}w{layer}[(j * {neurons}u) + i]"
@@ -178,7 +183,9 @@ def _one_by_one(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
     for layer, neurons in enumerate(hidden, start=1):
         if layer < len(hidden):
             active = f"a{layer}[i] = {n}tanh_held({n}tanh_hold(sum));"
-            yield from _loop("i", neurons, [*_sum(n, _terms(n, layer, neurons, values, "i + ")), active])
+            yield from _loop(
+                "i", neurons, [*_sum(n, _terms(n, layer, neurons, values, "i + ")), active]
+            )
             values = [f"a{layer}[{i}]" for i in range(neurons)]
             continue
 
@@ -189,7 +196,10 @@ def _one_by_one(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
             yield "{"
             for lane in range(4):
                 yield from (
-                    f"    {line}" for line in _sum(n, _terms(n, layer, neurons, values, "i + ", lane), f"sum_{lane}_")
+                    f"    {line}"
+                    for line in _sum(
+                        n, _terms(n, layer, neurons, values, "i + ", lane), f"sum_{lane}_"
+                    )
                 )
             for lane in range(4):
                 active = f"{n}tanh_held({n}tanh_hold(sum_{lane}_))"
@@ -225,7 +235,9 @@ def _rbfn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
     width = len(model.structure.inputs)
     half = f"(-0.5{p.suffix})"
     if width <= WRITTEN_OUT:
-        distances = [f"const {n}real d{j} = x{j} - {n}centres[i + {j * neurons}u];" for j in range(width)]
+        distances = [
+            f"const {n}real d{j} = x{j} - {n}centres[i + {j * neurons}u];" for j in range(width)
+        ]
         squares = [f"(d{j} * d{j})" for j in range(width)]
         held = f"a1[i] = {n}exp_hold(({half} * sum) / {n}spreads[i]);"
         yield from _loop("i", neurons, [*distances, *_sum(n, squares), held])

@@ -76,7 +76,9 @@ class Printer:
                 yield from self._table(node)
             text = self._expression(node)
             # An input, a constant, or a truth of the state is as short as its name would be.
-            simple = node.operation in ("input", "constant") or (node.operation == "state" and node.kind == "truth")
+            simple = node.operation in ("input", "constant") or (
+                node.operation == "state" and node.kind == "truth"
+            )
             short = len(text) <= _WIDEST or node.index in arms
             folded = uses[node.index] == 1 and short and not _named(node)
             if simple or folded:
@@ -155,7 +157,9 @@ class Printer:
                     words.append(f"0x{word:08x}u")
                 yield from table("uint32_t", name, words).splitlines()
             elif node.kind == "bits":
-                yield from table("uint8_t", name, [f"{entry}u" for entry in entries], 16).splitlines()
+                yield from table(
+                    "uint8_t", name, [f"{entry}u" for entry in entries], 16
+                ).splitlines()
             else:
                 reals = list(map(self.precision.constant, entries))
                 yield from table(f"{self.prefix}real", name, reals).splitlines()
@@ -227,7 +231,9 @@ class Printer:
     def _delayed(self, node: Node) -> str:
         name, rows = node.value
         length, place = places_of(self.record)[name]
-        slot = {length: f"at{length}", length - 1: f"next{length}"}.get(rows, f"back{length}_{rows}")
+        slot = {length: f"at{length}", length - 1: f"next{length}"}.get(
+            rows, f"back{length}_{rows}"
+        )
         return f"state->ring{length}[{slot}][{place}]"
 
     def _earlier(self, node: Node) -> str:

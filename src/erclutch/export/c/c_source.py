@@ -110,7 +110,9 @@ def _public(step: ExportedStep, n: str) -> str:
     """The functions of the header."""
     N = n.upper()
     record = step_record(step)
-    signature = f"uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort)"
+    signature = (
+        f"uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort)"
+    )
     at_rest = f"uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort)"
     parts = [_reset(record.record, n, step.precision)]
     if SWITCHED_OFF in record.record.after:
@@ -133,7 +135,10 @@ def _body(
     printer = Printer(n, step.precision, record.record, names, conditions={"row_good": exact})
     lines = list(printer.lines())
     effort, *truths = printer.results()
-    flags = [f"(({truth}) * {N}{FLAG_NAMES[bit]})" for bit, truth in zip(record.flags, truths, strict=True)]
+    flags = [
+        f"(({truth}) * {N}{FLAG_NAMES[bit]})"
+        for bit, truth in zip(record.flags, truths, strict=True)
+    ]
     lines += printer.kept()
     lines.append(f"*effort = {effort};")
     lines.append(f"return {' | '.join(flags)};")
@@ -173,7 +178,9 @@ def _guarded(
     if now and step.filter:
         largest = step.precision.constant(LARGEST_ANGLE)
         places = range(first, first + step.elements)
-        within = [f"((-{largest} < input[{place}]) && (input[{place}] < {largest}))" for place in places]
+        within = [
+            f"((-{largest} < input[{place}]) && (input[{place}] < {largest}))" for place in places
+        ]
         angles = f"\n    good &= ({' && '.join(within)}) ? (uint32_t)1u : (uint32_t)0u;"
     # The last input of a step that measures is the effort, which no field depends on.
     inputs = f"{N}INPUTS{' - 1u' if step.measures else ''}"

@@ -14,7 +14,16 @@ from pathlib import Path
 from typing import Any, cast
 
 #: Bits of `CompiledModel.flags`.
-OUTSIDE_RANGE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH, WIDE_BAND, DRIFT, ADAPTED = 1, 2, 4, 8, 16, 32, 64, 128
+OUTSIDE_RANGE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH, WIDE_BAND, DRIFT, ADAPTED = (
+    1,
+    2,
+    4,
+    8,
+    16,
+    32,
+    64,
+    128,
+)
 _ABI = 1
 _METH_FASTCALL = 0x80
 
@@ -70,9 +79,13 @@ class CompiledModel:
             raise OSError(f"{library} is no compiled model of this version: {error}") from error
         if version != _ABI:
             raise OSError(f"{library} has model ABI {version}; this version loads {_ABI}")
-        exact = getattr(self._library, "erc_model_exact", None)  # a library of an earlier version does not tell
+        exact = getattr(
+            self._library, "erc_model_exact", None
+        )  # a library of an earlier version does not tell
         if exact is not None and not exact():
-            raise OSError(f"the compiler of {library} changed the order or the rounding of its sums and products")
+            raise OSError(
+                f"the compiler of {library} changed the order or the rounding of its sums and products"
+            )
         for name in ("digest", "name"):
             getattr(self._library, f"erc_model_{name}").restype = ctypes.c_char_p
         self.name = cast(bytes, self._library.erc_model_name()).decode()
@@ -108,9 +121,14 @@ class CompiledModel:
         """The step as a builtin function of the interpreter, around the state."""
         self._glue = ctypes.PyDLL(str(call))
         function = ctypes.cast(self._glue.erc_python_step, ctypes.c_void_p).value
-        self._method = _Method(b"step", function, _METH_FASTCALL, b"One sample: the inputs in, the effort out.")
+        self._method = _Method(
+            b"step", function, _METH_FASTCALL, b"One sample: the inputs in, the effort out."
+        )
         make = ctypes.pythonapi.PyCFunction_NewEx
-        make.argtypes, make.restype = (ctypes.POINTER(_Method), ctypes.py_object, ctypes.c_void_p), ctypes.py_object
+        make.argtypes, make.restype = (
+            (ctypes.POINTER(_Method), ctypes.py_object, ctypes.c_void_p),
+            ctypes.py_object,
+        )
         # The function may outlive this object, so it holds on to everything that it points to.
         address = _Address(ctypes.addressof(self._call))
         address.held = (self._call, self._method, self._memory, self._library, self._glue)
@@ -118,7 +136,9 @@ class CompiledModel:
 
     def _slow_step(self, *inputs: float) -> float:
         self._set(inputs)
-        self._call.flags = self._library.erc_model_step(self._state, self._in, ctypes.byref(self._out))
+        self._call.flags = self._library.erc_model_step(
+            self._state, self._in, ctypes.byref(self._out)
+        )
         return self._out.value
 
     def _set(self, inputs: Sequence[float]) -> None:
@@ -172,7 +192,9 @@ class CompiledModel:
     def inverse(self, inputs: Sequence[float], wanted: float) -> float:
         """The signed field (E1 - E2 of a coaxial pair) for a wanted effort; the fields in the inputs do not matter."""
         self._set(inputs)
-        self._call.flags = self._library.erc_model_inverse(self._in, wanted, ctypes.byref(self._out))
+        self._call.flags = self._library.erc_model_inverse(
+            self._in, wanted, ctypes.byref(self._out)
+        )
         return self._out.value
 
     def inverse_now(self, inputs: Sequence[float], wanted: float) -> float:
@@ -182,7 +204,9 @@ class CompiledModel:
         matter; positions go in where the step takes positions.
         """
         self._set(inputs)
-        self._call.flags = self._library.erc_model_inverse_now(self._state, self._in, wanted, ctypes.byref(self._out))
+        self._call.flags = self._library.erc_model_inverse_now(
+            self._state, self._in, wanted, ctypes.byref(self._out)
+        )
         return self._out.value
 
     def run(self, rows: Any) -> tuple[Any, Any]:

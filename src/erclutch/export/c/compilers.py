@@ -58,7 +58,11 @@ class Compiler:
         """
         options = [*EXACT, *self.flags, *flags]
         words = [*self.command, *options, *map(str, sources), "-o", str(out)]
-        run(words, f"{self.name} cannot compile {sources[0].name}", "Use another compiler, or set CC to one")
+        run(
+            words,
+            f"{self.name} cannot compile {sources[0].name}",
+            "Use another compiler, or set CC to one",
+        )
 
 
 def run(
@@ -117,7 +121,9 @@ def natives() -> tuple[Compiler, ...]:
         compilers.append(Compiler(Path(chosen[0]).name, tuple(chosen)))
     for name in ("gcc", "clang", "cc"):
         known = any(compiler.name == name for compiler in compilers)
-        another_name = name == "cc" and bool(compilers)  # of a compiler that is there already, as a rule
+        another_name = name == "cc" and bool(
+            compilers
+        )  # of a compiler that is there already, as a rule
         if shutil.which(name) and not known and not another_name:
             compilers.append(Compiler(name, (name,)))
     if importlib.util.find_spec("ziglang") is not None:

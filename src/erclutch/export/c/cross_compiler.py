@@ -59,11 +59,23 @@ class Cross:
         library = out.parent / "msvcrt.lib"
         lines = ["LIBRARY msvcrt.dll", "EXPORTS", *_WINDOWS_C, ""]
         names.write_text("\n".join(lines), encoding="ascii")
-        words = [*zig_command(), "dlltool", "-m", "i386:x86-64", "-d", str(names), "-l", str(library)]
+        words = [
+            *zig_command(),
+            "dlltool",
+            "-m",
+            "i386:x86-64",
+            "-d",
+            str(names),
+            "-l",
+            str(library),
+        ]
         self._run(words, "list C's functions")
         # /Brepro: no date inside, so the same model gives the same bytes.
         options = ["/dll", "/noentry", "/nodefaultlib", "/lldmingw", "/Brepro", f"/out:{out}"]
-        self._run([*zig_command(), "lld-link", *options, *map(str, objects), str(library)], f"link {out.name}")
+        self._run(
+            [*zig_command(), "lld-link", *options, *map(str, objects), str(library)],
+            f"link {out.name}",
+        )
 
     def _run(self, words: Sequence[str], what: str) -> None:
         run(words, f"{self.name} cannot {what}", "Mend or remove that compiler")

@@ -36,7 +36,9 @@ def drifted(
     counts = record.both(is_measured, record.less(low, high))
     outside = record.either(record.less(measured, low), record.less(high, measured))
     miss = record.both(counts, outside)
-    residual, estimate = in_half_widths((measured - effort) * side, effort * side, 0.5 * (high - low))
+    residual, estimate = in_half_widths(
+        (measured - effort) * side, effort * side, 0.5 * (high - low)
+    )
 
     block = alarms.block
     row = record.choose(counts, 1.0, 0.0)

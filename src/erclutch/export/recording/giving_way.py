@@ -48,7 +48,9 @@ def given_way(
         law = network.law_beyond(*groups)
         record = share.owner
         if again is None:
-            both = faded(signals[-1], law, share)  # the effort of the network comes behind the groups
+            both = faded(
+                signals[-1], law, share
+            )  # the effort of the network comes behind the groups
         else:
             both = record.call("both", between, share=share, law=law, **named_groups("xwv", groups))
         return record.choose(record.less(0.0, share), both, law)

@@ -152,7 +152,9 @@ class StepRecording:
             started=record.node_of(self.started),
         )
 
-    def _by_kind(self, signals: Sequence[Any]) -> tuple[Sequence[Any], Sequence[Any], Sequence[Any]]:
+    def _by_kind(
+        self, signals: Sequence[Any]
+    ) -> tuple[Sequence[Any], Sequence[Any], Sequence[Any]]:
         """Signals in the order of the inputs: those of the fields, of the motion, and the further ones."""
         elements = self.step.elements
         fields = signals[:elements]
@@ -241,7 +243,9 @@ class StepRecording:
         assert period is not None
         return filtered_speed(self.record, gains, period, angle, element, self.good, self.going)
 
-    def signals(self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]) -> tuple[Any, Any, list[Any]]:
+    def signals(
+        self, fields: Sequence[Any], slips: Sequence[Any], extras: Sequence[Any]
+    ) -> tuple[Any, Any, list[Any]]:
         """Whether one is outside what was trained on, whether both fields are on, and all within their windows."""
         step = self.step
         record = self.record
@@ -257,7 +261,9 @@ class StepRecording:
                 # A signal is held at the window's ends only where it is outside: else its bits stay.
                 is_outside = recorded_limits.beyond(signal, *window.warn)
                 low, high = window.hold
-                at_ends = record.call("held", recorded_limits.held, value=signal, low=low, high=high)
+                at_ends = record.call(
+                    "held", recorded_limits.held, value=signal, low=low, high=high
+                )
                 within = record.choose(is_outside, at_ends, signal)
                 outside = record.either(outside, record.label(is_outside, f"{kind}{i}_outside"))
                 held.append(record.label(within, f"{kind}{i}_held"))
@@ -292,7 +298,9 @@ class StepRecording:
         # The law or the network, ahead of the stages on the effort.
         has_memory = model.past or any(remembered)
         if has_memory and not self.rest:  # in one piece, so that strength of the field is shared
-            effort = model.from_fluid(FluidSignals(fluids, slips, remembered, further, self._past()))
+            effort = model.from_fluid(
+                FluidSignals(fluids, slips, remembered, further, self._past())
+            )
         else:
             effort = self._at_rest(record, fluids, slips, extras, remembered)
         if model.gives_way is not None:
@@ -353,10 +361,14 @@ class StepRecording:
             remembered.append(of_element)
         return remembered
 
-    def _stepped(self, stage: Stage, parameters: Mapping[str, float], signal: Any, element: str) -> tuple[Any, ...]:
+    def _stepped(
+        self, stage: Stage, parameters: Mapping[str, float], signal: Any, element: str
+    ) -> tuple[Any, ...]:
         """Outputs of a stage for a signal; the stage's memory becomes numbers of the state."""
         initial = stage.initial(signal, parameters)
-        memory = StageMemory(self.record, self.going, suffix_of(stage, element), initial, self._earlier)
+        memory = StageMemory(
+            self.record, self.going, suffix_of(stage, element), initial, self._earlier
+        )
         return stage.step(memory, signal, parameters, self.step.period or 1.0)
 
     def _through(self, place: Place, signal: Any, element: str = "") -> Any:
@@ -403,7 +415,9 @@ class StepRecording:
         far += [recorded_limits.beyond(slip, *step.slip.hold) for slip in slips]
         return record.label(reduce(record.either, far), "no_band")
 
-    def alarms(self, effort: Any, held: Sequence[Any], measured: Any, good: Any, unlike: Any) -> dict[int, Any]:
+    def alarms(
+        self, effort: Any, held: Sequence[Any], measured: Any, good: Any, unlike: Any
+    ) -> dict[int, Any]:
         """Whether the band is wide or there is none, and whether the residual has drifted; the state keeps its ends."""
         alarms, record = self.step.alarms, self.record
         if alarms is None or self.rest:

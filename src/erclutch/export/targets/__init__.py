@@ -47,5 +47,7 @@ def target(name: str) -> Plugin:
     plugin = registry.find(GROUP, name)
     missing = [part for part in ("TITLE", "write", "verify") if not hasattr(plugin.value, part)]
     if missing:
-        raise plugin.fault(f"has no {' and no '.join(missing)}; a target's module has TITLE, write and verify")
+        raise plugin.fault(
+            f"has no {' and no '.join(missing)}; a target's module has TITLE, write and verify"
+        )
     return plugin

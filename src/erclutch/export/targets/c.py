@@ -257,7 +257,9 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The vectors under every compiler and emulator of this machine."""
     vectors = vectors_of(step)
     if not natives() and not foreign():
-        raise ExportError("no C compiler is found", where=str(folder), remedy="Install one, for example gcc")
+        raise ExportError(
+            "no C compiler is found", where=str(folder), remedy="Install one, for example gcc"
+        )
     with tempfile.TemporaryDirectory() as work:
         for compiler in natives():
             for level in _LEVELS:
@@ -283,4 +285,6 @@ def run_check(
     compiler.build([folder / f"{step.name}.c", bench], work / "check", *flags, *static)
     # The tiny main's exit code says whether its own expectations were met; here the printed bits are compared.
     words = [*compiler.runner, str(work / "check")]
-    return run(words, f"the check compiled by {compiler.name} did not pass", "Export the model again")
+    return run(
+        words, f"the check compiled by {compiler.name} did not pass", "Export the model again"
+    )

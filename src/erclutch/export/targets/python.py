@@ -112,7 +112,9 @@ def load(library: Path, call: Path | None = None) -> CompiledModel:
         return CompiledModel(library, call)
     except OSError as error:
         raise ExportError(
-            f"cannot be loaded: {error}", where=str(library), remedy="Export the model again on this machine"
+            f"cannot be loaded: {error}",
+            where=str(library),
+            remedy="Export the model again on this machine",
         ) from error
 
 
@@ -120,7 +122,9 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """Steps one by one and in one call, and the inverse, through the library that lies in the folder."""
     model = load(folder / library_name(step), folder / CALL)
     if model.digest != step.digest:
-        raise ExportError("the library is of another model", where=str(folder), remedy="Export the model again")
+        raise ExportError(
+            "the library is of another model", where=str(folder), remedy="Export the model again"
+        )
     vectors = vectors_of(step)
     in_one_call, flags = model.run(np.ascontiguousarray(vectors.rows, np.float64))
     together = list(zip(in_one_call, flags, strict=True))

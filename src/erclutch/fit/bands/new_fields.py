@@ -101,9 +101,13 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
         if rows.any():  # a field that changes within a log may never be at its mean
             inner.append((error(rows), levels[place + 1] - levels[place - 1]))
 
-    halves = np.reshape([band.behind, band.ahead], (2, *band.shape))  # by direction, switching, field and slip
+    halves = np.reshape(
+        [band.behind, band.ahead], (2, *band.shape)
+    )  # by direction, switching, field and slip
     middles = [0.5 * (own.low + own.high) for own in classes]
-    before = np.searchsorted(band.field_edges, middles).tolist()  # of each class, its class of field in the band
+    before = np.searchsorted(
+        band.field_edges, middles
+    ).tolist()  # of each class, its class of field in the band
     widths: list[Array] = []  # of each class, by direction, switching and slip
     for k, own in enumerate(classes):
         if not own.new:

@@ -268,7 +268,9 @@ class _Errors:
             low = count - above
             high = above - 1
         else:
-            weight = np.cumsum(self.weight[ordered])  # up to each error, the whole being their count
+            weight = np.cumsum(
+                self.weight[ordered]
+            )  # up to each error, the whole being their count
             weight *= count / weight[-1]
             low = int(weight.searchsorted(count - rank, "right"))
             high = min(int(weight.searchsorted(rank)), count - 1)

@@ -172,7 +172,9 @@ def _resampled(data: Dataset) -> Finding | None:
     if not notes:
         return None
     more = f" (and {len(notes) - 1} other ways)" if len(notes) > 1 else ""
-    return Finding("note", "rate", f"logs were {notes[0]}{more}", "Fit the log at its own rate to compare")
+    return Finding(
+        "note", "rate", f"logs were {notes[0]}{more}", "Fit the log at its own rate to compare"
+    )
 
 
 def _rates(data: Dataset) -> Finding | None:
@@ -184,7 +186,9 @@ def _rates(data: Dataset) -> Finding | None:
         f"the logs were sampled at {slow:.6g} to {fast:.6g} Hz: a second of the fastest weighs more in the fit, and an "
         f"export is called every {data.period:.6g} s unless --period says otherwise"
     )
-    return Finding("note", "rate", message, f"Bring all logs to one rate, for example --resample {slow:.4g}")
+    return Finding(
+        "note", "rate", message, f"Bring all logs to one rate, for example --resample {slow:.4g}"
+    )
 
 
 def _steady_field(data: Dataset) -> Finding | None:
@@ -198,7 +202,12 @@ def _steady_field(data: Dataset) -> Finding | None:
         seen = f"the field is {field_text(data)} in all {data.rows} rows"
         unknown = "the effort at any other field, nor how fast it follows a command"
     message = f"{seen}: models are fitted without field terms and cannot know {unknown}"
-    return Finding("warning", STEADY_FIELD, message, "Log with a changing field to learn it, or give logs at several")
+    return Finding(
+        "warning",
+        STEADY_FIELD,
+        message,
+        "Log with a changing field to learn it, or give logs at several",
+    )
 
 
 def _both_fields(data: Dataset) -> Finding | None:
@@ -238,7 +247,11 @@ def _drift(data: Dataset) -> Finding | None:
             across = trend(time[-1]) - trend(time[0])
             drift = abs(float(across))
             if drift > _RUNS_AWAY * swing:
-                unit = f" {data.units.slip.removesuffix('/s')}" if data.units.slip.endswith("/s") else ""
+                unit = (
+                    f" {data.units.slip.removesuffix('/s')}"
+                    if data.units.slip.endswith("/s")
+                    else ""
+                )
                 message = (
                     f"the position drifts by {drift:.3g}{unit} in {time[-1] - time[0]:.3g} s while it swings by "
                     f"{swing:.3g}{unit}: a constant part of the slip may be the sensor's"
@@ -272,7 +285,9 @@ def _sign(train: Dataset) -> Finding | None:
             label = column[2] if "sign turned" in note else f"-{column[2]}"
             break
     message = "effort opposes slip on average, so the device would deliver energy"
-    return Finding("warning", SIGN, message, f"Turn a sign, for example --{name} {shell_word(label)}")
+    return Finding(
+        "warning", SIGN, message, f"Turn a sign, for example --{name} {shell_word(label)}"
+    )
 
 
 def _quantised(train: Dataset) -> Finding | None:
@@ -284,8 +299,12 @@ def _quantised(train: Dataset) -> Finding | None:
         levels = np.unique(element.slip)
         if 2 < levels.size <= _FEW_LEVELS < train.rows / 10:
             step = float(np.median(np.diff(levels)))
-            message = f"the slip takes only {levels.size} values, {step:g} apart: a differenced encoder"
-            return Finding("warning", "slip", message, "Map the position and try --derivative kalman or savgol")
+            message = (
+                f"the slip takes only {levels.size} values, {step:g} apart: a differenced encoder"
+            )
+            return Finding(
+                "warning", "slip", message, "Map the position and try --derivative kalman or savgol"
+            )
     return None
 
 
@@ -312,7 +331,8 @@ def _coverage(train: Dataset, data: Dataset, test: Mask) -> Finding | None:
         return None
     message = f"{percent(share, 1)} of the test rows have a field and slip that no training row comes near"
     remedy = (
-        "Figures there are inter- or extrapolated: log those fields and slips too, or hold out other rows with --test"
+        "Figures there are inter- or extrapolated: log those fields and slips too, or hold out "
+        "other rows with --test"
     )
     return Finding("warning", "coverage", message, remedy)
 
@@ -329,7 +349,12 @@ def _resting(data: Dataset, test: Mask) -> Finding | None:
         f"{percent(held_out)} of the rows held out are at rest, of the others {percent(others)}: they say little of "
         "any model"
     )
-    return Finding("warning", "rest", message, "Hold out stretches that are like the whole log: --test stretches")
+    return Finding(
+        "warning",
+        "rest",
+        message,
+        "Hold out stretches that are like the whole log: --test stretches",
+    )
 
 
 def _zero_field(train: Dataset) -> Finding | None:
@@ -348,7 +373,9 @@ def _one_way(train: Dataset) -> Finding | None:
     """A slip that keeps its sign."""
     if not train.one_way:
         return None
-    ends = " and ".join(f"{element.slip.min():.4g} to {element.slip.max():.4g}" for element in train.elements)
+    ends = " and ".join(
+        f"{element.slip.min():.4g} to {element.slip.max():.4g}" for element in train.elements
+    )
     message = f"the slip keeps its sign ({ends} {train.units.slip}): effort near rest and in reverse is extrapolated"
     return Finding("note", "coverage", message, "Log some time in both directions")
 

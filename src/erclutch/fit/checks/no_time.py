@@ -39,5 +39,7 @@ def refuse_memory(data: Dataset, specifications: Iterable[str], past: bool) -> N
     if kept or past:
         asked = f"the stages {kept[0]} follow" if kept else "past samples follow"
         problem = f"{asked} a time, and the rows are points of a table, none after another in time"
-        remedy = f"Leave {'--lag' if kept else '--past'} out, or give --rate if they are rows of a log"
+        remedy = (
+            f"Leave {'--lag' if kept else '--past'} out, or give --rate if they are rows of a log"
+        )
         raise SettingError(problem, remedy=remedy)

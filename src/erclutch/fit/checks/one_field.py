@@ -33,7 +33,9 @@ def refuse_field_terms(
     for name in asked:
         if not is_network(name) and at_one_field(name, data.device) is None:
             problem = f"{name} describes how the effort changes with the field, and {where}"
-            raise SettingError(problem, remedy="Log with a changing field, or leave the law out: --models all")
+            raise SettingError(
+                problem, remedy="Log with a changing field, or leave the law out: --models all"
+            )
     if stages != "auto" and stages_at(stages, "command"):
         problem = f"the stages {stages} follow a command that changes, and {where}"
         raise SettingError(problem, remedy="Leave the stages on the command out of --lag")

@@ -70,11 +70,20 @@ def _implausible(data: Dataset) -> Iterator[Finding]:
         largest = float(np.quantile(np.abs(values), 0.99))
         if not least <= largest <= most and largest > 0:
             limit = f"above the {most:g}" if largest > most else f"below the {least:g}"
-            message = f"the {name} reaches {largest:.3g} {unit}, {limit} {unit} that such devices have"
+            message = (
+                f"the {name} reaches {largest:.3g} {unit}, {limit} {unit} that such devices have"
+            )
             yield Finding("warning", name, message, "Check the column and its unit")
     if (data.units.effort, data.units.slip) in _NO_POWER:
-        message = f"an effort in {data.units.effort} beside a slip in {data.units.slip} makes no power"
-        yield Finding("warning", "units", message, "Check both units: a force goes with m/s, a torque with rad/s")
+        message = (
+            f"an effort in {data.units.effort} beside a slip in {data.units.slip} makes no power"
+        )
+        yield Finding(
+            "warning",
+            "units",
+            message,
+            "Check both units: a force goes with m/s, a torque with rad/s",
+        )
 
 
 def _saturation(data: Dataset) -> Finding | None:
@@ -88,7 +97,12 @@ def _saturation(data: Dataset) -> Finding | None:
         share = at_end / data.rows
         if share > _SATURATED and at_end >= _FEWEST_SATURATED:
             message = f"{percent(share, 1)} of the rows sit at the {name} effort, {end:g}: the sensor may be saturated"
-            return Finding("warning", "effort", message, "Leave saturated rows out, or use a sensor with more range")
+            return Finding(
+                "warning",
+                "effort",
+                message,
+                "Leave saturated rows out, or use a sensor with more range",
+            )
     return None
 
 
@@ -122,7 +136,9 @@ def _spikes(data: Dataset, name: str, values: Array) -> Finding | None:
         f"{many} of the {name} {stand} out from the rows beside, the first at {data.clock.time[first]:.6g} s with "
         f"{values[first]:.4g}"
     )
-    return Finding("warning", name, message, "Correct these rows, or empty their cells and give --invalid drop")
+    return Finding(
+        "warning", name, message, "Correct these rows, or empty their cells and give --invalid drop"
+    )
 
 
 def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:

@@ -250,7 +250,12 @@ def _shows(train: Dataset, here: Rung, richer: Structure) -> bool:
         own = [shape for shape in shapes if shape.name in names]
         for q in starts_of(own, here.numbers, _SHOWING_PLACES):
             columns = structure.columns(
-                train.elements, train.clock, reference, q, slice(None, None, every), extras=train.extras
+                train.elements,
+                train.clock,
+                reference,
+                q,
+                slice(None, None, every),
+                extras=train.extras,
             )
             beside = np.column_stack(columns)
             if not np.isfinite(beside).all():
@@ -277,7 +282,9 @@ def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
 
     Left out is a column that was made of the effort itself, such as a power: no controller has it before the effort.
     """
-    spare = {name: column for name, column in train.spare.items() if not _holds_the_effort(train, column)}
+    spare = {
+        name: column for name, column in train.spare.items() if not _holds_the_effort(train, column)
+    }
     if not spare:
         return {}
     wide = replace(train, extras={**train.extras, **spare})

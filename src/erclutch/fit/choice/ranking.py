@@ -83,7 +83,9 @@ class RankedModel(Shown):
         rmse = self.test.rmse
         unit = self.outcome.model.units.effort
         band = f"95 % band {rmse.low:.4g} to {rmse.high:.4g}"
-        error = f"RMSE {amount(f'{rmse.value:.4g}', unit)} on {self.test.rows} rows held out ({band})"
+        error = (
+            f"RMSE {amount(f'{rmse.value:.4g}', unit)} on {self.test.rows} rows held out ({band})"
+        )
         share = f"{percent(self.test.share.value, 1)} of the standard deviation"
         return one_line(self, self.name, f"{self.outcome.parameters} parameters", error, share)
 
@@ -116,7 +118,9 @@ def scored(
 
     entries: list[RankedModel] = []
     folds = folds or [()] * len(outcomes)
-    for outcome, predicted, error, validated in zip(outcomes, predictions, errors, folds, strict=True):
+    for outcome, predicted, error, validated in zip(
+        outcomes, predictions, errors, folds, strict=True
+    ):
         cost = float(np.sum(error[~test] ** 2))
         entries.append(
             RankedModel(
@@ -186,7 +190,9 @@ def with_sensor(data: Dataset, test: NDArray[np.bool_], entry: RankedModel) -> R
     return replace(entry, band=with_its_sensor)
 
 
-def with_reasons(entries: Sequence[RankedModel], recommended: str, against: Mapping[str, str]) -> list[RankedModel]:
+def with_reasons(
+    entries: Sequence[RankedModel], recommended: str, against: Mapping[str, str]
+) -> list[RankedModel]:
     """The models, each that errs by less on the rows held out than the recommended one with why it is turned down.
 
     Args:
@@ -219,7 +225,8 @@ def judged_by_training(entries: Sequence[RankedModel]) -> list[RankedModel]:
             judged_anew.append(entry)
             continue
         note = (
-            f"errs on the training rows by {percent(more)} more than {best.name}, which rows held out at one field hide"
+            f"errs on the training rows by {percent(more)} more than {best.name}, which rows held "
+            "out at one field hide"
         )
         notes = (*entry.notes, note)
         judged_anew.append(replace(entry, sound=False, notes=notes))
@@ -245,8 +252,12 @@ def _too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
             lengths[estimate.name] = estimate.value
     if not lengths:
         return []
-    steps = np.diff(data.clock.time, prepend=data.clock.time[0])  # [s], to each row from the row before
-    travels: list[float] = []  # of each stretch, in the unit of the slip times s: that of the element that moves least
+    steps = np.diff(
+        data.clock.time, prepend=data.clock.time[0]
+    )  # [s], to each row from the row before
+    travels: list[
+        float
+    ] = []  # of each stretch, in the unit of the slip times s: that of the element that moves least
     for span in data.clock.spans:
         rows = slice(span.start + 1, span.stop)
         of_elements: list[float] = []
@@ -321,11 +332,15 @@ def _notes(
     if outcome.model.correction is not None:
         notes.append(_adds(outcome.model, data, predicted, test))
     if not outcome.converged and not outcome.weights:
-        notes.append(f"solver stopped before its tolerance ({outcome.stop} after {outcome.iterations} steps)")
+        notes.append(
+            f"solver stopped before its tolerance ({outcome.stop} after {outcome.iterations} steps)"
+        )
     if outcome.at_bounds:
         notes.append(f"at a bound: {', '.join(outcome.at_bounds)}")
     if outcome.idle:
-        notes.append(f"without effect, since the terms that they shape are zero: {', '.join(outcome.idle)}")
+        notes.append(
+            f"without effect, since the terms that they shape are zero: {', '.join(outcome.idle)}"
+        )
     unknown = outcome.unidentified
     if unknown:
         notes.append(f"not identified by these data: {', '.join(unknown)}")
@@ -339,5 +354,7 @@ def _notes(
         notes.append(start)
     wild = _wild(data, predicted, test)
     if wild:
-        notes.append(f"{wild} test rows are predicted far outside all efforts seen: do not extrapolate this model")
+        notes.append(
+            f"{wild} test rows are predicted far outside all efforts seen: do not extrapolate this model"
+        )
     return tuple(notes)

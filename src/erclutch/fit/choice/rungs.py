@@ -128,7 +128,10 @@ def rung_of(folds: Sequence[Fold], structure: Structure, known: dict[str, float]
     for fold in folds:
         problem = separable(data, structure, reference, shapes, fold.fitted)
         points = [coordinates(shapes, start) for start in starts_of(shapes, numbers)]
-        ended = [minimise(outer_problem(problem), u, tolerance=1e-4, max_iterations=_STEPS) for u in points]
+        ended = [
+            minimise(outer_problem(problem), u, tolerance=1e-4, max_iterations=_STEPS)
+            for u in points
+        ]
         best = min(ended, key=lambda minimum: minimum.cost)
         q = parameters(shapes, best.point)
         gains = project(problem, q).gains
@@ -153,7 +156,9 @@ def starts_of(
     corners = [dict.fromkeys(new, place) for place in places]
     if len(new) > 1:
         # By turns low and high: static friction well above the sliding one fades over a small slip.
-        corners.append({name: places[-1] if turn % 2 else places[0] for turn, name in enumerate(new)})
+        corners.append(
+            {name: places[-1] if turn % 2 else places[0] for turn, name in enumerate(new)}
+        )
     starts: list[list[float]] = []
     for corner in corners:
         start: list[float] = []

@@ -72,7 +72,9 @@ def widened(structure: Structure, name: str) -> Structure:
 def with_stage(dynamics: str, name: str) -> str:
     """The stages with one more, in place of a simpler one of its family."""
     family = next(family for family in _families() if name in (*family.ladder, *family.behind))
-    kept = [each for each in dynamics.split("+") if each not in (*family.ladder, *family.behind, NONE)]
+    kept = [
+        each for each in dynamics.split("+") if each not in (*family.ladder, *family.behind, NONE)
+    ]
     if stage_named(name).place == "command":
         # Ahead of the lag: what stays behind the command itself does not move with the lag's numbers, so that a solver
         # meets no corners where these change.

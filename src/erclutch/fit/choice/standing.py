@@ -54,7 +54,11 @@ def standing(chosen: Mapping[str, Any], subjects: set[str]) -> Standing:
         subjects: of the findings of the run.
     """
     if SIGN in subjects:
-        return Standing(bool(chosen["sound"]), "was fitted before the sign of the effort is settled", sign_open=True)
+        return Standing(
+            bool(chosen["sound"]),
+            "was fitted before the sign of the effort is settled",
+            sign_open=True,
+        )
     share, *_ = chosen["test"]["share"]
     _, r2_low, _ = chosen["test"]["r2"]
     why_none = ""

@@ -14,7 +14,10 @@ _NOT_TRIED = "others of its kind err by less on the training rows, so it was not
 
 
 def what_speaks_against(
-    others: Mapping[str, int], errors: Mapping[str, Sequence[Array]], worth: Mapping[str, int], unit: str
+    others: Mapping[str, int],
+    errors: Mapping[str, Sequence[Array]],
+    worth: Mapping[str, int],
+    unit: str,
 ) -> dict[str, str]:
     """Why each of some models is not recommended, the end of a sentence about it.
 
@@ -31,7 +34,9 @@ def what_speaks_against(
             against[name] = _NOT_TRIED
             continue
         # A freer model has to beat the best that more physics binds; a law has to beat the best of all.
-        bound = [rival for rival in worth if worth[rival] < freedom] or [rival for rival in worth if rival != name]
+        bound = [rival for rival in worth if worth[rival] < freedom] or [
+            rival for rival in worth if rival != name
+        ]
         rival = min(bound, key=lambda each: rms(np.concatenate(errors[each])))
         against[name] = _beside(errors[name], errors[rival], rival, unit)
     return against
@@ -39,7 +44,10 @@ def what_speaks_against(
 
 def _beside(own: Sequence[Array], theirs: Sequence[Array], rival: str, unit: str) -> str:
     """The part on which a model loses most to its rival; where it loses none, both errors over all parts."""
-    of_parts = [(rms(error), rms(error_of_rival)) for error, error_of_rival in zip(own, theirs, strict=False)]
+    of_parts = [
+        (rms(error), rms(error_of_rival))
+        for error, error_of_rival in zip(own, theirs, strict=False)
+    ]
     of_own, of_rival = max(of_parts, key=lambda pair: pair[0] - pair[1])
     where = "on a part of the training rows that its fit had not seen"
     if of_own <= of_rival:

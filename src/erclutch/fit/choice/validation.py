@@ -33,7 +33,9 @@ _LEFT = 0.2  # of the rows: that many are left at least where one of two logs is
 _NEAR = 1.4
 _MOST = 3  # of a kind
 _MOST_LAWS = 5  # where whole fields or motions tell their forms apart
-_AT_REST = 0.1  # of the largest least error on any part: what the measure of a part is no smaller than
+_AT_REST = (
+    0.1  # of the largest least error on any part: what the measure of a part is no smaller than
+)
 #: Of blocks of one log in time a freer model may lose so much on some, as a share of what it gains on others.
 _LOST = 0.25
 
@@ -125,7 +127,9 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
         return LeftOut("whole logs", list(of_logs), further=False)
     if train.rows < _BLOCKS * _FEWEST_ROWS:
         return None
-    return LeftOut(f"{_BLOCKS} blocks in time", time_folds(train, _BLOCKS), further=False, in_time=count == 1)
+    return LeftOut(
+        f"{_BLOCKS} blocks in time", time_folds(train, _BLOCKS), further=False, in_time=count == 1
+    )
 
 
 def _two_motions(train: Dataset, logs: LogGroups) -> bool:
@@ -147,7 +151,9 @@ def _no_field(train: Dataset, start: int, stop: int) -> bool:
     return largest_of_rows <= STEADY * largest
 
 
-def _masks(train: Dataset, rows: Sequence[tuple[int, int]], numbers: Sequence[int]) -> Iterator[Mask]:
+def _masks(
+    train: Dataset, rows: Sequence[tuple[int, int]], numbers: Sequence[int]
+) -> Iterator[Mask]:
     """Masks of groups of logs by their numbers; neighbours share a mask where there are many."""
     different = np.array(sorted(set(numbers)))
     count = min(different.size, _GROUPS)
@@ -237,7 +243,9 @@ def chosen(
 
     seen = asked | {name: own[parts.lowest :] for name, own in given_up.items()}
     others = {f.outcome.name: f.outcome.freedom for f in allowed if f.outcome.name != recommended}
-    against = what_speaks_against(others, seen, {name: freedom[name] for name in worth}, train.units.effort)
+    against = what_speaks_against(
+        others, seen, {name: freedom[name] for name in worth}, train.units.effort
+    )
     return Choice(recommended, parts.words, rmse, at_new_fields, against)
 
 
@@ -351,7 +359,9 @@ def _errors_on_parts(
     return usable, given_up
 
 
-def _error_without(part: Mask, fitted: Fitted, train: Dataset, refitted: list[Fitted]) -> Array | None:
+def _error_without(
+    part: Mask, fitted: Fitted, train: Dataset, refitted: list[Fitted]
+) -> Array | None:
     """Measured less estimated effort on a part by a fit without it, which joins the others without this part.
 
     None where the rows that are left cannot make the model, or it estimates no number.

@@ -14,7 +14,10 @@ _NO_MORE = 1.02
 
 
 def worth_their_freedom(
-    errors: Mapping[str, Sequence[Array]], freedom: Mapping[str, int], seed: int = 0, may_lose: float = 0.0
+    errors: Mapping[str, Sequence[Array]],
+    freedom: Mapping[str, int],
+    seed: int = 0,
+    may_lose: float = 0.0,
 ) -> dict[str, int]:
     """The models that may be recommended by their errors on parts that they were not fitted to, with their freedom.
 

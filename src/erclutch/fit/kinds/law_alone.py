@@ -87,7 +87,9 @@ class LawCandidate(Candidate):
         """The exponent of a form that saturates stays where the fields left cannot tell it; see `Candidate.refit`."""
         form = self.structure.law.yield_form
         few = form is SATURATING and more_numbers_than_fields(train.take(kept), self.structure)
-        return refit_near(train, outcome.model, kept, held=("n",) if few else (), without=outcome.without)
+        return refit_near(
+            train, outcome.model, kept, held=("n",) if few else (), without=outcome.without
+        )
 
     def fit_again(self, data: Dataset, outcome: AnyOutcome) -> AnyOutcome:
         """The law's numbers get intervals, which `refit` leaves out; see `Candidate.fit_again`."""
@@ -202,7 +204,11 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     without = [
         ({"T_0"}, "a constant effort", replace(structure, offset=False)),
         ({"T_f"}, "friction", replace(structure, friction=False)),
-        ({"T_0", "T_f"}, "a constant effort and friction", replace(structure, offset=False, friction=False)),
+        (
+            {"T_0", "T_f"},
+            "a constant effort and friction",
+            replace(structure, offset=False, friction=False),
+        ),
     ]
     added: set[str] = set()  # terms beside those of the law itself
     if structure.offset:
@@ -214,7 +220,9 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     if propped:
         without.insert(0, without.pop(1))  # friction first: it is what the fields do not tell
     unknown = set(law.unidentified)
-    if TRANSITION_SLIP.name in unknown:  # friction that hardly is there has no slip over which it turns
+    if (
+        TRANSITION_SLIP.name in unknown
+    ):  # friction that hardly is there has no slip over which it turns
         unknown.add("T_f")
     for terms, words, fewer in without:
         in_doubt = trade_off or terms & unknown or (propped and terms == {"T_f"})
@@ -250,7 +258,9 @@ def _without_own_terms(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutco
     return law
 
 
-def _second_time_constant(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> list[FitOutcome[TorqueModel]]:
+def _second_time_constant(
+    train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]
+) -> list[FitOutcome[TorqueModel]]:
     """The plainest of the best lagged laws with separate time constants, if the training data ask for them."""
     lagged = [law for law in laws if law.model.structure.dynamics == "lag"]
     if not lagged:
@@ -279,7 +289,10 @@ def _called_for(
         criteria = information_criteria(law.train_cost, law.train_rows, independent, numbers)
         return criteria["bic_independent"]
 
-    return criterion(richer, richer.parameters - to_spare) < criterion(plain, plain.parameters) - _EVIDENCE
+    return (
+        criterion(richer, richer.parameters - to_spare)
+        < criterion(plain, plain.parameters) - _EVIDENCE
+    )
 
 
 def _plainest_of_the_best(laws: Sequence[FitOutcome[TorqueModel]]) -> FitOutcome[TorqueModel]:
@@ -322,7 +335,9 @@ def with_memory(
     among = () if train.in_no_time else None
     with one_thread():
         rungs = grown(train, first_rung, tuple(train.extras), among)
-        spare = helpful(train, rungs[-1])  # share of the error that a column would take off, by its name
+        spare = helpful(
+            train, rungs[-1]
+        )  # share of the error that a column would take off, by its name
 
     findings: list[Finding] = []
     for name, gain in spare.items():
@@ -330,7 +345,9 @@ def with_memory(
             f"the column {name!r}, which no model has as an input, would take {percent(gain)} off the error of the "
             "best law"
         )
-        unit = None if TEMPERATURE in train.extras else train.extra_units.get(name)  # a log has one temperature
+        unit = (
+            None if TEMPERATURE in train.extras else train.extra_units.get(name)
+        )  # a log has one temperature
         remedy = f"Fit with {option_for_input(name, unit)}, unless it measures the effort once more"
         findings.append(Finding("note", "spare column", seen, remedy))
 
@@ -342,7 +359,11 @@ def with_memory(
     candidates = [_of_rung(rung, base.notes) for rung in wanted.values()]
     if len(set(groups_of(train).field)) >= FEWEST_GROUPS or of_iron(rungs[-1].structure):
         others = _of_another_form(train, rungs[-1], known, base)
-        candidates = [*others, *_that_saturate(train, rungs[-1], others), *candidates]  # the last stays the richest
+        candidates = [
+            *others,
+            *_that_saturate(train, rungs[-1], others),
+            *candidates,
+        ]  # the last stays the richest
     made = {candidate.structure.specification for candidate in candidates}
     for law in known:
         own = law.model.structure.specification
@@ -403,13 +424,17 @@ def _that_saturate(
             continue
         with one_thread():
             near = of_law(train, rung, structure.with_yield_form(TANH))
-            taken = _with_terms_told(train, fit_structure(train, near.structure, starts=[(*near.numbers.values(),)]))
+            taken = _with_terms_told(
+                train, fit_structure(train, near.structure, starts=[(*near.numbers.values(),)])
+            )
             near = of_law(train, rung, structure.with_yield_form(SATURATING))
             starts = [(*near.numbers.values(),)]
             # Intervals take half the time of a fit, and few logs ask for the exponent, even without the added terms.
             bare = fit_structure(train, near.structure, starts=starts, intervals=False)
             if _called_for(train, taken, bare, to_spare=_ADDED_TERMS):
-                richer = _with_terms_told(train, fit_structure(train, near.structure, starts=starts))
+                richer = _with_terms_told(
+                    train, fit_structure(train, near.structure, starts=starts)
+                )
                 if richer.sound and _called_for(train, taken, richer):
                     taken = richer
         if taken.model.structure not in known:  # such a form may have been asked for

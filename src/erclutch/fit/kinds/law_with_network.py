@@ -37,7 +37,11 @@ class LawWithNetworkCandidate(Candidate):
 
     def fit(self, train: Dataset, fitted: Sequence[Fitted], workers: int) -> AnyOutcome:
         """A law that is fitted already is not fitted again; see `Candidate.fit`."""
-        laws = {f.candidate.structure: f.outcome for f in fitted if isinstance(f.candidate, LawCandidate)}
+        laws = {
+            f.candidate.structure: f.outcome
+            for f in fitted
+            if isinstance(f.candidate, LawCandidate)
+        }
         law = laws.get(self.structure.law)
         return fit_residual(
             train,
@@ -83,16 +87,26 @@ class LawsWithNetwork(Kind):
 
     def candidates(self, settings: Settings, train: Dataset) -> Sequence[LawWithNetworkCandidate]:
         """The pairs that are asked for, memoryless ones first."""
-        return [LawWithNetworkCandidate(pair, settings.seed) for pair in residuals_for(train, settings)]
+        return [
+            LawWithNetworkCandidate(pair, settings.seed) for pair in residuals_for(train, settings)
+        ]
 
     def grown(self, settings: Settings, train: Dataset, fitted: Sequence[Fitted]) -> Grown:
         """Each FNN that is asked for, on what the law with memory misses."""
         law = remembering_law(settings, fitted)
         if law is None:
             return Grown()
-        pairs = [ResidualStructure(law, network) for network in fnns_with(law.dynamics, settings, train)]
-        known = {f.candidate.structure for f in fitted if isinstance(f.candidate, LawWithNetworkCandidate)}
-        return Grown([LawWithNetworkCandidate(pair, settings.seed) for pair in pairs if pair not in known])
+        pairs = [
+            ResidualStructure(law, network) for network in fnns_with(law.dynamics, settings, train)
+        ]
+        known = {
+            f.candidate.structure
+            for f in fitted
+            if isinstance(f.candidate, LawWithNetworkCandidate)
+        }
+        return Grown(
+            [LawWithNetworkCandidate(pair, settings.seed) for pair in pairs if pair not in known]
+        )
 
 
 KIND = LawsWithNetwork()

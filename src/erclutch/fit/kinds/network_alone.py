@@ -108,7 +108,9 @@ class Networks(Kind):
             return Grown()
         stages = remembered(law.dynamics)
         known = networks_for(train, settings)  # a memory without a state leaves a network as it is
-        further = [network for network in fnns_with(stages, settings, train) if network not in known]
+        further = [
+            network for network in fnns_with(stages, settings, train) if network not in known
+        ]
         return Grown([_candidate(network, settings) for network in further])
 
 

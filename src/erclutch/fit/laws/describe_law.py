@@ -14,7 +14,12 @@ from erclutch.fit.solver.variable_projection import Projection, Separable, param
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.model import Range
-from erclutch.models.parameter_units import gain_in_user_units, in_user_units, unit_of_gain, unit_text
+from erclutch.models.parameter_units import (
+    gain_in_user_units,
+    in_user_units,
+    unit_of_gain,
+    unit_text,
+)
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array
 from erclutch.signals.device import Units
@@ -117,7 +122,9 @@ def _shape_estimates(
         for end in (float(low[i]), float(high[i])):
             logarithm = shape.scale == "log" and np.isfinite(end)  # an infinite end stays
             numbers.append(np.exp(end) if logarithm else end)
-        value, from_, to = (in_user_units(number, shape.dimension, model.reference) for number in numbers)
+        value, from_, to = (
+            in_user_units(number, shape.dimension, model.reference) for number in numbers
+        )
         bound = None
         if minimum.at_upper[i]:
             bound = "upper"
@@ -147,7 +154,9 @@ def _gain_estimates(
     estimates: list[Estimate] = []
     for i, gain in enumerate(full.gains):
         numbers = (projection.gains[i], low[i], high[i])
-        value, from_, to = (gain_in_user_units(float(number), gain, model.reference) for number in numbers)
+        value, from_, to = (
+            gain_in_user_units(float(number), gain, model.reference) for number in numbers
+        )
         # A gain that nothing excites is zero for another reason than its bound; one that was left out is known.
         left_out = i in full.pinned
         if left_out:

@@ -158,7 +158,9 @@ def fit_structure(
     if data.rows > 2 * _MIDDLE_ROWS and memoryless:
         best = minimise(outer_problem(middle), best, tolerance=1e-8, max_iterations=100).point
     if structure.remembers:
-        minimum = minimise(with_curvature(outer_problem(full)), best, tolerance=1e-7, max_iterations=100)
+        minimum = minimise(
+            with_curvature(outer_problem(full)), best, tolerance=1e-7, max_iterations=100
+        )
     else:
         minimum = minimise(outer_problem(full), best, tolerance=1e-8, max_iterations=100)
     stiff = _stiff(full, minimum, data)
@@ -282,9 +284,13 @@ def _outcome(
     ends = no_intervals(len(full.shapes) + len(full.gains))
     if not intervals and structure.dynamics == "none":
         # Rows of a memoryless law can go in slices, so that the columns of a long log are never there at once.
-        projection, triangle, cost = closed_in_slices(data, structure, reference, full.shapes, minimum)
+        projection, triangle, cost = closed_in_slices(
+            data, structure, reference, full.shapes, minimum
+        )
         spread = unknown(triangle, data.rows)
-        return described(structure, replace(seen, cost=cost), full, minimum, projection, spread, ends)
+        return described(
+            structure, replace(seen, cost=cost), full, minimum, projection, spread, ends
+        )
 
     columns, slopes, projection = jacobian(full, minimum.point)  # (n, p), (n, k)
     moving = ~(minimum.at_lower | minimum.at_upper)

@@ -44,7 +44,9 @@ def separable(
         data, rows = _spans_of(data, rows)
 
     def columns(q: Sequence[Any]) -> Sequence[Any]:
-        return structure.columns(data.elements, data.clock, reference, q, rows, extras=data.extras, ahead=True)
+        return structure.columns(
+            data.elements, data.clock, reference, q, rows, extras=data.extras, ahead=True
+        )
 
     def behind(effort: Any, q: Sequence[Any]) -> Any:
         return structure.behind(effort, data.clock, q, rows)

@@ -18,7 +18,13 @@ import numpy as np
 
 from erclutch.fit.solver.intervals import Uncertainty, uncertainty
 from erclutch.fit.solver.levenberg_marquardt import Linearisation, Problem, minimise
-from erclutch.fit.solver.variable_projection import Projection, Separable, linearised, outer_problem, triangle_of
+from erclutch.fit.solver.variable_projection import (
+    Projection,
+    Separable,
+    linearised,
+    outer_problem,
+    triangle_of,
+)
 from erclutch.signals.array import Array, Mask
 
 #: Half a width in the solver's coordinates (logarithms of most parameters) from which on a parabola says too little.
@@ -298,7 +304,12 @@ class _Search:
             pinned = outer_problem(replace(problem, pinned={**problem.pinned, j - k: value}))
         # A hundredth of the limit and not of the cost, which is far above where a bound holds against a steep descent.
         tolerance = 1e-2 * float(self.limits[j] / (self.limits[j] + least))
-        minimum = minimise(pinned, np.clip(start, pinned.lower, pinned.upper), tolerance=tolerance, max_iterations=15)
+        minimum = minimise(
+            pinned,
+            np.clip(start, pinned.lower, pinned.upper),
+            tolerance=tolerance,
+            max_iterations=15,
+        )
         return minimum.cost - least, minimum.point
 
 

@@ -234,7 +234,9 @@ def learn(
         }
         return tables, centres.stop, centres.steps
 
-    schedule = schedule_for(structure.hidden, len(structure.inputs), training.polish, training.judges)
+    schedule = schedule_for(
+        structure.hidden, len(structure.inputs), training.polish, training.judges
+    )
     slips = None if squares is None else slips_for(structure, scaling, squares)
     trained = train(gridded, structure.hidden, training.seed, schedule, training.workers, slips)
     sizes = (scaling.offset.size, *structure.hidden, 1)
@@ -271,7 +273,9 @@ def _require_usable(
         if not np.isfinite(high - low):
             bad = int(np.count_nonzero(~np.isfinite(values)))
             raise CheckError(
-                f"input {name} has {bad} values that are not finite", remedy="Drop them: --invalid drop", where=where
+                f"input {name} has {bad} values that are not finite",
+                remedy="Drop them: --invalid drop",
+                where=where,
             )
         if high - low <= _ROUNDING * max(abs(low), abs(high)):
             raise CheckError(
@@ -283,5 +287,7 @@ def _require_usable(
     most = float(y.max())
     if not np.isfinite([least, most]).all() or least == most:
         raise CheckError(
-            "the effort is constant or not finite over the training rows", remedy="Check its column", where=where
+            "the effort is constant or not finite over the training rows",
+            remedy="Check its column",
+            where=where,
         )

@@ -25,7 +25,12 @@ from erclutch.models.covered_cells import cells_of
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.networks import NetworkStructure
 from erclutch.models.networks.network_model import NetworkModel
-from erclutch.models.residual_model import BoundedResidual, ResidualModel, ResidualStructure, residual_inputs
+from erclutch.models.residual_model import (
+    BoundedResidual,
+    ResidualModel,
+    ResidualStructure,
+    residual_inputs,
+)
 from erclutch.signals.array import Array, Mask
 
 #: Share of the training rows whose residual the limit lets through.

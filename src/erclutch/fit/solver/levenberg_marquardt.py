@@ -120,7 +120,9 @@ def minimise(
         # A step that the radius cut short says nothing of how near the minimum is.
         whole = length < 0.9 * radius or tries == 1
         radius = _next_radius(radius, length, ratio)
-        flat = whole and predicted <= tolerance * model.cost and abs(actual) <= tolerance * model.cost
+        flat = (
+            whole and predicted <= tolerance * model.cost and abs(actual) <= tolerance * model.cost
+        )
         if ratio > 1e-4:
             u, least = trial, cost
         if flat or least == 0.0:

@@ -102,7 +102,10 @@ class FitOutcome(Shown, Generic[M]):
         """
         if not self.chosen_inputs:
             return self.model.name
-        listed = [name if len(name) <= _LONG else f"{name[:_LONG]}..." for name in self.chosen_inputs[:_MANY]]
+        listed = [
+            name if len(name) <= _LONG else f"{name[:_LONG]}..."
+            for name in self.chosen_inputs[:_MANY]
+        ]
         further = len(self.chosen_inputs) - len(listed)
         more = f" and {further} more" if further else ""
         return f"{self.model.name}@with {', '.join(listed)}{more}"

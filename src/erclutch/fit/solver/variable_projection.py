@@ -269,7 +269,9 @@ def linearised(
                     for i, partial in column.partials.items():
                         slopes[:, i] += gain * partial
         else:
-            effort = reduce(add, [gain * column for gain, column in zip(gains, columns, strict=True)])
+            effort = reduce(
+                add, [gain * column for gain, column in zip(gains, columns, strict=True)]
+            )
             effort = separable.behind(effort, q)
             for i in range(u.size):
                 slopes[:, i] += partial_of(effort, i)

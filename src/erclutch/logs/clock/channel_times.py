@@ -66,8 +66,12 @@ def with_times_joined(table: Table) -> Table:
 
     _, *other_times = channels
     stamps_of_first = table.columns[first]
-    if all(np.array_equal(table.columns[time], stamps_of_first, equal_nan=True) for time in other_times):
-        columns = {name: values for name, values in table.columns.items() if name not in other_times}
+    if all(
+        np.array_equal(table.columns[time], stamps_of_first, equal_nan=True) for time in other_times
+    ):
+        columns = {
+            name: values for name, values in table.columns.items() if name not in other_times
+        }
         note = f"column {', '.join(other_times)} repeats {first}"
         return replace(table, columns=columns, notes=(*table.notes, note))
 
@@ -161,7 +165,9 @@ def unwoven(table: Table) -> Table:
 
     # The channel of the effort goes first, then those with the most samples.
     efforts = {name for name, column in seen.columns.items() if "effort" in column.spoken.may_be}
-    channels.sort(key=lambda channel: (efforts.isdisjoint(channel.columns), -np.count_nonzero(channel.rows)))
+    channels.sort(
+        key=lambda channel: (efforts.isdisjoint(channel.columns), -np.count_nonzero(channel.rows))
+    )
     recordings: dict[str, Found] = {}
     for channel in channels:
         recordings[channel.columns[0]] = _recording(table, channel.columns, stamps, channel.rows)
@@ -196,7 +202,9 @@ def _woven_channels(sparse: Mapping[str, Array], *, woven_alone: bool) -> list[_
     filled = sum(np.count_nonzero(channel.rows) for channel in channels.values())
     cells_a_row = filled / next(iter(sparse.values())).size
     fewest, most = _ONE_A_ROW
-    is_one_a_row = woven_alone and fewest <= cells_a_row <= most  # in each row the cells of one channel alone
+    is_one_a_row = (
+        woven_alone and fewest <= cells_a_row <= most
+    )  # in each row the cells of one channel alone
     for channel in channels.values():
         rows = channel.rows
         places = np.flatnonzero(rows)

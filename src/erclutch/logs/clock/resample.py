@@ -48,11 +48,15 @@ def resampled(log: Recording, rate: float) -> Recording:
     ratio = Fraction(rate * log.period).limit_denominator(_FINEST)
     if not 1 / _FINEST <= rate * log.period <= _FINEST or not ratio:
         remedy = "Give a rate nearer to that of the log"
-        raise SettingError(f"{rate:g} Hz for a log at {1 / log.period:g} Hz", where=log.name, remedy=remedy)
+        raise SettingError(
+            f"{rate:g} Hz for a log at {1 / log.period:g} Hz", where=log.name, remedy=remedy
+        )
     rows = log.rows * rate * log.period
     if rows > _MOST_ROWS:
         remedy = f"Give {rate * _MOST_ROWS / rows:.3g} Hz or less: a higher rate than that of the log tells no more"
-        raise SettingError(f"{rate:g} Hz makes {rows:,.0f} rows of {log.rows:,}", where=log.name, remedy=remedy)
+        raise SettingError(
+            f"{rate:g} Hz makes {rows:,.0f} rows of {log.rows:,}", where=log.name, remedy=remedy
+        )
 
     # A stretch becomes the rows of the new rate, counted from its first, whose filter lies inside the stretch.
     up = ratio.numerator
@@ -105,7 +109,11 @@ def _note(log: Recording, rate: float, dropped: int) -> str:
     passed = PASSED * slower / 2
     stopped = slower / 2
     uneven = "" if log.uniform else "; unequal steps were joined by straight lines first"
-    gone = f"; {dropped} stretch{'es' if dropped > 1 else ''} too short for the filter left out" if dropped else ""
+    gone = (
+        f"; {dropped} stretch{'es' if dropped > 1 else ''} too short for the filter left out"
+        if dropped
+        else ""
+    )
     return (
         f"{RESAMPLED} {1 / log.period:.6g} Hz to {rate:.6g} Hz by a zero-phase filter that passes {passed:.4g} Hz "
         f"and stops {stopped:.4g} Hz (a switched field rings there); {1e3 * _REACH / slower:.3g} ms left out at each "

@@ -142,7 +142,10 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
     steps = np.diff(stamps)
     if not np.any(steps):
         remedy += ", or take the rows as points (--time none)"
-        raise TimingError(f"column {column} is {stamps[0]:g} in all {stamps.size} rows", remedy=remedy.capitalize())
+        raise TimingError(
+            f"column {column} is {stamps[0]:g} in all {stamps.size} rows",
+            remedy=remedy.capitalize(),
+        )
     usual = float(np.median(steps[steps != 0]))
     _refuse_short(usual, column)
     back = np.flatnonzero(steps < 0)
@@ -152,18 +155,26 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
     order = f"{stamps[row]:.10g} s after {stamps[row - 1]:.10g} s"
     if back.size > 1:
         order += f" ({back.size} times in all)"
-    remedy = "Split the log there, sort it, or choose another time column (--time) or a rate (--rate)"
+    remedy = (
+        "Split the log there, sort it, or choose another time column (--time) or a rate (--rate)"
+    )
     if back.size == steps.size:
         remedy = f"The newest row stands first: sort the rows by {column}"
     elif back.size > DISORDER * stamps.size:
-        remedy = "The rows follow no time: take them as points (--time none), or give a rate (--rate)"
-    raise TimingError(f"column {column} runs backwards at data row {row + 1}: {order}", remedy=remedy)
+        remedy = (
+            "The rows follow no time: take them as points (--time none), or give a rate (--rate)"
+        )
+    raise TimingError(
+        f"column {column} runs backwards at data row {row + 1}: {order}", remedy=remedy
+    )
 
 
 def _refuse_short(step: float, column: str) -> None:
     """Refuse a step in s that no logger takes."""
     if abs(step) < _SHORTEST:
-        problem = f"steps of column {column} are {step:.3g} s, below the shortest of {_SHORTEST:g} s"
+        problem = (
+            f"steps of column {column} are {step:.3g} s, below the shortest of {_SHORTEST:g} s"
+        )
         remedy = "Check its unit, choose the time column (--time) or give a sampling rate (--rate)"
         raise TimingError(problem, remedy=remedy)
 
@@ -184,7 +195,9 @@ def _resolution_of(stamps: Array) -> Array:
     decade = np.floor(np.log10(np.maximum(magnitude, 1e-12))).astype(np.int64)
     grain = np.empty(stamps.size)
     finest = 0.0
-    for number in np.unique(decade)[::-1]:  # smaller numbers are never printed coarser than larger ones
+    for number in np.unique(decade)[
+        ::-1
+    ]:  # smaller numbers are never printed coarser than larger ones
         of_decade = decade == number
         finest = max(finest, float(decimals[of_decade].max()))
         grain[of_decade] = 10.0**-finest
@@ -195,7 +208,9 @@ def _resolution_of(stamps: Array) -> Array:
         of_float32 = np.spacing(magnitude.astype(np.float32))
         grain = np.maximum(grain, of_float32.astype(np.float64))
     steps = np.diff(stamps)
-    if np.mean(steps == 0) > _COARSE:  # a tick that is no power of ten, such as the 15.6 ms of an operating system
+    if (
+        np.mean(steps == 0) > _COARSE
+    ):  # a tick that is no power of ten, such as the 15.6 ms of an operating system
         grain = np.maximum(grain, float(np.median(steps[steps > 0])))
     return grain
 
@@ -238,12 +253,16 @@ def _period(stamps: Array, grain: Array) -> float:
     return float(steps[inside].sum() / count)
 
 
-def _cut(stamps: Array, grain: Array, period: float, column: str) -> tuple[tuple[int, ...], tuple[str, ...]]:
+def _cut(
+    stamps: Array, grain: Array, period: float, column: str
+) -> tuple[tuple[int, ...], tuple[str, ...]]:
     """First row of each segment, and a note on the gaps."""
     steps = np.diff(stamps)
     rounding = np.maximum(grain[1:], grain[:-1])
     shortest = min(period, float(np.median(steps[steps > 0])))
-    printed = np.ceil(shortest / rounding - 0.02) * rounding  # the longest step that rounding makes of one period
+    printed = (
+        np.ceil(shortest / rounding - 0.02) * rounding
+    )  # the longest step that rounding makes of one period
     longest_step = np.maximum(_GAP * period, printed)
     gaps = np.flatnonzero(steps > longest_step * (1 + 1e-9) + 1e-9 * period)
 
@@ -252,7 +271,9 @@ def _cut(stamps: Array, grain: Array, period: float, column: str) -> tuple[tuple
     if doubtful.size > 2 and np.ptp(np.diff(doubtful)) <= 2:
         gaps = np.setdiff1d(gaps, doubtful)
     gaps = _lasting(stamps, period, gaps)
-    if gaps.size > 0.1 * steps.size:  # no clock at all: cutting at every long step would leave nothing
+    if (
+        gaps.size > 0.1 * steps.size
+    ):  # no clock at all: cutting at every long step would leave nothing
         gaps = np.flatnonzero(steps > 10 * float(np.percentile(steps, 90)))
     if not gaps.size:
         return (0,), ()
@@ -316,7 +337,9 @@ def _grid(
         grid in s, shape (n,); period in s; the largest distance to the stamps as a share of what rounding allows.
     """
     segments = _segments(starts, stamps.size)
-    allowed = 1.05 * grain + _JITTER * period  # stamps may be rounded up or down, not only to the nearest
+    allowed = (
+        1.05 * grain + _JITTER * period
+    )  # stamps may be rounded up or down, not only to the nearest
 
     # A straight line through the stamps of each segment by least squares: its slope is the period.
     product = 0.0
@@ -348,7 +371,9 @@ def _grid(
     return grid, fitted, wander
 
 
-def _line(stamps: Array, allowed: Array, segments: Sequence[slice], period: float) -> tuple[Array, float]:
+def _line(
+    stamps: Array, allowed: Array, segments: Sequence[slice], period: float
+) -> tuple[Array, float]:
     """The grid of one period that stays closest to the stamps, and its largest distance as a share of the allowed."""
     grid = np.empty_like(stamps)
     wander = 0.0

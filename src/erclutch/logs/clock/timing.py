@@ -62,7 +62,9 @@ def from_rate(rows: int, period: float, breaks: Sequence[int] = ()) -> LogClock:
     places += PAUSE * breaks_so_far
     notes = [f"time counted from row number at {1 / period:g} Hz: gaps in the log would not show"]
     if breaks:
-        notes.append(f"a blank line stands above data row {first_few(breaks)}: a new stretch each time")
+        notes.append(
+            f"a blank line stands above data row {first_few(breaks)}: a new stretch each time"
+        )
     return LogClock(
         time=places * period,
         period=period,

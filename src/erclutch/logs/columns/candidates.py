@@ -12,7 +12,16 @@ import numpy as np
 
 from erclutch.logs.columns.joints import ESTIMATED, of_joints
 from erclutch.logs.columns.labels import split_end
-from erclutch.logs.columns.names import NEED_UNIT, OTHER, PARTS_OF_A_MODEL, SINGLE, TOLD, VOLTAGES, headed, spoken_name
+from erclutch.logs.columns.names import (
+    NEED_UNIT,
+    OTHER,
+    PARTS_OF_A_MODEL,
+    SINGLE,
+    TOLD,
+    VOLTAGES,
+    headed,
+    spoken_name,
+)
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
@@ -75,7 +84,9 @@ def candidates(
     if fits.get(signal, False) is not False:  # a column has the bare name of the signal
         speeds = speeds_of_machine(seen.columns[signal], free) if signal == "slip" else []
         if speeds:
-            return _distinct(seen, speeds), "name, and column slip is the share by which a machine lags"
+            return _distinct(
+                seen, speeds
+            ), "name, and column slip is the share by which a machine lags"
         # A whole name with a unit speaks as loud as the bare word: a motor's slip is a share, beside its speed.
         louder: list[str] = []
         for column in free:
@@ -99,7 +110,9 @@ def candidates(
             # A voltage, where the velocity has a name of its own (xdot, speed). Beside turns it may be that of a rim.
             others = seen.without([column.name])
             named_speeds = [other for other in others if len(other.spoken.forms["slip"] or "") > 2]
-            speaks = speaks or (bool(named_speeds) and all(other.kind != "N*m" for other in named_speeds))
+            speaks = speaks or (
+                bool(named_speeds) and all(other.kind != "N*m" for other in named_speeds)
+            )
         if speaks and _told_of(signal).isdisjoint(column.spoken.words):
             named.append(column)
     if not named and not units_of_sensor:
@@ -111,7 +124,9 @@ def candidates(
         names = _fields_among(seen, free, names, forms)
     if not exact:
         names += _beside_a_gear(signal, named, fitting)
-    names += [name for name in _beside_a_drive(signal, exact or named, fitting) if name not in names]
+    names += [
+        name for name in _beside_a_drive(signal, exact or named, fitting) if name not in names
+    ]
     return _distinct(seen, names), "name"
 
 
@@ -144,7 +159,9 @@ def _without_a_whole_name(
     fitting = [column for column in free if fits[column.name] is not False]
     joints = of_joints(seen, signal, fitting)
     if joints:
-        return joints, "name, of several joints" if len(joints) > 1 else "name, of the only joint whose effort changes"
+        return joints, "name, of several joints" if len(
+            joints
+        ) > 1 else "name, of the only joint whose effort changes"
 
     # The heads of names, without words that most columns share; with them where these are the heads themselves: of
     # first encoder, second encoder and third encoder each is headed by what all share.
@@ -169,7 +186,9 @@ def _without_a_whole_name(
             headed_so.append(name)
     if not headed_so:
         estimated = [] if by_unit else _estimated(signal, fitting)
-        return _distinct(seen, by_unit or estimated), "name, as the drive estimates it" if estimated else "unit"
+        return _distinct(
+            seen, by_unit or estimated
+        ), "name, as the drive estimates it" if estimated else "unit"
 
     # A head is no whole name: another column with such a unit may be the signal as well. Where all but the words that
     # most columns share is the head (C_1_Displacement), it is a whole one.
@@ -192,7 +211,9 @@ def _estimated(signal: str, columns: Iterable[SeenColumn]) -> list[str]:
         words = column.spoken.stem_words
         if signal in ("slip", "position") and not ESTIMATED.isdisjoint(words):
             said = spoken_name(" ".join(word for word in words if word not in ESTIMATED))
-            if signal in said.may_be and len(said.plain_stem) > 1:  # y_est may be the output of anything
+            if (
+                signal in said.may_be and len(said.plain_stem) > 1
+            ):  # y_est may be the output of anything
                 names.append(column.name)
     return names
 
@@ -237,7 +258,9 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
     if signal not in ("slip", "position", "effort") or column.written_unit:
         return False
     others = seen.without([column.name])
-    positions = [other for other in others if "position" in other.spoken.may_be | other.spoken.lettered]
+    positions = [
+        other for other in others if "position" in other.spoken.may_be | other.spoken.lettered
+    ]
     speeds = [other for other in others if "slip" in other.spoken.may_be | other.spoken.lettered]
     efforts = [other for other in others if other.spoken.forms["effort"]]
     if signal == "slip":
@@ -247,7 +270,11 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
         # another column.
         if column.spoken.plain != "v" or not takes_both_signs(column.values):
             return False
-        fields = [other for other in others if other.spoken.forms["field"] and not takes_both_signs(other.values)]
+        fields = [
+            other
+            for other in others
+            if other.spoken.forms["field"] and not takes_both_signs(other.values)
+        ]
         return bool(fields) and any(follows(effort.values, column.values) for effort in efforts)
     if signal == "position":
         if speeds:
@@ -257,12 +284,17 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
         return any(follows(effort.values, column.values) for effort in efforts)
 
     # The stress of a rheometer, beside whose shear rate a T is a temperature.
-    if column.spoken.plain_stem == "tau" and any(speed.spoken.plain_stem in _SHEAR_RATES for speed in speeds):
+    if column.spoken.plain_stem == "tau" and any(
+        speed.spoken.plain_stem in _SHEAR_RATES for speed in speeds
+    ):
         return True
     # A load beside a displacement is that of a testing machine.
     if column.spoken.forms["effort"] == "load":
         for other in others:
-            if other.spoken.forms["position"] in _LENGTHS or other.spoken.heads["position"] in _LENGTHS:
+            if (
+                other.spoken.forms["position"] in _LENGTHS
+                or other.spoken.heads["position"] in _LENGTHS
+            ):
                 return True
     return any(follows(column.values, motion.values) for motion in (*positions, *speeds))
 
@@ -314,7 +346,9 @@ def _fields_among(
     return [name for name in fields if not seen.columns[name].is_steady]
 
 
-def _beside_a_gear(signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]) -> list[str]:
+def _beside_a_gear(
+    signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]
+) -> list[str]:
     """Columns of another side of a gear than those whose names speak: ``joint_vel`` beside ``motor_vel``."""
     sides_of_named = {column.side for column in named}
     if not sides_of_named or "" in sides_of_named or signal not in ("slip", "position", "effort"):
@@ -328,7 +362,9 @@ def _beside_a_gear(signal: str, named: Iterable[SeenColumn], fitting: Iterable[S
     return of_other_sides
 
 
-def _beside_a_drive(signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]) -> list[str]:
+def _beside_a_drive(
+    signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]
+) -> list[str]:
     """Columns that may be the device's, where all whole names are those of a drive: its ``flange torque``."""
     own = [*named]
     names = {column.name for column in own}

@@ -17,7 +17,9 @@ ESTIMATED = frozenset(("est", "estimate", "estimated"))
 #: A joint's number in front of what was measured, as in lists of messages.
 _WITHIN = re.compile(r"(.+?)\[(\d+)\][._/](\D+)")
 #: The number of a joint in the name of a file.
-_IN_FILE = re.compile(r"(?:joint|axis|achse|gelenk|motor|axe|eje|关节|軸|轴|関節)[ _-]?0*(\d+)", re.IGNORECASE)
+_IN_FILE = re.compile(
+    r"(?:joint|axis|achse|gelenk|motor|axe|eje|关节|軸|轴|関節)[ _-]?0*(\d+)", re.IGNORECASE
+)
 
 #: Columns of one family: number of the joint -> name of its column.
 Family = dict[str, str]

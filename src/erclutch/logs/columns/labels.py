@@ -21,14 +21,22 @@ _SLASH = re.compile(r"(.+?)\s+(?:/|in)\s+(\S.*)", re.DOTALL)
 _UNIT_ALONE = re.compile(r"in\s+(\S+)")  # what an oscilloscope writes over its time
 _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
 # A quantity that a remark ends in: ``lever arm 0.15 m``.
-_REMARK = re.compile(r"\W*([^\d\W][^\d:=,;\t]{1,40}?)\s+([+-]?\d+(?:\.\d+)?\s?([^\W\d_][\w/*^·]*))\s*")
+_REMARK = re.compile(
+    r"\W*([^\d\W][^\d:=,;\t]{1,40}?)\s+([+-]?\d+(?:\.\d+)?\s?([^\W\d_][\w/*^·]*))\s*"
+)
 # A cell in quotes, with the mark behind it: signs that part keys from values have no meaning in it.
 _QUOTED_KEY = re.compile(r'[\s#%/,;]*"((?:[^"]|"")+)"\s*[:=,;\t]\s*(.*)')
-_NUMBER_AND_UNIT = re.compile(r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)"?\s*[,;\t]\s*"?([^\d\W][^,;\t"]*|[%°][^,;\t"]*)"?')
+_NUMBER_AND_UNIT = re.compile(
+    r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)"?\s*[,;\t]\s*"?([^\d\W][^,;\t"]*|[%°][^,;\t"]*)"?'
+)
 _CHANNEL = re.compile(r"\d{3,4} <([^<>]+)> \(([VA](?:DC|AC))\)")
-_DECIMAL_COMMA = re.compile(r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)')  # three digits may be thousands
+_DECIMAL_COMMA = re.compile(
+    r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)'
+)  # three digits may be thousands
 # A number that a remark gives in the middle of a line.
-_ASSIGNMENT = re.compile(r"(?<=[,;] )[^\W\d_]\w{0,20} ?= ?[+-]?\d[\d.eE+-]*(?: ?[^\W\d_][\w/*^]*)?(?=[,;]|\.?\s*$)")
+_ASSIGNMENT = re.compile(
+    r"(?<=[,;] )[^\W\d_]\w{0,20} ?= ?[+-]?\d[\d.eE+-]*(?: ?[^\W\d_][\w/*^]*)?(?=[,;]|\.?\s*$)"
+)
 _MOST_PAIRS = 200  # of a header block
 LONGEST_PERIOD = 0.5  # s, of a period without a unit: a larger number may be one of ms
 _PERIOD = re.compile(
@@ -40,7 +48,20 @@ _PERIOD = re.compile(
 )
 #: Units that say no more than that a column holds whole numbers of a converter or an encoder.
 COUNTS = frozenset(
-    {"count", "counts", "LSB", "lsb", "bit", "bits", "digit", "digits", "tick", "ticks", "step", "steps"}
+    {
+        "count",
+        "counts",
+        "LSB",
+        "lsb",
+        "bit",
+        "bits",
+        "digit",
+        "digits",
+        "tick",
+        "ticks",
+        "step",
+        "steps",
+    }
 )
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
 _AS_THEY_ARE = "A mA V mV kV N kN kg krpm gauss Pa kPa MPa s ms us ns mm cm m rad deg rpm T mT"
@@ -48,15 +69,20 @@ _NONE_WRITTEN = ("None", "N/A", "n/a", "null", "NULL", "undefined")  # by progra
 _JOINT_DIGITS = 2  # of a joint's number at most
 _TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s degps=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
-_OTHER_SPEEDS = "kmh=km/h km_h=km/h kph=km/h rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
+_OTHER_SPEEDS = (
+    "kmh=km/h km_h=km/h kph=km/h rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
+)
 # No in_s: time_in_s is no speed. No rps: radians or revolutions. No kN_m, N_mm, lbf_in: a stiffness is written so too.
 _TURNS_A_TIME = "rev_s=turn/s rot_s=turn/s rev_min=rpm rot_min=rpm r_min=rpm 1_min=1/min ft_s=ft/s ft_min=ft/min"
 _FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kA_m=kA/m"
 _OTHERS = "Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% percent=% psi=psi"
 _TORQUES = (
-    "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf ozin=oz*in oz_in=oz*in inoz=oz*in"
+    "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf ozin=oz*in "
+    "oz_in=oz*in inoz=oz*in"
 )
-_WEIGHTS = "in_oz=oz*in kgcm=kgf*cm kgfcm=kgf*cm kgfm=kgf*m kg_cm=kgf*cm gcm=gf*cm g_cm=gf*cm gfcm=gf*cm"
+_WEIGHTS = (
+    "in_oz=oz*in kgcm=kgf*cm kgfcm=kgf*cm kgfm=kgf*m kg_cm=kgf*cm gcm=gf*cm g_cm=gf*cm gfcm=gf*cm"
+)
 _POUNDS = {
     end: f"{arm}*lbf"
     for arm in ("ft", "in")
@@ -68,7 +94,9 @@ _TURNS_IN_WORDS = "turns=turn turns_s=turn/s turns_per_second=turn/s"
 _SPEEDS_IN_WORDS = "radians_per_second=rad/s degrees_per_second=deg/s meters_per_second=m/s"
 _TIMES_IN_WORDS = "seconds=s milliseconds=ms microseconds=us nanoseconds=ns msec=ms usec=us nsec=ns"
 # What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
-_LONGER = "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s Pas=Pa*s mPas=mPa*s cP=cP m_s2=m/s^2 rad_s2=rad/s^2"
+_LONGER = (
+    "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s Pas=Pa*s mPas=mPa*s cP=cP m_s2=m/s^2 rad_s2=rad/s^2"
+)
 _WRITTEN = " ".join(
     (
         *(_SPEEDS, _OTHER_SPEEDS, _TURNS_A_TIME, _FIELDS, _OTHERS, _TORQUES, _WEIGHTS),
@@ -85,7 +113,18 @@ _SIDES = frozenset("ABCDLR")
 _INDICES = frozenset({"A", "C", "T", "s", "m"})
 _LENGTHS = frozenset({"position", "displacement", "stroke", "travel", "extension", "weg", "hub"})
 _TURNING = frozenset(
-    {"torque", "moment", "omega", "rpm", "angle", "theta", "drehmoment", "drehzahl", "winkel", "couple"}
+    {
+        "torque",
+        "moment",
+        "omega",
+        "rpm",
+        "angle",
+        "theta",
+        "drehmoment",
+        "drehzahl",
+        "winkel",
+        "couple",
+    }
 )
 _FORCES_AND_SPEEDS = frozenset(
     {"force", "thrust", "speed", "velocity", "kraft", "geschwindigkeit", "vitesse", "fuerza"}
@@ -93,7 +132,23 @@ _FORCES_AND_SPEEDS = frozenset(
 _MEASURED = _LENGTHS | _TURNING | _FORCES_AND_SPEEDS
 #: Names that are a unit and nothing else: the column is told by it.
 _BARE = {
-    **{unit: unit for unit in ("rpm", "Nm", "kN", "mm", "ms", "us", "mNm", "rad/s", "mm/s", "m/s", "deg/s", "N*m")},
+    **{
+        unit: unit
+        for unit in (
+            "rpm",
+            "Nm",
+            "kN",
+            "mm",
+            "ms",
+            "us",
+            "mNm",
+            "rad/s",
+            "mm/s",
+            "m/s",
+            "deg/s",
+            "N*m",
+        )
+    },
     **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us", "ms_today": "ms"},
     **{"milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns"},
     **dict.fromkeys(("RPM", "r/min", "tr/min", "U/min"), "rpm"),
@@ -103,9 +158,19 @@ _BARE = {
     **dict.fromkeys(("millimeters", "millimetres"), "mm"),
     **dict.fromkeys(("meters", "metres"), "m"),
     **dict.fromkeys(("degrees", "degree"), "deg"),
-    **{"radians": "rad", "kilonewtons": "kN", "milliamps": "mA", "seconds": "s", "milliseconds": "ms"},
+    **{
+        "radians": "rad",
+        "kilonewtons": "kN",
+        "milliamps": "mA",
+        "seconds": "s",
+        "milliseconds": "ms",
+    },
 }
-_LOWER_ENDS = {end.lower(): unit for end, unit in _ENDS.items() if end not in ("mA", "mV", "mT", "MPa", "T", "C")}
+_LOWER_ENDS = {
+    end.lower(): unit
+    for end, unit in _ENDS.items()
+    if end not in ("mA", "mV", "mT", "MPa", "T", "C")
+}
 # Names of a speed that is counted in turns: n is its symbol in ISO 80000-3.
 _TURNS = re.compile(
     r"drehzahl|\brpm\b|umdrehung|rotational|rotation|tours|^n(?:_.*)?$|(?<![a-z])(?:speed|spd)|velocity|vitesse|"
@@ -140,7 +205,9 @@ _COMMA = re.compile(r"(.*[^\W\d_]\S*)\s*,\s*([^\s,]+)")  # as Russian headers ha
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _BY_R = re.compile(r"(\w[\w.]*?)\.\.(\w[\w.]*)\.")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
-_RPM_WITHIN = re.compile(r"(?<![a-z/])(?<!per)(?<!per[_ ])rpm(?![a-z/]|.*per)", re.I)  # Status_RPM_2; no torque per rpm
+_RPM_WITHIN = re.compile(
+    r"(?<![a-z/])(?<!per)(?<!per[_ ])rpm(?![a-z/]|.*per)", re.I
+)  # Status_RPM_2; no torque per rpm
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
 _OF_SAMPLES = re.compile(r"([kM]?)(?:fps|SPS|[Ff]rames?/s|(?:S|Sa|[Ss]amples?)/s)(?:ec)?$")
 _RATE = re.compile(
@@ -209,7 +276,9 @@ def split_end(name: str) -> tuple[str, str | None]:
         return name, bare
     # Torque (Nm) in names without brackets: Torque..Nm. as R writes it, Torque_Nm_ as MATLAB does.
     by_r = _BY_R.fullmatch(name.strip())
-    front_and_end = "{}_{}".format(by_r[1], by_r[2].replace(".", "_")) if by_r else name.strip().rstrip("_")
+    front_and_end = (
+        "{}_{}".format(by_r[1], by_r[2].replace(".", "_")) if by_r else name.strip().rstrip("_")
+    )
     if front_and_end and front_and_end != name.strip():
         stem, unit = split_end(front_and_end)
         return (stem, unit) if unit else (name, None)
@@ -227,7 +296,11 @@ def split_end(name: str) -> tuple[str, str | None]:
     front, _, last = written.rpartition("_")
     shorter, _, before = front.rpartition("_")
     shortest, _, first = shorter.rpartition("_")
-    longest_first = ((shortest, f"{first}_{before}_{last}"), (shorter, f"{before}_{last}"), (front, last))
+    longest_first = (
+        (shortest, f"{first}_{before}_{last}"),
+        (shorter, f"{before}_{last}"),
+        (front, last),
+    )
     for stem, end in longest_first:
         unit = _unit_of_end(end)
         if not unit:
@@ -322,7 +395,9 @@ def _front_and_unit(label: str, *, letters: bool) -> tuple[str, str | None]:
     front, _, end = label.partition("_")
     unit = _ENDS.get(end)
     is_celsius = unit == "°C"  # a temperature's unit has no factor, so it fits no symbol
-    is_symbol = unit and not is_celsius and front in _SYMBOLS and units.fits(unit, (_SYMBOLS[front],))
+    is_symbol = (
+        unit and not is_celsius and front in _SYMBOLS and units.fits(unit, (_SYMBOLS[front],))
+    )
     return front, unit if is_symbol else None
 
 
@@ -363,11 +438,15 @@ def name_columns(
     for label, own in zip(shown, own_units or [None] * len(shown), strict=True):
         name, unit = split_label(label)
         if unit and own and unit != own:
-            notes.append(f"column {name!r} has two units: {unit} in its name is taken, {own} is not")
+            notes.append(
+                f"column {name!r} has two units: {unit} in its name is taken, {own} is not"
+            )
         bare.append(name)
         written = unit or own or None
         units_of.append(None if written in _NONE_WRITTEN else written)
-    behind = units_behind_names([name for name, unit in zip(bare, units_of, strict=True) if not unit])
+    behind = units_behind_names(
+        [name for name, unit in zip(bare, units_of, strict=True) if not unit]
+    )
     if behind:
         units_of = [unit or behind.get(name) for name, unit in zip(bare, units_of, strict=True)]
         notes.append(f"what stands behind the names {', '.join(behind)} is taken for their units")
@@ -382,7 +461,9 @@ def name_columns(
             copies[name] += 1
             unique = f"{name} ({copies[name] + 1})"
         if unique != name:
-            notes.append(f"column {number} has the name '{name}' of an earlier one: renamed '{unique}'")
+            notes.append(
+                f"column {number} has the name '{name}' of an earlier one: renamed '{unique}'"
+            )
         names[unique] = None
     return list(names), units_of, notes
 

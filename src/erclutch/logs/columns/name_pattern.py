@@ -32,22 +32,95 @@ FIELD_IN_A_NAME = re.compile(
     rf"({'|'.join(sorted(FIELD_UNITS, key=len, reverse=True))})(?![A-Za-z0-9])"
 )
 #: A number of a name with the letters in front of it and behind it.
-_IN_WORDS = re.compile(r"([A-Za-z]*)([ _=-]?)((?:(?<![A-Za-z\d])[+-])?\d+(?:[.,xp]\d+)?)(?= ?([A-Za-zµ°%_]*))")
+_IN_WORDS = re.compile(
+    r"([A-Za-z]*)([ _=-]?)((?:(?<![A-Za-z\d])[+-])?\d+(?:[.,xp]\d+)?)(?= ?([A-Za-zµ°%_]*))"
+)
 #: What numbers logs from 1 on, one after another.
 _COUNTED = frozenset(
     (
-        *("run", "test", "trial", "rep", "repeat", "nr", "no", "sample", "specimen", "log", "file", "data", "exp"),
-        *("part", "cycle", "v", "rev", "device", "unit", "versuch", "messung", "probe", "lauf", "essai", "ensayo"),
+        *(
+            "run",
+            "test",
+            "trial",
+            "rep",
+            "repeat",
+            "nr",
+            "no",
+            "sample",
+            "specimen",
+            "log",
+            "file",
+            "data",
+            "exp",
+        ),
+        *(
+            "part",
+            "cycle",
+            "v",
+            "rev",
+            "device",
+            "unit",
+            "versuch",
+            "messung",
+            "probe",
+            "lauf",
+            "essai",
+            "ensayo",
+        ),
     )
 )
 _OF_MOTION_OR_HEAT = frozenset(
     (
-        *("mm", "cm", "m", "um", "µm", "in", "Hz", "hz", "HZ", "kHz", "rpm", "RPM", "rps", "mps", "mms", "cms", "rads"),
-        *("s", "ms", "min", "h", "C", "degC", "°C", "K", "F", "deg", "°", "N", "kN", "Nm", "g", "kg", "bar", "MPa"),
+        *(
+            "mm",
+            "cm",
+            "m",
+            "um",
+            "µm",
+            "in",
+            "Hz",
+            "hz",
+            "HZ",
+            "kHz",
+            "rpm",
+            "RPM",
+            "rps",
+            "mps",
+            "mms",
+            "cms",
+            "rads",
+        ),
+        *(
+            "s",
+            "ms",
+            "min",
+            "h",
+            "C",
+            "degC",
+            "°C",
+            "K",
+            "F",
+            "deg",
+            "°",
+            "N",
+            "kN",
+            "Nm",
+            "g",
+            "kg",
+            "bar",
+            "MPa",
+        ),
     )
 )
 _DIGITS_OF_A_DATE = 6  # or more
-_QUANTITIES = {"mm": "amplitude", "Hz": "frequency", "rpm": "speed", "s": "time", "C": "temperature", "Nm": "torque"}
+_QUANTITIES = {
+    "mm": "amplitude",
+    "Hz": "frequency",
+    "rpm": "speed",
+    "s": "time",
+    "C": "temperature",
+    "Nm": "torque",
+}
 
 
 def _in_a_mapping(key: str) -> str:
@@ -90,7 +163,9 @@ def pattern_among(names: Sequence[str]) -> str:
     field or has its unit is taken.
     """
     found = [list(_IN_WORDS.finditer(name)) for name in names]
-    words = {tuple((each[1], each[2], each[4].rstrip("_")) for each in numbers) for numbers in found}
+    words = {
+        tuple((each[1], each[2], each[4].rstrip("_")) for each in numbers) for numbers in found
+    }
     between = {_IN_WORDS.sub("", name) for name in names}
     if len(words) != 1 or len(between) != 1:
         return ""

@@ -154,11 +154,51 @@ _GERMAN = {
     "position": ("weg", "winkel", "hub"),
     "effort": ("moment", "kraft"),
 }
-_GERMAN_OTHERS = ("soll", "normal", "traegheits", "tragheits", "schub", "scher", "quer", "gewichts", "massen", "bezugs")
+_GERMAN_OTHERS = (
+    "soll",
+    "normal",
+    "traegheits",
+    "tragheits",
+    "schub",
+    "scher",
+    "quer",
+    "gewichts",
+    "massen",
+    "bezugs",
+)
 # Compounds that end like a signal and are none: an acceleration, a pressure, a power.
 _CJK_OTHERS = (
-    *("加速度", "压力", "壓力", "圧力", "应力", "応力", "功率", "动力", "电力", "電力", "误差", "温度", "频率"),
-    *("目标", "目標", "设定", "指令", "给定", "命令", "速度比", "时间", "時間", "序号", "编号", "番号", "效率", "効率"),
+    *(
+        "加速度",
+        "压力",
+        "壓力",
+        "圧力",
+        "应力",
+        "応力",
+        "功率",
+        "动力",
+        "电力",
+        "電力",
+        "误差",
+        "温度",
+        "频率",
+    ),
+    *(
+        "目标",
+        "目標",
+        "设定",
+        "指令",
+        "给定",
+        "命令",
+        "速度比",
+        "时间",
+        "時間",
+        "序号",
+        "编号",
+        "番号",
+        "效率",
+        "効率",
+    ),
 )
 _TIME = re.compile(
     r"t|time(?:elapsed|passed)?|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds?|sec|tsec|times|"
@@ -173,7 +213,9 @@ _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _QUOTED = re.compile(r'"([^"]{2,})"')
 _AXES = _set("x y z r")
 _JOINT = re.compile(r"(?:a|j|ax|axis|joint|dof|achse|gelenk)\d{1,2}")  # MeasuredTorque_A1
-_BORDER = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=(?<![A-Za-z])[XYZ])(?=[A-Z][a-z])")  # angularVelocity, XVelocity
+_BORDER = re.compile(
+    r"(?<=[a-z])(?=[A-Z])|(?<=(?<![A-Za-z])[XYZ])(?=[A-Z][a-z])"
+)  # angularVelocity, XVelocity
 # The rate of a rate: ddq, qdd, d2x, theta_ddot.
 _SHORT_POSITIONS = r"(?:q|x|y|z|s|theta|phi|alpha|pos|angle)"
 _SECOND_RATE = re.compile(rf"d(?:d|2){_SHORT_POSITIONS}|{_SHORT_POSITIONS}(?:dd|ddot|2dot|dotdot)")
@@ -265,7 +307,9 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
     numbered: set[str] = set()
     bare = plain_stem.rstrip("0123456789")
     if bare != plain_stem:
-        alone = "".join(word for word in stem_words if word not in _BESIDE).rstrip("0123456789")  # of motor_dq_0: dq
+        alone = "".join(word for word in stem_words if word not in _BESIDE).rstrip(
+            "0123456789"
+        )  # of motor_dq_0: dq
         numbered = {signal for signal in SINGLE if not _NAMES[signal].isdisjoint((bare, alone))}
 
     within: set[str] = set()
@@ -273,7 +317,11 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         words = {word for word in stem_words if len(word) > 2}
         if any(_NAMES[signal] & (words - {"load"}) for signal in ("slip", "position")):
             words -= {"load"}  # the side of a spring whose angle is meant
-        within = {signal for signal in SINGLE if signal not in turned and not _NAMES[signal].isdisjoint(words)}
+        within = {
+            signal
+            for signal in SINGLE
+            if signal not in turned and not _NAMES[signal].isdisjoint(words)
+        }
     return SpokenName(
         stem,
         end,
@@ -287,8 +335,14 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         may_be=frozenset(may_be | numbered),
         within=frozenset(within),
         turned=frozenset(turned),
-        lettered=frozenset(signal for signal in SINGLE if _has_index(stem_words) and stem_words[0] in _NAMES[signal]),
-        is_of_a_model=not _MODELS.isdisjoint([plain(name), *stem_words, *map("".join, pairwise(stem_words))]),
+        lettered=frozenset(
+            signal
+            for signal in SINGLE
+            if _has_index(stem_words) and stem_words[0] in _NAMES[signal]
+        ),
+        is_of_a_model=not _MODELS.isdisjoint(
+            [plain(name), *stem_words, *map("".join, pairwise(stem_words))]
+        ),
         is_primed=_is_primed(stem),
         is_time=_is_time(name, stem),
         ends_in_time=_ends_in_time(stem_words),
@@ -313,8 +367,12 @@ def words_of(name: str) -> list[str]:
     """Words of a name, in small letters: at signs, where a small letter meets a large one, and behind an axis."""
     apart = _BORDER.sub(" ", unicodedata.normalize("NFKD", name))
     words = re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower().split()
-    if "des" in words and len(words) > 1:  # short for desired at an end, and an article between two French words
-        letters = [place for place, word in enumerate(words) if not word.isdecimal() and word not in _AXES]
+    if (
+        "des" in words and len(words) > 1
+    ):  # short for desired at an end, and an article between two French words
+        letters = [
+            place for place, word in enumerate(words) if not word.isdecimal() and word not in _AXES
+        ]
         for place in (letters[0], letters[-1]) if letters else ():
             words[place] = "desired" if words[place] == "des" else words[place]
     return [_OF_SEVERAL.get(word, word) for word in words]
@@ -350,7 +408,11 @@ def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
         return None
     if EASTERN.search(stem):
         return _compound(plain(stem), signal)
-    parts = [re.sub(r"\d+$", "", word) for word in words_of(stem) if word not in shared and not _JOINT.fullmatch(word)]
+    parts = [
+        re.sub(r"\d+$", "", word)
+        for word in words_of(stem)
+        if word not in shared and not _JOINT.fullmatch(word)
+    ]
     parts = [word for word in parts if word]
     if "per" in parts:
         return None  # a torque per rpm is no speed, and no torque

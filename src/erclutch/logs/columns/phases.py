@@ -10,7 +10,9 @@ from erclutch.logs.columns.shapes import known_rows, takes_both_signs
 
 _THREE = frozenset({"1", "2", "3"})
 #: What an analyser makes of a voltage and a current in a phase: powers, their factor, an angle, frequencies.
-_POWERS = frozenset({"p", "s", "q", "lambda", "phi", "pf", "fu", "fi", "cosphi", "thd", "uthd", "ithd"})
+_POWERS = frozenset(
+    {"p", "s", "q", "lambda", "phi", "pf", "fu", "fi", "cosphi", "thd", "uthd", "ithd"}
+)
 #: Of these a direct current has none.
 _OF_ALTERNATING = frozenset({"q", "lambda", "phi", "pf", "fu", "cosphi"})
 _LETTERS = ("abc", "uvw", "rst", "123")

@@ -18,7 +18,18 @@ Role = Literal[Quantity, "other", "unknown"]
 #: Japanese and more behind English. Quantities that share a word or a unit with a flow curve and are none come first.
 _WORDS: dict[Role, tuple[str, ...]] = {
     "other": (
-        *("modul", "normal", "oscill", "complex", "komplex", "kinemat", "frequen", r"\bfreq\b", "yield", r"\bratio\b"),
+        *(
+            "modul",
+            "normal",
+            "oscill",
+            "complex",
+            "komplex",
+            "kinemat",
+            "frequen",
+            r"\bfreq\b",
+            "yield",
+            r"\bratio\b",
+        ),
         # Numbers over those of a solvent or of a rest.
         *(r"\b(?:relativ|reduced|specific|intrinsic|inherent|differential)", "dimensionless"),
         *("reduziert", "spezifisch", "相对", "相対", "比粘度", "относит"),
@@ -34,11 +45,35 @@ _WORDS: dict[Role, tuple[str, ...]] = {
         ),
         *("augmentation", "amplitud", "增量", "振幅", "прирост"),
         # A fluid that is stretched is not sheared.
-        *("exten[st]", "elongat", "tensile", "stretch", "biaxial", "hencky", "dehnrate", "dehnvisk", "dehngesch"),
+        *(
+            "exten[st]",
+            "elongat",
+            "tensile",
+            "stretch",
+            "biaxial",
+            "hencky",
+            "dehnrate",
+            "dehnvisk",
+            "dehngesch",
+        ),
         *("zugspann", "traction", "拉伸", "伸長", "растяж"),
         *("concentrat", "konzentrat", "концентрац", "浓度", "濃度"),
-        *(r"\bstrain\b(?![ -]?rate)", "(?<!taux de )(?<!vitesse de )deformation", "torque", "drehmoment", "couple"),
-        *(r"\bpress(?:ure)?\b", r"\bdruck", r"\bpression", r"\bpres[is]on", "pressao", "压力", "圧力"),
+        *(
+            r"\bstrain\b(?![ -]?rate)",
+            "(?<!taux de )(?<!vitesse de )deformation",
+            "torque",
+            "drehmoment",
+            "couple",
+        ),
+        *(
+            r"\bpress(?:ure)?\b",
+            r"\bdruck",
+            r"\bpression",
+            r"\bpres[is]on",
+            "pressao",
+            "压力",
+            "圧力",
+        ),
         *("speed", "drehzahl", "flow rate", "moment", r"\brpm\b", r"\bstress[ -]?rate"),
         *(
             "temp",
@@ -54,27 +89,91 @@ _WORDS: dict[Role, tuple[str, ...]] = {
             "winkel",
             "status",
         ),
-        *(r"\bpoint", r"\bpts?\b", r"\bpkt", r"\bno\b", r"\bnr\b", r"stand\w+ dev", r"\bstd\b", "error"),
+        *(
+            r"\bpoint",
+            r"\bpts?\b",
+            r"\bpkt",
+            r"\bno\b",
+            r"\bnr\b",
+            r"stand\w+ dev",
+            r"\bstd\b",
+            "error",
+        ),
         # How long a step took, and which rows of another table it is.
         *(r"\bdauer\b", r"\bduree\b", r"\bduracion\b", r"\bdurata\b", r"\bindex\b", r"\bcount\b"),
         # What replicates scatter by.
-        *(r"\bs ?d\b", r"\bse\b", r"\bsem\b", r"\bst(?:d|ab)?dev", r"\brsd\b", r"\bcv\b", r"\berr\b", "±", "uncertain"),
-        *("abweichung", "ecart[ -]type", "desviacion", "desvio", "标准偏?差", "標準偏差", "отклонен"),
+        *(
+            r"\bs ?d\b",
+            r"\bse\b",
+            r"\bsem\b",
+            r"\bst(?:d|ab)?dev",
+            r"\brsd\b",
+            r"\bcv\b",
+            r"\berr\b",
+            "±",
+            "uncertain",
+        ),
+        *(
+            "abweichung",
+            "ecart[ -]type",
+            "desviacion",
+            "desvio",
+            "标准偏?差",
+            "標準偏差",
+            "отклонен",
+        ),
         *("температур", "врем", "давлен", "скорост. ротора", "об мин", "угол", "крутящ"),
         *("温度", "时间", "時間", "扭矩", "トルク", "序号", "点", "转速", "回転", "频率", "周波数"),
         # The highest stress of a start-up is no steady one; a tensor's component is numbered behind a colon.
-        *(r"\bmax(?:imum)?\b", r"(?<!\d )\bmin(?:imum)?\b", r"\bci ?\d*\b", r"\bpeak\b", "overshoot", r":\d$"),
+        *(
+            r"\bmax(?:imum)?\b",
+            r"(?<!\d )\bmin(?:imum)?\b",
+            r"\bci ?\d*\b",
+            r"\bpeak\b",
+            "overshoot",
+            r":\d$",
+        ),
     ),
     "viscosity": (
-        *("viscosi", "visko[sz]i", r"\bvisc\b", r"\beta\b", "η", "lepkosc", "вязкост", "점도", "粘度", "黏度", "粘性"),
+        *(
+            "viscosi",
+            "visko[sz]i",
+            r"\bvisc\b",
+            r"\beta\b",
+            "η",
+            "lepkosc",
+            "вязкост",
+            "점도",
+            "粘度",
+            "黏度",
+            "粘性",
+        ),
     ),
     "rate": (
-        *("shear[ -]?rates?", "strain[ -]?rate", "^rates?$", "gamma[ -]?dot", r"\bgammap\b", r"\bgp\b", r"\bsr\b"),
+        *(
+            "shear[ -]?rates?",
+            "strain[ -]?rate",
+            "^rates?$",
+            "gamma[ -]?dot",
+            r"\bgammap\b",
+            r"\bgp\b",
+            r"\bsr\b",
+        ),
         r"\bs rate\b",
         *(r"^d\b", "γ\u0307", "γ", "schergesch", "scherrate", "schergef", "gradient de"),
         *("(?:taux|vitesse) de (?:cisail|deform)",),
-        *("(?:velocidad|tasa) de (?:corte|ciza|deform)", "taxa de (?:cisalh|deform)", "gradiente di veloc"),
-        *("velocita di taglio", "afschuifsnelheid", "szybkosc scin", "kayma h[iı]z", "скорост. (?:сдвига|деформац)"),
+        *(
+            "(?:velocidad|tasa) de (?:corte|ciza|deform)",
+            "taxa de (?:cisalh|deform)",
+            "gradiente di veloc",
+        ),
+        *(
+            "velocita di taglio",
+            "afschuifsnelheid",
+            "szybkosc scin",
+            "kayma h[iı]z",
+            "скорост. (?:сдвига|деформац)",
+        ),
         *("전단 ?(?:속도|율)", "剪切速[率度]", "剪切率", "せん断速度", "ずり速度", r"\bg ?dot\b"),
     ),
     "stress": (
@@ -89,9 +188,30 @@ _WORDS: dict[Role, tuple[str, ...]] = {
             "schubspannung",
             "scherspannung",
         ),
-        *("contrainte", "cission", "esfuerzo", "tension (?:de corte|cort)", "tensao de (?:cisalh|corte)"),
-        *("sforzo di taglio", "schuifspanning", "naprezenie scin", "kayma gerilm", r"напряж\w* сдвига"),
-        *("전단 ?응력", "剪切应力", "剪切力", "剪應力", "剪应力", "切应力", "せん断応力", "ずり応力"),
+        *(
+            "contrainte",
+            "cission",
+            "esfuerzo",
+            "tension (?:de corte|cort)",
+            "tensao de (?:cisalh|corte)",
+        ),
+        *(
+            "sforzo di taglio",
+            "schuifspanning",
+            "naprezenie scin",
+            "kayma gerilm",
+            r"напряж\w* сдвига",
+        ),
+        *(
+            "전단 ?응력",
+            "剪切应力",
+            "剪切力",
+            "剪應力",
+            "剪应力",
+            "切应力",
+            "せん断応力",
+            "ずり応力",
+        ),
     ),
 }
 #: Columns that only an oscillation fills: what is stored and lost in a turn there and back.
@@ -103,21 +223,29 @@ _OSCILLATION = re.compile(
     r"|损耗模量|損失弾性率|\bg ?(?:prime|[′’´`])|tan ?\(?(?:delta|δ)|verlustfaktor|loss (?:factor|tangent)"
 )
 #: A stress over a yield stress, a viscosity over that of a solvent.
-_QUOTIENT = re.compile(r"(?:tau|sigma|eta|visc|stress|[τση])[\w ]*/\s*(?:tau|sigma|eta|visc|stress|[τση])")
+_QUOTIENT = re.compile(
+    r"(?:tau|sigma|eta|visc|stress|[τση])[\w ]*/\s*(?:tau|sigma|eta|visc|stress|[τση])"
+)
 _LONGEST = 100  # characters of a name
 _TIME = re.compile(r"\btime\b|^t\b|zeit|\btemps\b|tiempo|tempo|врем|时间|時間|시간")
-_STRAIN = re.compile(r"\bstrain\b(?![ -]?rate)|dehnung|deformation(?! ?rate)|деформац|应变|歪|ひずみ|변형률")
+_STRAIN = re.compile(
+    r"\bstrain\b(?![ -]?rate)|dehnung|deformation(?! ?rate)|деформац|应变|歪|ひずみ|변형률"
+)
 _STEADY = 0.002  # of its median: a stress that stays within was set, as no fluid keeps its stress
 _SET = 0.02  # of its median: so was a strain
 _NEARLY_ALL = 0.9  # of the rows: the others are the step to what is held
-_BY_NAME: dict[Role, re.Pattern[str]] = {role: re.compile("|".join(words)) for role, words in _WORDS.items()}
+_BY_NAME: dict[Role, re.Pattern[str]] = {
+    role: re.compile("|".join(words)) for role, words in _WORDS.items()
+}
 
 
 def plain_name(name: str) -> str:
     """A name in small letters without accents, with spaces for underscores."""
     signs = unicodedata.normalize("NFKD", name.lower())
     # The dot above gamma stays: it makes a strain a rate. So do the marks of Japanese letters.
-    bare = "".join(sign for sign in signs if sign in "\u0307\u3099\u309a" or not unicodedata.combining(sign))
+    bare = "".join(
+        sign for sign in signs if sign in "\u0307\u3099\u309a" or not unicodedata.combining(sign)
+    )
     bare = unicodedata.normalize("NFC", bare)
     return re.sub(r"[_\s./]+", " ", bare).strip()
 
@@ -155,7 +283,11 @@ def held_in_time(columns: Mapping[str, Array]) -> str:
     plain = {name: plain_name(name) for name in columns}
     strains = [name for name in columns if _STRAIN.search(plain[name])]
     stresses = [name for name in columns if said_by_name(name) == "stress"]
-    if not any(_TIME.search(each) for each in plain.values()) or len(strains) != 1 or len(stresses) != 1:
+    if (
+        not any(_TIME.search(each) for each in plain.values())
+        or len(strains) != 1
+        or len(stresses) != 1
+    ):
         return ""
     stress = columns[stresses[0]]
     strain = columns[strains[0]]
@@ -172,4 +304,7 @@ def _is_held(values: Array, share: float) -> bool:
     if known.size < 6:
         return False
     middle = float(np.median(known))
-    return middle != 0.0 and float(np.mean(np.abs(known - middle) <= share * abs(middle))) >= _NEARLY_ALL
+    return (
+        middle != 0.0
+        and float(np.mean(np.abs(known - middle) <= share * abs(middle))) >= _NEARLY_ALL
+    )

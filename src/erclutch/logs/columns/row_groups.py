@@ -105,7 +105,10 @@ def rows_of(table: Table, group: Group) -> Table:
     words = _words(table, group.column)
     if group.word not in words:
         problem = f"no row has {group.column} {group.word!r} (there are: {listed(words)})"
-        raise LogError(problem, remedy=f"Choose one, such as --variable {shell_word(f'{group.column}={words[0]}')}")
+        raise LogError(
+            problem,
+            remedy=f"Choose one, such as --variable {shell_word(f'{group.column}={words[0]}')}",
+        )
     name = _name_in(table, group.column)
     if name in table.words:
         column = table.words[name]
@@ -141,7 +144,10 @@ def _name_in(table: Table, label: str) -> str:
         if name in table.words or name in table.columns:
             return name
     known = [*table.words, *table.columns]
-    raise LogError(f"there is no column {label!r} whose words part the rows", remedy=f"Choose from {listed(known)}")
+    raise LogError(
+        f"there is no column {label!r} whose words part the rows",
+        remedy=f"Choose from {listed(known)}",
+    )
 
 
 def _words(table: Table, label: str) -> list[str]:

@@ -188,7 +188,9 @@ class SeenColumns:
         for column in open_ones:
             if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words):
                 in_seconds.append(column)
-        stated = self.table.clock is not None or self.table.sample_period is not None  # which says more
+        stated = (
+            self.table.clock is not None or self.table.sample_period is not None
+        )  # which says more
         if self.table.clock is not None and len(in_seconds) > 1:
             # Dates to the second, and beside them the same time in finer steps.
             in_seconds = [column for column in in_seconds if _is_finer(column, self.table.clock)]
@@ -199,7 +201,9 @@ class SeenColumns:
             in_seconds = [column for column in in_seconds if column.has_equal_steps]
         if len(in_seconds) == 1:
             return in_seconds[0].name
-        rising = [column for column in open_ones if column.spoken.ends_in_time and column.shape.rises]
+        rising = [
+            column for column in open_ones if column.spoken.ends_in_time and column.shape.rises
+        ]
         return rising[0].name if len(rising) == 1 else None
 
     @cached_property
@@ -258,8 +262,14 @@ def _desired(columns: Mapping[str, SeenColumn]) -> list[str]:
     desired: list[str] = []
     told_so = False
     for words, name in by_words.items():
-        place = next((place for place in range(len(words) - 1, 0, -1) if not words[place].isdecimal()), 0)
-        base = by_words.get((*words[:place], *words[place + 1 :])) if place and words[place] == "d" else None
+        place = next(
+            (place for place in range(len(words) - 1, 0, -1) if not words[place].isdecimal()), 0
+        )
+        base = (
+            by_words.get((*words[:place], *words[place + 1 :]))
+            if place and words[place] == "d"
+            else None
+        )
         if base is None:
             continue
         desired.append(name)

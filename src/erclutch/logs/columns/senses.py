@@ -25,10 +25,24 @@ _OPPOSITES = (
 )
 #: Words in the name of a column that says the sense by numbers.
 DIRECTIONS = frozenset(
-    {"direction", "dir", "sense", "sign", "drehrichtung", "richtung", "laufrichtung", "sens", "sentido", "方向", "转向"}
+    {
+        "direction",
+        "dir",
+        "sense",
+        "sign",
+        "drehrichtung",
+        "richtung",
+        "laufrichtung",
+        "sens",
+        "sentido",
+        "方向",
+        "转向",
+    }
 )
 _LOOKED_AT = 100_000  # rows, for the numbers that a column of a direction has
-_AGREES = 0.9  # share of the moving rows in which the effort keeps to the senses, or all the other way
+_AGREES = (
+    0.9  # share of the moving rows in which the effort keeps to the senses, or all the other way
+)
 
 
 def with_senses(table: Table) -> Table:
@@ -79,7 +93,9 @@ def with_senses(table: Table) -> Table:
         note = f"column {speeds[0]} has no sign and {efforts[0]} has: it is turned where {name} is {turned}"
         # The words are used up: they part no rows any more.
         other_words = {other: column for other, column in table.words.items() if other != name}
-        notes = [each for each in table.notes if not each.startswith(f"column {name} parts the rows by")]
+        notes = [
+            each for each in table.notes if not each.startswith(f"column {name} parts the rows by")
+        ]
         return replace(
             table,
             columns={**table.columns, speeds[0]: speed * sense},

@@ -58,7 +58,9 @@ _CLUTCH = (
 _UNITS_OF_MOTION = {"slip": ("rad/s", "m/s"), "position": ("rad", "m")}
 _APART = 0.01  # of the largest speed, by which the shafts of a clutch differ at least
 _USUAL = (0.01, 0.99)  # quantiles
-_IN_PERCENT = 0.02  # of the largest share, by which a share that was written with some digits is off
+_IN_PERCENT = (
+    0.02  # of the largest share, by which a share that was written with some digits is off
+)
 _TRANSMITS = 0.95  # share of the rows in which the effort keeps to the sign of the slip
 _LARGE = 0.05  # of the largest slip and effort, from which on their signs tell
 
@@ -73,7 +75,9 @@ def with_differences(table: Table, told: ColumnMap) -> tuple[Table, ColumnMap]:
     columns = dict(told.columns)
     for signal, choice in told.columns.items():
         label = str(choice.column)
-        parts = None if label in table.columns else _named_difference(table, label.removeprefix("-"))
+        parts = (
+            None if label in table.columns else _named_difference(table, label.removeprefix("-"))
+        )
         if parts is None:
             continue
         minuend, subtrahend, unit = parts
@@ -137,7 +141,9 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
     """
     short_names = NAMES[signal].split()
     si_units = _UNITS_OF_MOTION[signal]
-    driving: dict[tuple[str, str | None], list[str]] = {}  # by what the name says besides, and the unit
+    driving: dict[
+        tuple[str, str | None], list[str]
+    ] = {}  # by what the name says besides, and the unit
     driven: dict[tuple[str, str | None], list[str]] = {}
     numbered: dict[tuple[str, str | None], list[str]] = {}
     called_so: set[str] = set()  # columns whose whole name says that they are such a motion
@@ -223,7 +229,11 @@ def between_shafts(seen: SeenColumns, signal: str) -> list[str]:
     speed = _speed_of(seen.columns[driven].values, signal)
     for column in seen.columns.values():
         is_effort = "effort" in column.spoken.may_be and takes_both_signs(speed)
-        if is_effort and _keeps_sign(column.values, speed) and not _keeps_sign(column.values, apart):
+        if (
+            is_effort
+            and _keeps_sign(column.values, speed)
+            and not _keeps_sign(column.values, apart)
+        ):
             return [driven, *differences, driving]
     return [*differences, *ends]
 
@@ -234,7 +244,10 @@ def _turn_as_one(driving: Array, driven: Array) -> bool:
     if not known.any():
         return True
     usual = known.copy()
-    for speed in (driving, driven):  # codes for no measurement, far from all other numbers, go together too
+    for speed in (
+        driving,
+        driven,
+    ):  # codes for no measurement, far from all other numbers, go together too
         low, high = np.quantile(speed[known], _USUAL)
         usual &= (speed >= low) & (speed <= high)
     first = driving[usual]
@@ -282,7 +295,9 @@ def _is_told_in_percent(seen: SeenColumns, difference: str, driving: str) -> boo
     for column in seen.columns.values():
         if "slip" not in column.spoken.words or column.written_unit != "%":
             continue
-        known = np.isfinite(column.values) & np.isfinite(apart) & np.isfinite(speed) & (speed != 0.0)
+        known = (
+            np.isfinite(column.values) & np.isfinite(apart) & np.isfinite(speed) & (speed != 0.0)
+        )
         if np.count_nonzero(known) < FEW:
             continue
         share = 100.0 * apart[known] / speed[known]

@@ -74,7 +74,9 @@ def rate_by_motion(seen: SeenColumns) -> float | None:
             continue
         times = _in_one_kind(speed, position)
         rate = ratio * (times or 1.0)
-        is_told = rate > 0.0 and (times is not None or (_lies_in(rate, _USUAL_RATES) and _rounded(rate) is not None))
+        is_told = rate > 0.0 and (
+            times is not None or (_lies_in(rate, _USUAL_RATES) and _rounded(rate) is not None)
+        )
         if is_told:
             rates.append(rate)
         else:
@@ -113,7 +115,9 @@ def _rounded(rate: float) -> float | None:
 
 def _pairs(seen: SeenColumns) -> list[tuple[SeenColumn, SeenColumn]]:
     """Speeds beside positions of the same joint, by their names; both without a unit, or both with one."""
-    measured = [column for column in seen.columns.values() if TOLD.isdisjoint(column.spoken.stem_words)]
+    measured = [
+        column for column in seen.columns.values() if TOLD.isdisjoint(column.spoken.stem_words)
+    ]
     speeds = [column for column in measured if "slip" in column.spoken.may_be]
     positions = [column for column in measured if "position" in column.spoken.may_be]
     pairs: list[tuple[SeenColumn, SeenColumn]] = []

@@ -39,7 +39,16 @@ _RATES = {
     "samplefreq",
     "samplingfreq",
 }
-_PERIODS = {"ts", "dt", "sampletime", "samplingtime", "sampleperiod", "samplingperiod", "sampleinterval", "tinterval"}
+_PERIODS = {
+    "ts",
+    "dt",
+    "sampletime",
+    "samplingtime",
+    "sampleperiod",
+    "samplingperiod",
+    "sampleinterval",
+    "tinterval",
+}
 
 
 def choose_clock(draft: Draft) -> None:
@@ -82,26 +91,42 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
     header = table.sample_period or _header_period(table)
     choice = told.time
     if choice is not None and choice.is_none and NONE not in table.columns:
-        return points(counters, f"no time ({choice.source}): the rows are points, none after another", choice.source)
+        return points(
+            counters,
+            f"no time ({choice.source}): the rows are points, none after another",
+            choice.source,
+        )
     # A recording of ours begins at its log time; the loop's own clock began at any number.
     has_log_time = table.device is not None and table.clock is not None
     if choice is None and not has_log_time:
         guessed = seen.time_column(taken)
-        choice = None if guessed is None else ColumnChoice(guessed, source="guessed from its name or unit")
+        choice = (
+            None
+            if guessed is None
+            else ColumnChoice(guessed, source="guessed from its name or unit")
+        )
     if choice is not None:
         name, unit, scale = locate(table, choice, "time")
         stamps = table.columns[name]
         stamps = stamps[np.isfinite(stamps)]
-        by_header = _unit_of_header(stamps, header) if told.time is None and not unit and header else None
+        by_header = (
+            _unit_of_header(stamps, header) if told.time is None and not unit and header else None
+        )
         unit = unit or by_header
         by_motion = _told_by_motion(seen, name, unit, stamps) if told.time is None else None
         unit = unit or by_motion
         factor, zero, how = _as_seconds(name, unit, stamps)
         how += ", in which it grows by the period of the header" if by_header else ""
-        how = f", no unit: taken as {unit}, in which the speed is the rate of the position" if by_motion else how
+        how = (
+            f", no unit: taken as {unit}, in which the speed is the rate of the position"
+            if by_motion
+            else how
+        )
         # A unit that nobody wrote and that nothing tells: the steps must look like seconds.
         taken_for_seconds = told.time is None and not unit and factor == 1.0
-        too_fast = _in_another_unit(name, unit, stamps, factor) if told.time is None and unit else ""
+        too_fast = (
+            _in_another_unit(name, unit, stamps, factor) if told.time is None and unit else ""
+        )
         return ClockPlan(
             "column",
             name,
@@ -263,7 +288,9 @@ def _as_seconds(
         seconds = units.fits(unit, ("s",)) if units.is_unit(unit) else None
         if seconds is None:
             problem = f"column '{name}' has the unit '{unit}', which is no unit of time"
-            raise UnitError(problem, remedy=f"Give its unit, such as --time {shell_word(f'{name} [ms]')}")
+            raise UnitError(
+                problem, remedy=f"Give its unit, such as --time {shell_word(f'{name} [ms]')}"
+            )
         if unit:
             factor, _ = seconds
             return factor, 0.0, "" if factor == 1.0 else f", converted from {unit}"
@@ -306,7 +333,9 @@ def _told_by_motion(seen: SeenColumns, name: str, unit: str | None, stamps: Arra
 
 def _in_another_unit(name: str, unit: str, stamps: Array, factor: float) -> str:
     """Why stamps may not be in the unit that stands there; "" where they may."""
-    return _too_fast(name, unit, stamps, factor) or _in_seconds_after_all(name, unit, stamps, factor)
+    return _too_fast(name, unit, stamps, factor) or _in_seconds_after_all(
+        name, unit, stamps, factor
+    )
 
 
 def _too_fast(name: str, unit: str, stamps: Array, factor: float) -> str:
@@ -325,7 +354,12 @@ def _in_seconds_after_all(name: str, unit: str, stamps: Array, factor: float) ->
 
     A controller's counter of ms may have such numbers after 12 days, but whole ones.
     """
-    if factor >= 1.0 or not stamps.size or not _lie_within(stamps, _SINCE_1970) or np.all(stamps == np.round(stamps)):
+    if (
+        factor >= 1.0
+        or not stamps.size
+        or not _lie_within(stamps, _SINCE_1970)
+        or np.all(stamps == np.round(stamps))
+    ):
         return ""
     year = 1970 + int(stamps[0] // 31_556_952)
     return f"time is column {name} in {unit}, though its numbers are a date in {year} if they are s since 1970"

@@ -40,7 +40,9 @@ def offer_the_current_of_a_drive(draft: Draft) -> None:
     motion, current = pair
 
     if "slip" in draft.questions and motion.spoken.plain not in ELECTRICAL:
-        draft.questions["slip"] = replace(draft.questions["slip"], option=f"--slip {_label(draft, motion)}")
+        draft.questions["slip"] = replace(
+            draft.questions["slip"], option=f"--slip {_label(draft, motion)}"
+        )
     if is_guessed and field is not None and field.column in {each.name for each in currents}:
         draft.take_back("field")
         field = None
@@ -66,7 +68,9 @@ def _is_called_so(column: SeenColumn) -> bool:
     """Whether a column is called like a current that was measured."""
     words = {*column.spoken.stem_words}
     is_measured = words.isdisjoint(TOLD | NOT_MEASURED) and "field" not in column.spoken.turned
-    is_control = column.spoken.plain == "u" and not column.unit  # what a controller puts out, or a voltage
+    is_control = (
+        column.spoken.plain == "u" and not column.unit
+    )  # what a controller puts out, or a voltage
     is_current = is_control or bool(words & _WORDS) or any(word.endswith("strom") for word in words)
     return is_current and is_measured and column.fits(("A",)) is not False
 
@@ -82,7 +86,9 @@ def _of_one_joint(draft: Draft, currents: list[SeenColumn]) -> tuple[SeenColumn,
     elif "slip" in draft.questions:
         names, _ = candidates(draft.seen, "slip", draft.taken)
         motions = [draft.seen.columns[name] for name in names]
-        motions = motions or [each for each in draft.seen.without(()) if each.spoken.plain in ELECTRICAL]
+        motions = motions or [
+            each for each in draft.seen.without(()) if each.spoken.plain in ELECTRICAL
+        ]
     else:
         return None
     liveliest = max((motion.moved for motion in motions), default=0.0)

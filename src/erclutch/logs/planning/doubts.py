@@ -21,7 +21,9 @@ _FAST = 0.3  # of the largest speed, above which a device moves
 _RESTS = 0.02  # of the largest speed, below which it comes near rest
 _LARGE = 0.2  # of the largest effort
 _OFTEN = 0.2  # of the rows that move
-_ARMS = frozenset({"arm", "arms", "lever", "leverarm", "hebel", "hebelarm", "bras", "levier", "brazo", "braccio"})
+_ARMS = frozenset(
+    {"arm", "arms", "lever", "leverarm", "hebel", "hebelarm", "bras", "levier", "brazo", "braccio"}
+)
 #: Names of efforts by the unit of their kind.
 _EFFORTS_BY_NAME = {
     "N*m": ("torque", "moment", "drehmoment", "coppia"),
@@ -40,7 +42,11 @@ def ask_about_ranges_of_sensors(draft: Draft) -> None:
     for signal, guessed in [*draft.signals.items()]:
         unit = guessed.unit or ""
         match = _RANGE.fullmatch(unit)
-        if not guessed.reason.startswith("guessed") or match is None or float(match.group(1)) <= 1.0:
+        if (
+            not guessed.reason.startswith("guessed")
+            or match is None
+            or float(match.group(1)) <= 1.0
+        ):
             continue
         plain_unit = match.group(2)
         draft.take_back(signal)
@@ -48,7 +54,9 @@ def ask_about_ranges_of_sensors(draft: Draft) -> None:
         multiple = f"--{signal} {shell_word(f'{guessed.column} [{unit}]')}"
         may_be = f"{plain_unit} with the range of its sensor, or steps of it"
         problem = f"the unit of column {guessed.column} is {unit}: {may_be}"
-        draft.ask(signal, MappingError(problem, remedy=f"Say which: {bare}, or {multiple}"), option=bare)
+        draft.ask(
+            signal, MappingError(problem, remedy=f"Say which: {bare}, or {multiple}"), option=bare
+        )
 
 
 def ask_about_powers_of_ten(draft: Draft) -> None:
@@ -69,7 +77,12 @@ def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:
     """Doubt a guessed force beside turns where the header states the arm of a lever: their product is the torque."""
     effort = draft.signals.get("effort")
     motion = draft.signals.get("slip") or draft.signals.get("position")
-    if effort is None or motion is None or not effort.column or not effort.reason.startswith("guessed"):
+    if (
+        effort is None
+        or motion is None
+        or not effort.column
+        or not effort.reason.startswith("guessed")
+    ):
         return
     if effort.si != "N" or motion.si not in ("rad/s", "rad"):
         return
@@ -100,9 +113,15 @@ def doubt_a_speed_without_its_sense(draft: Draft) -> None:
     if takes_both_signs(speed) or not takes_both_signs(measured):
         return
     for name, values in draft.table.columns.items():
-        if DIRECTIONS.isdisjoint(words_of(name)) or np.unique(values[:LOOKED_AT]).size not in (2, 3):
+        if DIRECTIONS.isdisjoint(words_of(name)) or np.unique(values[:LOOKED_AT]).size not in (
+            2,
+            3,
+        ):
             continue
-        draft.doubt("slip", f"which has no sign, while {name} tells the direction: give a column whose sign turns")
+        draft.doubt(
+            "slip",
+            f"which has no sign, while {name} tells the direction: give a column whose sign turns",
+        )
         return
     for name, column in draft.table.words.items():
         senses = [word for word in column.words if not SENSES.isdisjoint(words_of(word))]
@@ -114,7 +133,9 @@ def doubt_a_speed_without_its_sense(draft: Draft) -> None:
         remedy = f"give a column whose sign turns, or --variable {of_one_sense} for the rows of one sense"
         draft.doubt("slip", f"{says}: {remedy}")
         return
-    is_of_one_sense = any(note.startswith("rows where ") for note in draft.table.notes)  # the user chose them by a word
+    is_of_one_sense = any(
+        note.startswith("rows where ") for note in draft.table.notes
+    )  # the user chose them by a word
     if not is_of_one_sense and _resists_both_ways(speed, measured):
         doubt = f"which has no sign and comes to rest, while {effort.column} takes both signs"
         draft.doubt("slip", f"{doubt}: give a column whose sign turns, or the position")
@@ -158,8 +179,15 @@ def _doubt_an_oscillation(draft: Draft) -> None:
     """Doubt a guessed effort beside the moduli of an oscillation: a rheometer gives the sizes of its sines."""
     effort = draft.signals.get("effort")
     swings = of_oscillation(draft.seen.columns)
-    if effort is not None and effort.column and effort.reason.startswith("guessed") and len(swings) > 1:
-        draft.doubt("effort", f"which is of an oscillation of a rheometer, beside {', '.join(swings[:3])}")
+    if (
+        effort is not None
+        and effort.column
+        and effort.reason.startswith("guessed")
+        and len(swings) > 1
+    ):
+        draft.doubt(
+            "effort", f"which is of an oscillation of a rheometer, beside {', '.join(swings[:3])}"
+        )
 
 
 def doubt_a_torque_in_a_unit_of_force(draft: Draft) -> None:

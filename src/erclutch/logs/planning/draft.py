@@ -74,7 +74,9 @@ class Draft:
     def taken(self) -> list[str]:
         """Columns that are signals, inputs, the time or a counter of samples, or that are known to be no signal."""
         chosen = [each.column for each in (*self.signals.values(), *self.inputs) if each.column]
-        stamps = [self.clock.column] if self.clock is not None and self.clock.kind == "column" else []
+        stamps = (
+            [self.clock.column] if self.clock is not None and self.clock.kind == "column" else []
+        )
         return [*chosen, *self.no_signals, *self.seen.counters, *stamps]
 
     def ask(self, signal: str, error: MappingError, option: str = "") -> None:
@@ -139,7 +141,9 @@ class Draft:
 
     def doubt(self, signal: str, why: str, answer: str = "") -> None:
         """Say why the choice for a signal is doubtful: the user is asked to confirm it, or an answer that is likely."""
-        self.signals[signal] = replace(self.signals[signal], sureness="doubtful", doubt=why, answer=answer)
+        self.signals[signal] = replace(
+            self.signals[signal], sureness="doubtful", doubt=why, answer=answer
+        )
 
     def take_back(self, signal: str) -> None:
         """Take a guess back, and what was noted of it."""
@@ -187,7 +191,9 @@ def _other_unit(column: SeenColumn, unit: str, si_units: tuple[str, ...]) -> str
     if not column.fits(si_units):
         return f" (the file says {own})"
     given = units.parse(unit)
-    of_turns = own_unit(column.name, own, si_units)  # 1/min of a speed is turns a minute, and no other unit
+    of_turns = own_unit(
+        column.name, own, si_units
+    )  # 1/min of a speed is turns a minute, and no other unit
     for said in (own, of_turns):
         of_file = units.parse(said or "")
         if (given.factor, given.dimension) == (of_file.factor, of_file.dimension):
@@ -208,11 +214,15 @@ def _by_sensor(
         fitting = units.fits(unit, (sensor,))
         if fitting is None:
             problem = f"column '{name}' has the unit '{unit}', and the scale of {signal} is {text}"
-            raise UnitError(problem, remedy=f"Give the scale in {signal} per {unit}, or the column's unit")
+            raise UnitError(
+                problem, remedy=f"Give the scale in {signal} per {unit}, or the column's unit"
+            )
         number *= fitting[0]
     elif unit is not None and made is not None:
         problem = f"column '{name}' has the unit '{unit}', and the scale of {signal}, {text}, names no unit of a sensor"
-        raise UnitError(problem, remedy=f"Write it like --scale {shell_word(f'{signal}={text}/{unit}')}")
+        raise UnitError(
+            problem, remedy=f"Write it like --scale {shell_word(f'{signal}={text}/{unit}')}"
+        )
     made = made if made is not None else unit
     if made is None:
         return number, units.UNKNOWN, f", times {text}, no unit: taken as logged"
@@ -230,7 +240,9 @@ def scaled(text: str, signal: str) -> tuple[float, str | None, str | None]:
         number, unit = units.quantity(text)
         over, _, under = (unit or "").rpartition("/")
         whole = not unit or (units.is_unit(unit) and units.fits(unit, SIGNALS[signal].si_units))
-        whole = whole and under.strip() != "%"  # a per cent of the rated torque is the unit of a drive's sensor
+        whole = (
+            whole and under.strip() != "%"
+        )  # a per cent of the rated torque is the unit of a drive's sensor
         if not whole:
             over = units.parse(over).text
             under = None if under in COUNTS else units.parse(under).text

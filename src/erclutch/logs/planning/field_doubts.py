@@ -26,13 +26,17 @@ from erclutch.signals.array import Array
 #: Words of a drive in the name of its current (i_q, q_current, motor_current), and of the current beside it.
 _OF_DRIVES = frozenset({"motor", "mot", "servo", "drive", "iq", "isq", "q", "motorstrom"})
 #: Words of a machine that loads the device, or is itself under test; an eddy-current brake has a load current too.
-_OF_MACHINES = frozenset({"load", "generator", "gen", "dut", "uut", "armature", "absorber", "alternator", "anker"})
+_OF_MACHINES = frozenset(
+    {"load", "generator", "gen", "dut", "uut", "armature", "absorber", "alternator", "anker"}
+)
 LARGEST_SUPPLY = 100.0  # V, or as logged, above which a voltage is that across a fluid
 _COMMANDS = ("command", "cmd")
 _SI_OF_A_SUPPLY = ("A", "V")
 _A_COIL_OF_A_DEVICE = "the coil of a brake or damper"
 #: Words in the name of a voltage that an amplifier shows of its output.
-_MONITORS = frozenset({"monitor", "mon", "vmon", "imon", "hv", "highvoltage", "hochspannung", "trek"})
+_MONITORS = frozenset(
+    {"monitor", "mon", "vmon", "imon", "hv", "highvoltage", "hochspannung", "trek"}
+)
 _OUTPUT = 12.0  # V, of an amplifier's monitor at most
 _CROSSINGS = 4  # of the middle of its range, by a motion to and fro
 
@@ -58,7 +62,12 @@ def _leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
     """
     field = draft.signals.get("field")
     effort = draft.signals.get("effort")
-    if field is None or effort is None or not effort.column or not _is_guessed_voltage(draft, field):
+    if (
+        field is None
+        or effort is None
+        or not effort.column
+        or not _is_guessed_voltage(draft, field)
+    ):
         return
     output = draft.table.columns[field.column]
     measured = draft.table.columns[effort.column]
@@ -83,7 +92,11 @@ def _leave_out_the_number_of_a_motor(draft: Draft) -> None:
     if not is_a_number or _OF_DRIVES.isdisjoint(column.spoken.stem_words):
         return
     for other in draft.seen.without([*draft.taken, field.column]):
-        if not other.shape.constant and other.fits(("A",)) and not CURRENTS.isdisjoint(other.spoken.stem_words):
+        if (
+            not other.shape.constant
+            and other.fits(("A",))
+            and not CURRENTS.isdisjoint(other.spoken.stem_words)
+        ):
             why = f"is {level:g} all through while {other.name} changes: taken for the number of a motor, left out"
             _leave_out_field(draft, why)
             return
@@ -151,7 +164,9 @@ def _may_drive_a_coil(column: SeenColumn) -> bool:
     if "field" not in column.spoken.may_be or column.fits(_SI_OF_A_SUPPLY) is False:
         return False
     is_told = column.spoken.says(TOLD | NOT_MEASURED)
-    return not (is_told or column.shape.constant or column.is_steady or takes_both_signs(column.values))
+    return not (
+        is_told or column.shape.constant or column.is_steady or takes_both_signs(column.values)
+    )
 
 
 def is_current_of_a_drive(column: SeenColumn, efforts: Iterable[Array]) -> bool:
@@ -165,7 +180,12 @@ def _leave_out_the_supply_of_a_drive(draft: Draft) -> None:
     """Take a guessed voltage back that keeps one level, too low for a fluid, beside the current of a drive."""
     field = draft.signals.get("field")
     effort = draft.signals.get("effort")
-    if field is None or effort is None or not effort.column or not _is_guessed_voltage(draft, field):
+    if (
+        field is None
+        or effort is None
+        or not effort.column
+        or not _is_guessed_voltage(draft, field)
+    ):
         return
     voltage = draft.seen.columns[field.column]
     largest = float(np.nanmax(np.abs(voltage.values), initial=0.0)) * abs(field.factor)

@@ -25,7 +25,9 @@ _MOST_SPARE = 8
 _NAMELESS = re.compile(r"c\d+|")
 #: How words for a temperature begin in several languages.
 _TEMPERATURES = re.compile("temperat|темпер|油温|温度|온도")
-_COUNTS = frozenset({"row", "rows", "index", "idx", "sample", "samples", "unnamed", "nr", "no", "number", "count"})
+_COUNTS = frozenset(
+    {"row", "rows", "index", "idx", "sample", "samples", "unnamed", "nr", "no", "number", "count"}
+)
 #: Columns that say how a row came about, and measure nothing.
 _STATES = ("flags", "events", "status", "state")
 
@@ -43,16 +45,24 @@ def take_further_columns(draft: Draft) -> None:
             unit = column.unit_for(SIGNALS[signal].si_units)
             draft.take(signal, column.name, unit, 1.0, "guessed from its name", "likely")
 
-    for choice in draft.told.inputs:  # as logged; they travel with the signals under a name of their own
+    for (
+        choice
+    ) in draft.told.inputs:  # as logged; they travel with the signals under a name of their own
         try:
             name, unit, factor = locate(draft.table, choice, "input")
         except MappingError as error:
             draft.ask("input", error)
             continue
         # A model keeps the unit in its file, whose reader takes well-written ones.
-        is_known = bool(unit) and (units.is_unit(unit) or units.is_temperature(unit)) and units.is_written_well(unit)
+        is_known = (
+            bool(unit)
+            and (units.is_unit(unit) or units.is_temperature(unit))
+            and units.is_written_well(unit)
+        )
         unit_as_logged = unit if unit and is_known and abs(factor) == 1.0 else units.UNKNOWN
-        draft.inputs.append(SignalPlan("input", name, unit, factor, factor, unit_as_logged, reason=choice.source))
+        draft.inputs.append(
+            SignalPlan("input", name, unit, factor, factor, unit_as_logged, reason=choice.source)
+        )
         draft.notes.append(f"further input <- column {name}, as logged ({choice.source})")
 
     # Columns of finite numbers that change and that nothing has taken; `fit.choice.ladder` says what they are good for.
@@ -67,7 +77,11 @@ def take_further_columns(draft: Draft) -> None:
         is_other = _numbers_the_rows(column) or is_of_phases(draft.seen, column)
         measures = changes and not is_other and np.isfinite(column.values).all()
         # What another model says of the effort would take off its error, and no controller has it.
-        if measures and not is_of_models(draft.seen, column) and not _is_an_effort_besides(draft, column):
+        if (
+            measures
+            and not is_of_models(draft.seen, column)
+            and not _is_an_effort_besides(draft, column)
+        ):
             draft.spare.append(name)
             if len(draft.spare) == _MOST_SPARE:
                 return
@@ -108,7 +122,9 @@ def _numbers_the_rows(column: SeenColumn) -> bool:
 def _is_an_effort_besides(draft: Draft, column: SeenColumn) -> bool:
     """Whether a column is called like an effort that was computed, or is the effort of another joint."""
     words = column.spoken.stem_words
-    if column.spoken.says(COMPUTED) and any(spoken_name(word).forms["effort"] for word in words if len(word) > 2):
+    if column.spoken.says(COMPUTED) and any(
+        spoken_name(word).forms["effort"] for word in words if len(word) > 2
+    ):
         return True
     effort = draft.signals.get("effort")
     if effort is None or not effort.column:

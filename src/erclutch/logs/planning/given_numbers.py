@@ -55,7 +55,9 @@ def take_given_numbers(draft: Draft) -> None:
             problem = f"{key} is {text} {source}, and it was said that none was logged"
             raise MappingError(problem, remedy="Leave --field none out, or --name-pattern")
         elif chosen is not None:
-            draft.notes.append(f"{key} = {text} ({source}) not used: column {chosen.column or '?'} was chosen")
+            draft.notes.append(
+                f"{key} = {text} ({source}) not used: column {chosen.column or '?'} was chosen"
+            )
         else:
             if unit:
                 factor, si = units.conversion(unit, SIGNALS[key], key)

@@ -44,7 +44,9 @@ def guess_what_is_needed(draft: Draft) -> None:
         doubts: list[MappingError] = []
         for option in group:
             # An alternative to what is there (E beside E1 and E2), not something more (theta).
-            says_the_same = ("E",) in group or (option == ("alpha_raw",) and "alpha" in draft.signals)
+            says_the_same = ("E",) in group or (
+                option == ("alpha_raw",) and "alpha" in draft.signals
+            )
             if settled and says_the_same:
                 continue
             for signal in option:
@@ -93,7 +95,9 @@ def _pass_over_oscillations(draft: Draft) -> None:
         if column.fits(("Pa",)) and not takes_both_signs(column.values):
             amplitudes.append(column.name)
     named = draft.taken
-    draft.no_signals += [name for name in dict.fromkeys([*moduli, *amplitudes]) if name not in named]
+    draft.no_signals += [
+        name for name in dict.fromkeys([*moduli, *amplitudes]) if name not in named
+    ]
 
 
 def _settle_several_speeds(draft: Draft, doubt: MappingError) -> None:
@@ -103,7 +107,12 @@ def _settle_several_speeds(draft: Draft, doubt: MappingError) -> None:
     """
     position = draft.signals.get("position")
     stamps = draft.seen.stamps
-    if "slip" in draft.signals or position is None or not position.column or position.sureness == "given":
+    if (
+        "slip" in draft.signals
+        or position is None
+        or not position.column
+        or position.sureness == "given"
+    ):
         return
     if stamps is None:
         return
@@ -127,7 +136,9 @@ def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
     if signal == "position" and motion:
         speed = draft.seen.columns[motion]
         if column.shape.constant and not speed.shape.constant:
-            draft.notes.append(f"column {column.name} never changes while {motion} does: left out, it is no position")
+            draft.notes.append(
+                f"column {column.name} never changes while {motion} does: left out, it is no position"
+            )
             return False
         # A gap and a travel of something else have the unit of a position too.
         if not is_named and not is_rate_of(speed.values, column.values, draft.seen.stamps):
@@ -165,7 +176,11 @@ def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:
     if not draft.seen.columns[field].varies:
         return
     for column in draft.seen.without(taken):
-        if not column.fits(("V", "A")) or "field" not in column.spoken.may_be or not column.is_steady:
+        if (
+            not column.fits(("V", "A"))
+            or "field" not in column.spoken.may_be
+            or not column.is_steady
+        ):
             continue
         low = np.nanmin(column.values)
         high = np.nanmax(column.values)

@@ -25,14 +25,31 @@ _SENSORS = {
     "position": frozenset({"lvdt", "potentiometer", "poti", "pot", "laser", "linearencoder"}),
     "slip": frozenset({"tacho", "tachometer", "tachogenerator", "dynamo"}),
     "effort": frozenset(
-        {"loadcell", "hx711", "straingauge", "straingage", "dms", "forcesensor", "torquesensor", "kraftmessdose"}
+        {
+            "loadcell",
+            "hx711",
+            "straingauge",
+            "straingage",
+            "dms",
+            "forcesensor",
+            "torquesensor",
+            "kraftmessdose",
+        }
     ),
 }
 #: How a signal's column may be written, where nothing in the log looks like it.
-EXAMPLES = {"field": "I [A]", "slip": "V [cm/s]", "position": "D [mm]", "effort": "F [N]", "T": "torque [N*m]"}
+EXAMPLES = {
+    "field": "I [A]",
+    "slip": "V [cm/s]",
+    "position": "D [mm]",
+    "effort": "F [N]",
+    "T": "torque [N*m]",
+}
 
 
-def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: str = "") -> MappingError:
+def missing(
+    seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: str = ""
+) -> MappingError:
     """The error for a signal that no column was found for.
 
     Args:
@@ -46,14 +63,20 @@ def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: 
     example = EXAMPLES.get(signal, f"NAME [{si_units[0] or '-'}]")
     doubt = ""
 
-    short = next((column for column in free if not column.unit and has_short_name(column, signal)), None)
+    short = next(
+        (column for column in free if not column.unit and has_short_name(column, signal)), None
+    )
     if short is not None:
         meaning = " (voltage or velocity)" if short.spoken.plain == "v" else ""
         doubt = f"; {short.name} may be it, but its name alone can mean several things{meaning}"
         if short.spoken.end:
             example = short.name
         else:
-            likely = "V" if signal == "field" and short.spoken.plain == "v" else usual_unit(signal) or "-"
+            likely = (
+                "V"
+                if signal == "field" and short.spoken.plain == "v"
+                else usual_unit(signal) or "-"
+            )
             example = seen.table.label(short.name, likely)
 
     remedy = f"Give it with its unit, such as --{signal} {shell_word(example)}"
@@ -79,10 +102,13 @@ def missing(seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: 
     presses = pressing_loads(seen, signal)
     if presses:
         doubt += (
-            f"; column {presses[0]} is a load beside a coefficient of friction: their product rubs, the load presses"
+            f"; column {presses[0]} is a load beside a coefficient of friction: their product "
+            "rubs, the load presses"
         )
     for column in free:
-        speaks = any(spoken_name(word).forms[signal] for word in column.spoken.stem_words if len(word) > 2)
+        speaks = any(
+            spoken_name(word).forms[signal] for word in column.spoken.stem_words if len(word) > 2
+        )
         if signal == "effort" and speaks and column.spoken.says(NOT_MEASURED):
             doubt += f"; column {column.name} is none that was measured, by its name"
     for name in seen.empty:
@@ -130,13 +156,18 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
             return f"--slip {shell_word(f'{column.name} [turn/s]')}"
         from_sensor = written in ("V", "mV", "%") or written in COUNTS
         is_headed = len(column.spoken.heads.get(signal) or "") > 2  # CH2 Force
-        if from_sensor and column.fits(si_units) is False and (is_headed or _is_called(column, signal)):
+        if (
+            from_sensor
+            and column.fits(si_units) is False
+            and (is_headed or _is_called(column, signal))
+        ):
             unit_of_sensor = written
         else:
             unit_of_sensor = _counted(column, signal)
         if unit_of_sensor:
             measured = next(
-                (unit for unit in UNITS_OF_KIND.get(column.kind_by_name, ()) if unit in si_units), si_units[0]
+                (unit for unit in UNITS_OF_KIND.get(column.kind_by_name, ()) if unit in si_units),
+                si_units[0],
             )
             scale = shell_word(f"{signal}=NUMBER {measured or '1'}/{unit_of_sensor}")
             return f"--{signal} {shell_word(column.name)} --scale {scale}"
@@ -166,4 +197,6 @@ def _counted(column: SeenColumn, signal: str) -> str:
 
 def _is_called(column: SeenColumn, signal: str) -> bool:
     """Whether the whole name speaks for the signal, or is that of a sensor for it."""
-    return len(column.spoken.forms[signal] or "") > 2 or column.spoken.plain_stem in _SENSORS.get(signal, ())
+    return len(column.spoken.forms[signal] or "") > 2 or column.spoken.plain_stem in _SENSORS.get(
+        signal, ()
+    )

@@ -57,7 +57,11 @@ def hold_slip_against_position(draft: Draft) -> None:
         return
     if (slip.si, position.si) not in _RATES:
         return
-    stamps = draft.table.columns[clock.column] * clock.factor if clock.kind == "column" else draft.seen.stamps
+    stamps = (
+        draft.table.columns[clock.column] * clock.factor
+        if clock.kind == "column"
+        else draft.seen.stamps
+    )
     if stamps is None:
         return
     speed = draft.table.columns[slip.column] * slip.factor
@@ -123,7 +127,13 @@ def _other_clock(draft: Draft, clock: ClockPlan, ratio: float, speed: Array, pla
 def ask_about_a_wrapped_angle(draft: Draft) -> None:
     """Ask about a position without a unit that jumps by a full turn: the rate of such jumps is no speed."""
     position = draft.signals.get("position")
-    if position is None or position.unit or position.scale != 1.0 or not position.column or "slip" in draft.signals:
+    if (
+        position is None
+        or position.unit
+        or position.scale != 1.0
+        or not position.column
+        or "slip" in draft.signals
+    ):
         return
     place = draft.table.columns[position.column]
     place = place[np.isfinite(place)]
@@ -139,7 +149,11 @@ def ask_about_a_wrapped_angle(draft: Draft) -> None:
             label = shell_word(f"{position.column} [{unit}]")
             problem = f"column {position.column} has no unit and jumps by a full turn {wraps} times, as an angle in"
             remedy = f"Give its unit, such as --position {label}"
-            draft.ask("position", MappingError(f"{problem} {unit} does", remedy=remedy), f"--position {label}")
+            draft.ask(
+                "position",
+                MappingError(f"{problem} {unit} does", remedy=remedy),
+                f"--position {label}",
+            )
             return
 
 
@@ -171,7 +185,9 @@ def hold_power(draft: Draft) -> None:
         if slip.sureness == "given" or "slip" in draft.questions:
             draft.notes.append(odd)
         else:
-            remedy = f"Say which is right, such as --slip {shell_word(draft.table.label(slip.column))}"
+            remedy = (
+                f"Say which is right, such as --slip {shell_word(draft.table.label(slip.column))}"
+            )
             draft.ask("slip", MappingError(odd, remedy=remedy))
         return
 

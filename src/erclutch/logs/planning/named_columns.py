@@ -44,9 +44,13 @@ def refuse_unreadable_signals(draft: Draft) -> None:
 
     for name, problem in table.unreadable.items():
         meant = _meant_by(name, wanted, time=not timed)
-        if not meant or any(_meant_by(other, {meant}, time=meant == "time") for other in table.columns):
+        if not meant or any(
+            _meant_by(other, {meant}, time=meant == "time") for other in table.columns
+        ):
             continue
-        remedy = f"Correct its cells, or say what the {meant} is: --{meant} {shell_word('NAME [unit]')}"
+        remedy = (
+            f"Correct its cells, or say what the {meant} is: --{meant} {shell_word('NAME [unit]')}"
+        )
         remedy += ", or --field none if it was not logged" if meant == "field" else ""
         raise LogError(f"{problem}, and it is called like the {meant}", remedy=remedy)
 
@@ -87,7 +91,9 @@ def take_named(draft: Draft) -> None:
                 _take_choice(draft, signal, choice)
             except MappingError as error:
                 if signal in named_by_itself:
-                    draft.notes.append(f"{signal}: the recording's own channel; it has no column '{choice.column}'")
+                    draft.notes.append(
+                        f"{signal}: the recording's own channel; it has no column '{choice.column}'"
+                    )
                 else:
                     draft.ask(signal, error)
         elif signal == "field":
@@ -109,8 +115,12 @@ def _take_choice(draft: Draft, signal: str, choice: ColumnChoice) -> None:
     if signal != _TEMPERATURE:
         draft.take(signal, name, unit, factor, choice.source)
         return
-    units.kelvin(draft.table.columns[name] * factor, unit, name)  # raises where its unit is none of a temperature
-    draft.signals[signal] = SignalPlan(signal, name, unit, factor, factor, "K", reason=choice.source)
+    units.kelvin(
+        draft.table.columns[name] * factor, unit, name
+    )  # raises where its unit is none of a temperature
+    draft.signals[signal] = SignalPlan(
+        signal, name, unit, factor, factor, "K", reason=choice.source
+    )
     draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
 
 
@@ -140,7 +150,9 @@ def locate(
         raise _without_numbers(table, hollow, signal)
     for name in (text, positive, split_label(text)[0], split_label(positive)[0]):
         if name not in table.columns and name in table.unreadable:
-            raise LogError(table.unreadable[name], remedy="Correct its cells, or name another column")
+            raise LogError(
+                table.unreadable[name], remedy="Correct its cells, or name another column"
+            )
 
     readings = [(text, 1.0)]
     if text.startswith("-"):
@@ -151,7 +163,9 @@ def locate(
         if name not in table.columns:
             name, own = split_label(label)
             unit = choice.unit or own
-        if name not in table.columns:  # the whole head of a column with its unit once more behind it
+        if (
+            name not in table.columns
+        ):  # the whole head of a column with its unit once more behind it
             head = split_label(name)[0]
             name = head if head in table.columns else name
         if name not in table.columns and name.isdecimal() and len(name) <= _LONGEST_NUMBER:
@@ -159,14 +173,22 @@ def locate(
         if name in table.columns:
             _, end = split_end(name)
             both = end and unit and units.is_unit(end) and units.is_unit(unit)
-            if both and units.parse(end or "").dimension != units.parse(unit or "").dimension:  # no volt is an ampere
+            if (
+                both and units.parse(end or "").dimension != units.parse(unit or "").dimension
+            ):  # no volt is an ampere
                 problem = f"column '{name}' ends in a unit, {end}, and {unit} is of another kind"
                 remedy = f"Give it as it is, --{signal} {shell_word(name)}"
                 if signal in SIGNALS:
                     scale = shell_word(f"{signal}=1 {unit}/{end}")
                     remedy += f", or what one {end} of it means, such as --scale {scale}"
                 raise UnitError(problem, remedy=remedy)
-            si_units = SIGNALS[signal].si_units if signal in SIGNALS else ("s",) if signal == "time" else ()
+            si_units = (
+                SIGNALS[signal].si_units
+                if signal in SIGNALS
+                else ("s",)
+                if signal == "time"
+                else ()
+            )
             unit = choice.unit or own_unit(name, unit or table.units.get(name), si_units)
             return name, unit, sign * choice.scale
 
@@ -177,4 +199,6 @@ def locate(
     remedy = f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}"
     if "*" in text and signal != "time":
         remedy += "; for a log of each column of such a name add --variable all"
-    raise MappingError(f"there is no column '{text}' for {signal}; the file has: {table.listed}", remedy=remedy)
+    raise MappingError(
+        f"there is no column '{text}' for {signal}; the file has: {table.listed}", remedy=remedy
+    )

@@ -24,13 +24,51 @@ from erclutch.signals.recording import SIGNALS
 _OTHER_AXIS = frozenset({"id", "isd", "d"})
 _OWN_SCALE = re.compile(r"(?:°|deg ?)?[CF]|[℃℉]|dB\w*|bits?|counts?|ticks?|lsb", re.I)
 #: The last word of a column that numbers the steps of a test, and words that may stand in front of it.
-_PARTS = frozenset({"step", "segment", "stage", "interval", "block", "schritt", "abschnitt", "etape", "paso", "etapa"})
+_PARTS = frozenset(
+    {
+        "step",
+        "segment",
+        "stage",
+        "interval",
+        "block",
+        "schritt",
+        "abschnitt",
+        "etape",
+        "paso",
+        "etapa",
+    }
+)
 _OF_A_TEST = frozenset({"test", "recipe", "program", "sequence", "measurement", "active", "actual"})
 #: What a bench marks rows by: where it stopped, what went wrong, what the drive does.
 _MARKS = frozenset(
     {
-        *("is", "has", "holding", "endstop", "limit", "limiter", "flag", "valid", "error", "fault", "alarm", "trigger"),
-        *("trig", "event", "home", "homed", "homing", "contact", "ready", "done", "moving", "saturated", "sync"),
+        *(
+            "is",
+            "has",
+            "holding",
+            "endstop",
+            "limit",
+            "limiter",
+            "flag",
+            "valid",
+            "error",
+            "fault",
+            "alarm",
+            "trigger",
+        ),
+        *(
+            "trig",
+            "event",
+            "home",
+            "homed",
+            "homing",
+            "contact",
+            "ready",
+            "done",
+            "moving",
+            "saturated",
+            "sync",
+        ),
         "status",
     }
 )
@@ -39,12 +77,24 @@ _LEVEL = 0.01  # of the range, by which a number lies at neither end
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
 _RETURNS = 0.1  # of the range, by which a column comes back that does not only rise or only fall
 _SAME_COURSE = 2e-3  # of the range, within which two columns are one course
-_SET_ENDS = 0.1  # of the range, by which the ends of a set point and of what follows it differ at most
+_SET_ENDS = (
+    0.1  # of the range, by which the ends of a set point and of what follows it differ at most
+)
 _FOLLOWS_CLOSELY = 0.996  # correlation of a set point with what follows it some rows later
 _LOAD_CELL = re.compile(r"(?<![^\W_])(?:lc ?\d+|load ?cell\w*)(?![^\W_])", re.IGNORECASE)
 #: What a sine that a drive was told is made with; a field that alternates may be described so too.
 _OF_A_SINE = frozenset(
-    {"amplitude", "amplitudes", "ampl", "amplitud", "ampiezza", "frequency", "freq", "frequenz", "frequence"}
+    {
+        "amplitude",
+        "amplitudes",
+        "ampl",
+        "amplitud",
+        "ampiezza",
+        "frequency",
+        "freq",
+        "frequenz",
+        "frequence",
+    }
 )
 
 
@@ -166,7 +216,11 @@ def _why_beside(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> 
             return f"is {other.name} in other numbers"
     for other in measured:
         if _is_size_of(column.values, other.values):
-            return f"is {other.name} without its sign" if np.nanmin(other.values) < 0.0 else f"repeats {other.name}"
+            return (
+                f"is {other.name} without its sign"
+                if np.nanmin(other.values) < 0.0
+                else f"repeats {other.name}"
+            )
     for other in measured:
         if _is_set_point_of(column.values, other.values):
             return f"is the set point that {other.name} follows"
@@ -278,7 +332,9 @@ def is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
     models = [other for other in seen.columns.values() if other.spoken.is_of_a_model]
     if len(models) < 2:
         return False
-    return column.spoken.is_of_a_model or any(_are_estimates(column.values, model.values) for model in models)
+    return column.spoken.is_of_a_model or any(
+        _are_estimates(column.values, model.values) for model in models
+    )
 
 
 def _motion_beside(seen: SeenColumns, column: SeenColumn) -> str:

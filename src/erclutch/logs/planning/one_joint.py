@@ -20,7 +20,9 @@ _TOKEN = re.compile(r"[^\W\d_]+|\d+")
 _FEWEST = 3  # joints: two may be the two sides of one device
 _MOVES = 0.1  # share of what the liveliest joint moves by
 #: Words that say that columns are of joints, so that two suffice.
-_OF_JOINTS = frozenset({"joint", "joints", "axis", "achse", "gelenk", "axe", "eje", "q", "dq", "qd", "qdot"})
+_OF_JOINTS = frozenset(
+    {"joint", "joints", "axis", "achse", "gelenk", "axe", "eje", "q", "dq", "qd", "qdot"}
+)
 #: Sides of one device and ways to log a signal, and directions in space: none of them is a joint.
 _NO_JOINTS = frozenset(
     (
@@ -52,7 +54,21 @@ _NO_JOINTS = frozenset(
             "primary",
             "secondary",
         ),
-        *("in", "out", "side", "meas", "measured", "est", "filt", "filtered", "raw", "ref", "cmd", "des", "set"),
+        *(
+            "in",
+            "out",
+            "side",
+            "meas",
+            "measured",
+            "est",
+            "filt",
+            "filtered",
+            "raw",
+            "ref",
+            "cmd",
+            "des",
+            "set",
+        ),
         *("min", "max", "mean", "std"),
     )
 )
@@ -96,7 +112,9 @@ def propose_one_joint(draft: Draft) -> None:
 
     other = next(joint for joint in joints if joint != first)
     option = f"--slip {shell_word(slips[other])} --effort {shell_word(efforts[other])}"
-    draft.doubt("slip", f"of one of {len(joints)} joints, each a device of its own; another is {option}")
+    draft.doubt(
+        "slip", f"of one of {len(joints)} joints, each a device of its own; another is {option}"
+    )
     draft.doubt("effort", "of the same joint")
 
 

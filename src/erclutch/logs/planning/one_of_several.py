@@ -29,7 +29,9 @@ from erclutch.signals.array import Array
 _OHMS_OF_A_COIL = 1000.0  # at most; an electrorheological fluid has megohms
 _COMMANDS = ("pwm", "duty", "command", "cmd", "excitation")  # what a supply is told
 #: Words for the device itself. A clutch is driven too: its motor's speed is that of one of its sides.
-_DEVICES = frozenset(("brake", "bremse", "frein", "freno", "damper", "dampfer", "daempfer", "amortisseur"))
+_DEVICES = frozenset(
+    ("brake", "bremse", "frein", "freno", "damper", "dampfer", "daempfer", "amortisseur")
+)
 #: What the length between the marks of a specimen is called in the headers of testing machines.
 _GAUGE_LENGTH = re.compile(
     r"ga(?:u)?ge length|\bL0\b|messl(?:ä|ae)nge|longueur (?:initiale|utile|entre rep(?:è|e)res)|base de mesure|"
@@ -39,7 +41,9 @@ _GAUGE_LENGTH = re.compile(
 
 
 #: Words for a sensor of a torque or a force.
-_CELLS = frozenset({"sensor", "adc", "transducer", "cell", "loadcell", "futek", "flange", "messwelle", "daq"})
+_CELLS = frozenset(
+    {"sensor", "adc", "transducer", "cell", "loadcell", "futek", "flange", "messwelle", "daq"}
+)
 _LAST_DIGITS = 1e-5  # of the largest number
 _FEW = 3  # speeds: of more, a robot's rest and are asked about with its efforts
 _ALIKE = 0.03  # of the largest speed, by which two sensors of one motion differ at most
@@ -128,7 +132,9 @@ def _without_raw(seen: SeenColumns, names: Sequence[str]) -> list[str]:
     with_unit = [column for column in columns if column.written_unit]
     kept: list[str] = []
     for column in columns:
-        is_raw = not column.written_unit and any(go_straight(column.values, other.values) for other in with_unit)
+        is_raw = not column.written_unit and any(
+            go_straight(column.values, other.values) for other in with_unit
+        )
         if not is_raw:
             kept.append(column.name)
     return kept
@@ -146,7 +152,9 @@ def _of_the_device(seen: SeenColumns, names: Sequence[str]) -> list[str]:
     return devices if len(devices) == 1 else [*names]
 
 
-def _one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequence[str]) -> list[str]:
+def _one_of_a_circuit(
+    seen: SeenColumns, fields: Sequence[str], efforts: Sequence[str]
+) -> list[str]:
     """The fields without what drives them: the voltage or the command of a coil's current, the current of a motor."""
     measured = [name for name in fields if not any(word in name for word in EASTERN_TOLD)]
     columns = [seen.columns[name] for name in measured or fields]
@@ -167,7 +175,9 @@ def _one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequenc
     without_commands: list[SeenColumn] = []
     for column in columns:
         is_command = column.spoken.forms["field"] in _COMMANDS and not column.unit
-        is_followed = is_command and any(go_straight(current.values, column.values) for current in currents)
+        is_followed = is_command and any(
+            go_straight(current.values, column.values) for current in currents
+        )
         if not is_followed:
             without_commands.append(column)
 
@@ -245,7 +255,9 @@ def _by_two_sensors(seen: SeenColumns, speeds: list[str]) -> tuple[list[str], st
 
     Numbers alone do not suffice: two shafts that are coupled turn alike, and slip by what they differ.
     """
-    words = {name: {*seen.columns[name].spoken.stem_words} for name in speeds if name in seen.columns}
+    words = {
+        name: {*seen.columns[name].spoken.stem_words} for name in speeds if name in seen.columns
+    }
     if len(words) < len(speeds):
         return speeds, ""
     shared = set[str].intersection(*words.values())
@@ -258,7 +270,9 @@ def _by_two_sensors(seen: SeenColumns, speeds: list[str]) -> tuple[list[str], st
         agrees = np.nanmax(gap) <= _ALIKE * largest
         if other.unit != first.unit or not agrees:
             return speeds, ""
-    return [first.name], f", and {', '.join(other.name for other in others)} agrees with it to {_ALIKE:.0%}"
+    return [
+        first.name
+    ], f", and {', '.join(other.name for other in others)} agrees with it to {_ALIKE:.0%}"
 
 
 def _of_one_side(seen: SeenColumns, names: Sequence[str], partners: Iterable[str]) -> list[str]:
@@ -273,7 +287,9 @@ def _of_one_side(seen: SeenColumns, names: Sequence[str], partners: Iterable[str
     return beside_partners if len(beside_partners) == 1 else [*names]
 
 
-def _one_position(seen: SeenColumns, positions: list[str], taken: Sequence[str]) -> tuple[list[str], str]:
+def _one_position(
+    seen: SeenColumns, positions: list[str], taken: Sequence[str]
+) -> tuple[list[str], str]:
     """The position whose gauge length the header gives, from which a specimen is stretched; else as for a slip."""
     positions = _without_other_zeros(seen, positions)
     if len(positions) == 1:

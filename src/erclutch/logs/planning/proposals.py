@@ -27,11 +27,25 @@ from erclutch.signals.recording import SIGNALS
 _COMPONENT = re.compile(r"[fmtv][xyz]")
 _NUMBER_BEHIND = re.compile(r"\d*$")
 #: What a number tells one of from another: none of them is switched to a level.
-_NUMBERED = frozenset(("cell", "id", "label", "trial", "specimen", "station", "well", "slot", "axis", "group", "run"))
+_NUMBERED = frozenset(
+    ("cell", "id", "label", "trial", "specimen", "station", "well", "slot", "axis", "group", "run")
+)
 #: What a column of 0 and 1 may say of a coil; a mark of anything else is no field.
 _SWITCHES = frozenset(
     (
-        *("on", "off", "mode", "state", "switch", "enable", "enabled", "energized", "active", "power", "powered"),
+        *(
+            "on",
+            "off",
+            "mode",
+            "state",
+            "switch",
+            "enable",
+            "enabled",
+            "energized",
+            "active",
+            "power",
+            "powered",
+        ),
         *("magnet", "coil", "clutch", "brake", "relay", "step", "level", "excited"),
         *("ein", "aus", "zustand", "schalter"),
     )
@@ -39,13 +53,19 @@ _SWITCHES = frozenset(
 #: What the share is called that a supply, a valve or a brake is told.
 _COMMANDS = frozenset({"cmd", "command", "duty", "pwm", "valve", "brake", "excitation", "control"})
 #: What a current is called that makes the field.
-_COILS = frozenset({"coil", "magnet", "brake", "clutch", "spule", "bobine", "bobina", "field", "excitation"})
+_COILS = frozenset(
+    {"coil", "magnet", "brake", "clutch", "spule", "bobine", "bobina", "field", "excitation"}
+)
 #: Behind a name that an earlier column has too.
 _COPY = re.compile(r" \(\d+\)$")
 _ESTIMATED = frozenset({"est", "estimate", "estimated"})
 #: Words of what was told, and of a drive: such a column stands behind others that would do.
 _NOT_FIRST = TOLD | _COMMANDS - {"brake"} | {"motor", "drive", "antrieb", "moteur"}
-_USUAL = {"lead": '--lead "10 mm"', "input": '--input "COLUMN"', "temperature": '--temperature "COLUMN [°C]"'}
+_USUAL = {
+    "lead": '--lead "10 mm"',
+    "input": '--input "COLUMN"',
+    "temperature": '--temperature "COLUMN [°C]"',
+}
 
 
 def proposals(draft: Draft) -> list[str]:
@@ -102,7 +122,9 @@ def _motions(draft: Draft) -> list[str]:
     return [each.column for signal, each in draft.signals.items() if signal in ("slip", "position")]
 
 
-def _field_option(draft: Draft, question: Question, proposed: Sequence[str], *, may_be_none: bool) -> str:
+def _field_option(
+    draft: Draft, question: Question, proposed: Sequence[str], *, may_be_none: bool
+) -> str:
     """The option for a field that was not found: a column that may be it, or none.
 
     Args:
@@ -147,7 +169,9 @@ def _field_option(draft: Draft, question: Question, proposed: Sequence[str], *, 
             commands.append(column.name)
         marks_something = is_a_mark(column) and _SWITCHES.isdisjoint(words)
         # T is a time or a temperature: a short name of several meanings, none of which is a field.
-        means_no_field = column.spoken.plain in NEED_UNIT and column.spoken.plain not in NAMES["field"].split()
+        means_no_field = (
+            column.spoken.plain in NEED_UNIT and column.spoken.plain not in NAMES["field"].split()
+        )
         # The angle of another joint (q2) may rest at a few levels too.
         means_no_field |= bool(column.spoken.may_be) and "field" not in column.spoken.may_be
         is_level = column.shape.keeps_levels and _NUMBERED.isdisjoint(words)
@@ -157,7 +181,9 @@ def _field_option(draft: Draft, question: Question, proposed: Sequence[str], *, 
             worded.append(column.name)
         if "field" in column.spoken.lettered:
             lettered.append(column.name)
-    likely = commands if len(commands) == 1 else leveled if len(leveled) == 1 else worded or lettered
+    likely = (
+        commands if len(commands) == 1 else leveled if len(leveled) == 1 else worded or lettered
+    )
     if not likely:
         return "--field none"
     return f"--field {shell_word(seen.table.label(likely[0]))}"
@@ -182,7 +208,9 @@ def _clock_option(draft: Draft, others: Sequence[str]) -> str:
     has_speed = "slip" in draft.signals
     if "slip" in questions and not has_speed:
         speeds, _ = candidates(seen, "slip", ())
-        has_speed = len(speeds) > 1 or any(has_short_name(column, "slip") for column in seen.without(others))
+        has_speed = len(speeds) > 1 or any(
+            has_short_name(column, "slip") for column in seen.without(others)
+        )
     if has_speed:
         return "--time none"  # a law without memory needs no clock where the speed is logged; a position needs it
 
@@ -236,7 +264,9 @@ def _column_option(
         return f"--{signal} {shell_word(hole)}"
 
     ends = {re.split(r"[./]", name)[-1] for name in likely}
-    share_one_name = len(ends) == 1 and ends.isdisjoint(likely)  # behind those of joints: elbow.velocity
+    share_one_name = len(ends) == 1 and ends.isdisjoint(
+        likely
+    )  # behind those of joints: elbow.velocity
     parts_beside: set[str] = set()  # of the names of columns that are known
     for name in beside:
         parts_beside |= _parts(spoken_name(name).stem)
@@ -275,7 +305,9 @@ def _is_switched(column: SeenColumn) -> bool:
     return column.shape.keeps_levels and not takes_both_signs(column.values)
 
 
-def _position_instead(seen: SeenColumns, taken: Sequence[str], slips: Sequence[str], efforts: Sequence[str]) -> str:
+def _position_instead(
+    seen: SeenColumns, taken: Sequence[str], slips: Sequence[str], efforts: Sequence[str]
+) -> str:
     """A position that may be meant rather than any of some speeds; "" where none is.
 
     It is the only motion, or that of the joint that the first effort has the number of, which no speed has.
@@ -314,14 +346,23 @@ def _less_likely(free: Iterable[SeenColumn], signal: str) -> list[str]:
         # ``v Dyno`` may be a speed: a short name of the signal with a word behind.
         letter, *words_behind = spoken.stem_words or ("",)
         is_short = letter in NEED_UNIT or len(letter) == 1
-        if words_behind and is_short and letter in NAMES[signal].split() and not spoken.is_accounted:
+        if (
+            words_behind
+            and is_short
+            and letter in NAMES[signal].split()
+            and not spoken.is_accounted
+        ):
             lettered.append(column.name)
             if letter not in NEED_UNIT:
                 in_one_meaning.append(column.name)
         # What the observer of a drive makes of its encoder is called an estimate.
         words = {*spoken.stem_words}
         is_estimated = bool(words & _ESTIMATED) and not words & (NOT_MEASURED - _ESTIMATED)
-        if signal in ("slip", "position") and is_estimated and not words.isdisjoint(NAMES[signal].split()):
+        if (
+            signal in ("slip", "position")
+            and is_estimated
+            and not words.isdisjoint(NAMES[signal].split())
+        ):
             estimated.append(column.name)
     return short or within or in_one_meaning or lettered or estimated
 

@@ -65,7 +65,9 @@ def table_of_log(
         name, table = next(iter(logs.items()))
         beside = _with_the_field(path, name, tables, told, device)
         if beside:
-            problem = f"recording {name} is a log without a field, and {listed(beside)} may be the field"
+            problem = (
+                f"recording {name} is a log without a field, and {listed(beside)} may be the field"
+            )
             together = shlex.quote(JOINT.join([name, *beside]))
             remedy = f"Join them by time: --variable {together}; or leave the field out: --variable {shlex.quote(name)}"
             raise LogError(problem, remedy=remedy, where=unchosen.where)
@@ -102,7 +104,11 @@ def table_of_log(
     if joined is None or not is_log(joined, told, device):
         raise unchosen
     problem = f"no recording of the file is a log alone, and together they are one: {listed(names)}"
-    raise LogError(problem, remedy=f"Join them by time: --variable {shlex.quote(together)}", where=unchosen.where)
+    raise LogError(
+        problem,
+        remedy=f"Join them by time: --variable {shlex.quote(together)}",
+        where=unchosen.where,
+    )
 
 
 def _with_the_field(
@@ -123,7 +129,11 @@ def _with_the_field(
         found = _field_of(joined, told, device) if joined is not None else ""
         if found and found not in tables[name].columns:
             beside.append(other)
-        elif joined is None and tables[other].rows >= MINIMUM_ROWS and "field" in signals_of(tables[other]):
+        elif (
+            joined is None
+            and tables[other].rows >= MINIMUM_ROWS
+            and "field" in signals_of(tables[other])
+        ):
             problem = f"recording {name} is a log without a field, and {other}, which may be it, has no time in common"
             remedy = f"Put the field beside its rows, or leave it out: --variable {shlex.quote(name)} --field none"
             raise LogError(problem, remedy=remedy, where=Path(path).name)
@@ -179,7 +189,9 @@ def _runs_as(one: Array, other: Array) -> bool:
     return bool(np.array_equal(one[:rows], other[:rows], equal_nan=True))
 
 
-def logs_among(path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None) -> dict[str, Table]:
+def logs_among(
+    path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None
+) -> dict[str, Table]:
     """The tables of those recordings of a file that have a motion and an effort, by name."""
     tables = readable_tables(path, names, told.decimal)
     return {name: table for name, table in tables.items() if is_log(table, told, device)}

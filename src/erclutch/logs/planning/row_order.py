@@ -31,26 +31,86 @@ IN_NO_ORDER = "are in no order"  # ends the reason for points that follow each o
 _FEWEST_MIXED = 200  # rows, for chance to be told from a course
 _SPREAD_OF_CHANCE = 8.0  # times 1 / sqrt(rows): four deviations of that ratio
 _FEW_POINTS = 100  # rows: of so few, a time that goes back once is the mean time of points
-_NOISE_OF_POINTS = 0.05  # the same, where a column numbers the points: each of them was set, and wanders
+_NOISE_OF_POINTS = (
+    0.05  # the same, where a column numbers the points: each of them was set, and wanders
+)
 #: What the column is called that numbers the points; a logger counts samples.
 _POINTS_OF = frozenset(
-    ("point", "points", "pt", "pts", "no", "nr", "number", "nummer", "punkt", "messpunkt", "measurement")
+    (
+        "point",
+        "points",
+        "pt",
+        "pts",
+        "no",
+        "nr",
+        "number",
+        "nummer",
+        "punkt",
+        "messpunkt",
+        "measurement",
+    )
 )
 _UNSTEADY = 0.1  # of a step, by which the steps of points differ at least
 _MOST_HOLES = 0.1  # share of the rows that lack a number
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
 _PARTS = frozenset(
     (
-        *("trial", "test", "run", "direction", "cycle", "phase", "state", "status", "step", "rep", "repetition"),
-        *("segment", "mode", "sweep", "load", "flag", "valid", "event", "comment", "remark", "note", "versuch"),
-        *("lauf", "richtung", "zustand", "schritt", "essai", "sens", "etat", "prueba", "ensayo", "sentido"),
+        *(
+            "trial",
+            "test",
+            "run",
+            "direction",
+            "cycle",
+            "phase",
+            "state",
+            "status",
+            "step",
+            "rep",
+            "repetition",
+        ),
+        *(
+            "segment",
+            "mode",
+            "sweep",
+            "load",
+            "flag",
+            "valid",
+            "event",
+            "comment",
+            "remark",
+            "note",
+            "versuch",
+        ),
+        *(
+            "lauf",
+            "richtung",
+            "zustand",
+            "schritt",
+            "essai",
+            "sens",
+            "etat",
+            "prueba",
+            "ensayo",
+            "sentido",
+        ),
         "estado",
     )
 )
 #: Columns that tell one device or fluid from another; a model is of one of them.
 _KINDS = frozenset(
     (
-        *("material", "sample", "specimen", "fluid", "oil", "grease", "batch", "company", "supplier", "maker"),
+        *(
+            "material",
+            "sample",
+            "specimen",
+            "fluid",
+            "oil",
+            "grease",
+            "batch",
+            "company",
+            "supplier",
+            "maker",
+        ),
         *("motor", "damper", "device", "unit", "model", "product"),
     )
 )
@@ -58,7 +118,9 @@ _SELDOM = 0.01  # of the rows
 _TAKE_TURNS = 0.6  # share of the rows that are of another device than the row before
 _MOST_DEVICES = 64  # on a bus
 #: What the number of a device on a bus is called.
-_OF_A_DEVICE = frozenset({"id", "joint", "motor", "servo", "axis", "node", "device", "actuator", "channel", "address"})
+_OF_A_DEVICE = frozenset(
+    {"id", "joint", "motor", "servo", "axis", "node", "device", "actuator", "channel", "address"}
+)
 
 
 def take_points(draft: Draft) -> None:
@@ -69,7 +131,11 @@ def take_points(draft: Draft) -> None:
     A log of a motion turns back or rests, and its rate matters: there the user is asked for it.
     """
     question = draft.questions.get("time")
-    untimed = question is not None and draft.told.time is None and question.problem.startswith("no time column")
+    untimed = (
+        question is not None
+        and draft.told.time is None
+        and question.problem.startswith("no time column")
+    )
     if not untimed or not draft.table.path:  # arrays in memory have a rate that their owner knows
         return
     slip = draft.signals.get("slip")
@@ -93,7 +159,11 @@ def take_points(draft: Draft) -> None:
             return  # it may be the time
 
     del draft.questions["time"]
-    why = f"columns {slip.column} and {effort.column} {IN_NO_ORDER}" if mixed else f"{swept} goes one way"
+    why = (
+        f"columns {slip.column} and {effort.column} {IN_NO_ORDER}"
+        if mixed
+        else f"{swept} goes one way"
+    )
     course = why if mixed else f"column {why} through the table"
     sentence = f"no time: {course}, so its rows are points, none after another"
     sentence += ' (--rate "RATE Hz" if they were sampled at a rate)'
@@ -184,7 +254,11 @@ def few_values_are_missing(draft: Draft) -> bool:
         return False
     columns = [draft.table.columns[each.column] for each in draft.signals.values() if each.column]
     hole = _holes(draft.table.rows, columns)
-    return hole is not None and bool(hole.any()) and _are_few(hole, points=draft.clock.kind == "points")
+    return (
+        hole is not None
+        and bool(hole.any())
+        and _are_few(hole, points=draft.clock.kind == "points")
+    )
 
 
 def must_be_said(seen: SeenColumns, needed: Iterable[str]) -> bool:
@@ -238,7 +312,9 @@ def ask_about_order(draft: Draft) -> None:
         return
     forward = steps[steps > 0.0]
     are_few_points = 0 < forward.size < _FEW_POINTS and bool(np.isfinite(stamps).all())
-    if are_few_points:  # a steady clock that goes back once is that of a log whose rows were mixed up
+    if (
+        are_few_points
+    ):  # a steady clock that goes back once is that of a log whose rows were mixed up
         are_few_points = bool(np.ptp(forward) > _UNSTEADY * np.median(forward))
     if back <= DISORDER * stamps.size and not are_few_points:
         return
@@ -259,14 +335,22 @@ def ask_about_groups(draft: Draft) -> None:
     table = draft.table
     if not table.path:
         return
-    if any(each.problem.startswith("no column") for name, each in draft.questions.items() if name != "field"):
+    if any(
+        each.problem.startswith("no column")
+        for name, each in draft.questions.items()
+        if name != "field"
+    ):
         return
     woven = _woven_devices(draft)
     if woven is not None:
         name, column = woven
-        problem = f"rows of {len(column.words)} take turns, by column {name}: {listed(column.words, 6)}"
+        problem = (
+            f"rows of {len(column.words)} take turns, by column {name}: {listed(column.words, 6)}"
+        )
         one = f"--variable {shell_word(f'{name}={_moves_most(draft, column)}')}"
-        remedy = f"Take one, such as {one}, or each as a log: --variable {shell_word(f'{name}={EACH}')}"
+        remedy = (
+            f"Take one, such as {one}, or each as a log: --variable {shell_word(f'{name}={EACH}')}"
+        )
         draft.ask("variable", MappingError(problem, remedy=remedy), one)
         return
     clock = draft.clock
@@ -285,7 +369,9 @@ def ask_about_groups(draft: Draft) -> None:
         called = {*words_of(name)}
         if not called.isdisjoint(_PARTS) and begins <= _SELDOM * column.of_row.size:
             continue
-        problem = f"column {name} parts the rows into {len(column.words)}: {listed(column.words, 6)}"
+        problem = (
+            f"column {name} parts the rows into {len(column.words)}: {listed(column.words, 6)}"
+        )
         first = f"--variable {shell_word(f'{name}={column.words[0]}')}"
         each = f"--variable {shell_word(f'{name}={EACH}')}"
         remedy = f"Take one, such as {first}, or each as a log: {each}"
@@ -334,7 +420,9 @@ def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
 
 def _moves_most(draft: Draft, column: WordColumn) -> str:
     """The word in whose rows the motion has the largest range."""
-    motion = next((draft.signals[each].column for each in ("slip", "position") if each in draft.signals), "")
+    motion = next(
+        (draft.signals[each].column for each in ("slip", "position") if each in draft.signals), ""
+    )
     values = draft.table.columns.get(motion)
     if values is None:
         return column.words[0]

@@ -32,7 +32,9 @@ def logs_of(tables: Mapping[str, Table], chosen: ColumnMap, device: DeviceName |
     """
     logs: list[Log] = []
     for name, table in tables.items():
-        effort = "T" if (device or table.device or table.simulated_device) == "coaxial" else "effort"
+        effort = (
+            "T" if (device or table.device or table.simulated_device) == "coaxial" else "effort"
+        )
         efforts = _efforts(table, chosen, device, effort)
         if not efforts:  # the plan finds it, or asks
             logs.append((name, table, _with_numbers_of_names(chosen, [name])))

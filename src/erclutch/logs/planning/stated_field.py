@@ -59,7 +59,11 @@ def take_stated_field(draft: Draft) -> bool:
         first = f"{stated[0].number:g} {stated[0].unit or ''}".strip()
         remedy = f"Say which, such as --constant {shell_word(f'field={first}')}, or --field none"
         problem = f"field may be any of the numbers that the file states: {words}"
-        draft.ask("field", MappingError(problem, remedy=remedy), f"--constant {shell_word(f'field={first}')}")
+        draft.ask(
+            "field",
+            MappingError(problem, remedy=remedy),
+            f"--constant {shell_word(f'field={first}')}",
+        )
         return True
     if stated:
         (only,) = stated
@@ -128,7 +132,9 @@ def _in_the_name_of_the_effort(draft: Draft) -> StatedField | None:
     stated = None if effort is None else stated_in(effort.column)
     if effort is None or stated is None:
         return None
-    alike = [name for name in draft.table.columns if without_field(name) == without_field(effort.column)]
+    alike = [
+        name for name in draft.table.columns if without_field(name) == without_field(effort.column)
+    ]
     return stated if differ_by_field(alike) else None
 
 
@@ -159,7 +165,9 @@ def _beside_the_columns(draft: Draft) -> list[StatedField]:
     stated: list[StatedField] = []
     for name, number in draft.table.constants.items():
         if _is_called_so(name):
-            stated.append(StatedField(name, number, draft.table.units.get(name) or spoken_name(name).end))
+            stated.append(
+                StatedField(name, number, draft.table.units.get(name) or spoken_name(name).end)
+            )
     for key, text in draft.table.metadata.items():
         label, unit = split_label(key)
         if not _is_called_so(label):
@@ -209,5 +217,9 @@ def _ask_about_the_name(draft: Draft) -> bool:
     label = "{field}" if unit == number[3] else f"{{field:{unit}}}"
     option = f"--name-pattern {shell_word(f'{before}{label}{after}')}"
     problem = f"no column for field, and the name of the file says {number_of(number[1]):g} {unit}"
-    draft.ask("field", MappingError(problem, remedy=f"If that is the field, give {option}; else --field none"), option)
+    draft.ask(
+        "field",
+        MappingError(problem, remedy=f"If that is the field, give {option}; else --field none"),
+        option,
+    )
     return True

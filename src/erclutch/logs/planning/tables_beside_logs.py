@@ -25,7 +25,9 @@ def tables_beside_logs(files: Sequence[Path]) -> list[Path]:
     sizes = {file: file.stat().st_size for file in files if file.is_file()}
     if len(sizes) < 2:
         return []
-    largest = min(_LARGEST, 0.5 * median(sizes.values()))  # logs of a series are alike: none of them is read twice
+    largest = min(
+        _LARGEST, 0.5 * median(sizes.values())
+    )  # logs of a series are alike: none of them is read twice
     small = [file for file, size in sizes.items() if size <= largest]
     tables: dict[Path, Table] = {}
     for file in small:
@@ -46,5 +48,9 @@ def tables_beside_logs(files: Sequence[Path]) -> list[Path]:
         except ErclutchError:
             continue
         if is_log(log):
-            return [each for each, table in tables.items() if table.columns.keys().isdisjoint(log.columns)]
+            return [
+                each
+                for each, table in tables.items()
+                if table.columns.keys().isdisjoint(log.columns)
+            ]
     return []

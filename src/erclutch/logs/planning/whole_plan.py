@@ -48,12 +48,19 @@ from erclutch.logs.planning.named_columns import refuse_unreadable_signals, take
 from erclutch.logs.planning.no_field import settle_the_field
 from erclutch.logs.planning.one_joint import propose_one_joint
 from erclutch.logs.planning.proposals import proposals
-from erclutch.logs.planning.row_order import ask_about_groups, ask_about_order, few_values_are_missing, take_points
+from erclutch.logs.planning.row_order import (
+    ask_about_groups,
+    ask_about_order,
+    few_values_are_missing,
+    take_points,
+)
 from erclutch.logs.readers.lying_tables import WIDEST
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
 
-_NEEDED = (signal for groups in NEEDS.values() for group in groups for option in group for signal in option)
+_NEEDED = (
+    signal for groups in NEEDS.values() for group in groups for option in group for signal in option
+)
 _OPTIONAL = (signal for signals in OPTIONAL.values() for signal in signals)
 #: Signals stand in one order in a plan, whoever chose them, so that plans can be compared.
 _ORDER = [*dict.fromkeys((*_NEEDED, *_OPTIONAL)), "temperature"]
@@ -86,11 +93,15 @@ def plan_of(
     if device is None:
         device = table.device or table.simulated_device or "single"
         if table.device is not None:
-            notes.append(f"a recording of the live loop: its channels are those of a {device} device")
+            notes.append(
+                f"a recording of the live loop: its channels are those of a {device} device"
+            )
         elif table.simulated_device is not None:
             notes.append(f"a log of the TWIN, which says that it is of a {device} device")
     if device not in NEEDS:
-        raise SettingError(f"there is no device '{device}'", remedy=f"Use one of {', '.join(NEEDS)}")
+        raise SettingError(
+            f"there is no device '{device}'", remedy=f"Use one of {', '.join(NEEDS)}"
+        )
     said = invalid or told.invalid
     invalid = invalid or ("drop" if told.invalid == "drop" else "error")
     if invalid not in ("error", "drop"):
@@ -98,7 +109,9 @@ def plan_of(
 
     if len(table.columns) > max(WIDEST, table.rows):
         problem = f"{table.rows} rows of {len(table.columns):,} columns: a log has one row a sample"
-        raise LogError(problem, remedy="Give a table with a column for each signal", where=table.name)
+        raise LogError(
+            problem, remedy="Give a table with a column for each signal", where=table.name
+        )
     with placed(table.name):
         table, told = with_differences(table, told)
     seen = seen_columns(table, whole=whole)
@@ -153,7 +166,11 @@ def plan_of(
         constants=draft.constants,
         invalid=invalid,
         questions=tuple(draft.questions.values()),
-        labels={name: table.label(name) for name in table.columns if name not in table.made or name in draft.taken},
+        labels={
+            name: table.label(name)
+            for name in table.columns
+            if name not in table.made or name in draft.taken
+        },
         told=told,
         notes=tuple(draft.notes),
         path=table.path,

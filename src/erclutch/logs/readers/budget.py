@@ -21,7 +21,11 @@ from erclutch.errors import LogError
 
 #: MiB of memory for a reader, where a user knows that the file is sound.
 RAISED = "ERCLUTCH_READER_MEMORY"
-MEMORY, MEMORY_PER_BYTE, MOST_MEMORY = 1 << 30, 64, 4 << 30  # bytes of address space of a reader's process
+MEMORY, MEMORY_PER_BYTE, MOST_MEMORY = (
+    1 << 30,
+    64,
+    4 << 30,
+)  # bytes of address space of a reader's process
 CELLS, CELLS_PER_BYTE = 3 << 23, 8  # numbers of all columns together, 8 bytes each
 TEXT, TEXT_PER_BYTE = 1 << 25, 32  # bytes of text
 NAMES = 1 << 14  # columns, groups and fields
@@ -30,7 +34,9 @@ SECONDS, SECONDS_PER_MIB = 6.0, 5.0  # of processor time
 _MIB = 1 << 20
 _BLOCK = 1 << 20  # bytes
 #: What to do where a limit is met.
-MORE = f"The file may be damaged; if it is sound, allow more by the environment: {RAISED}=8192 (MiB)"
+MORE = (
+    f"The file may be damaged; if it is sound, allow more by the environment: {RAISED}=8192 (MiB)"
+)
 
 
 class Budget:
@@ -85,7 +91,9 @@ class Budget:
             raise self._beyond("text", "bytes of text")
 
     def _beyond(self, what: str, words: str) -> LogError:
-        return LogError(f"the file unpacks to more than {self._allowed[what]:,} {words}", remedy=self._more)
+        return LogError(
+            f"the file unpacks to more than {self._allowed[what]:,} {words}", remedy=self._more
+        )
 
 
 class _OutOfTime(BaseException):
@@ -116,10 +124,14 @@ def within(seconds: float, more: str = MORE) -> Generator[None]:
 
     def watch() -> None:
         while (left := until - time.clock_gettime(clock)) > 0.0:
-            if ended.wait(left):  # no thread has more processor time than the clock on the wall has time
+            if ended.wait(
+                left
+            ):  # no thread has more processor time than the clock on the wall has time
                 return
         if not ended.is_set():
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread), ctypes.py_object(_OutOfTime))
+            ctypes.pythonapi.PyThreadState_SetAsyncExc(
+                ctypes.c_ulong(thread), ctypes.py_object(_OutOfTime)
+            )
 
     watcher = threading.Thread(target=watch, name="erclutch-reader-time", daemon=True)
     watcher.start()
@@ -160,7 +172,10 @@ def take_zip(path: Path, budget: Budget) -> None:
             for part in archive.infolist():
                 budget.take_names()
                 if part.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
-                    raise LogError(f"part {part.filename[:60]!r} is packed in a way that is not read", remedy=damaged)
+                    raise LogError(
+                        f"part {part.filename[:60]!r} is packed in a way that is not read",
+                        remedy=damaged,
+                    )
                 _take_part(file, part, budget)
     except (BadZipFile, zlib.error, OSError, ValueError, EOFError) as error:
         raise LogError(f"the file is damaged ({error})", remedy=damaged) from error

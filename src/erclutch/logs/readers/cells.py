@@ -18,7 +18,9 @@ NO_NUMBERS = tuple(f"{sign}1.#{mark}" for sign in ("", "-") for mark in _MARKED)
 _LOWER = {word.lower() for word in NO_NUMBERS}
 #: What a meter writes for a reading beyond its range.
 BEYOND = {
-    sign + word for sign in ("", "+", "-") for word in ("ol", "ovld", "ovl", "ovrng", "overload", "overrange", "eeee")
+    sign + word
+    for sign in ("", "+", "-")
+    for word in ("ol", "ovld", "ovl", "ovrng", "overload", "overrange", "eeee")
 }
 #: What people and spreadsheets write for no value.
 DASHES = ("-", "--", "---", "–", "—", "−")
@@ -26,12 +28,65 @@ WORDS = {*DASHES, *_SIGNED, *_LOWER, *BEYOND, "", "na", "n/a", "null", "infinity
 #: Words of a line below the rows that sums them up, without blanks and points.
 STATISTICS = frozenset(
     (
-        *("mean", "average", "avg", "median", "max", "maximum", "min", "minimum", "sum", "total", "std", "rms"),
-        *("stdev", "stddev", "standarddeviation", "variance", "mittelwert", "summe", "standardabweichung"),
+        *(
+            "mean",
+            "average",
+            "avg",
+            "median",
+            "max",
+            "maximum",
+            "min",
+            "minimum",
+            "sum",
+            "total",
+            "std",
+            "rms",
+        ),
+        *(
+            "stdev",
+            "stddev",
+            "standarddeviation",
+            "variance",
+            "mittelwert",
+            "summe",
+            "standardabweichung",
+        ),
         *("sd", "mittel", "stabw", "média", "desviopadrão", "среднее"),
-        *("moyenne", "médiane", "écarttype", "media", "promedio", "desviación", "平均", "平均值", "最大", "最大值"),
-        *("sd", "sem", "cv", "rsd", "var", "mw", "mittel", "stabw", "mean±sd", "standarderror", "stderr", "sigma"),
-        *("moy", "ecarttype", "média", "desvest", "desviaciónestándar", "desviopadrao", "coefficientofvariation"),
+        *(
+            "moyenne",
+            "médiane",
+            "écarttype",
+            "media",
+            "promedio",
+            "desviación",
+            "平均",
+            "平均值",
+            "最大",
+            "最大值",
+        ),
+        *(
+            "sd",
+            "sem",
+            "cv",
+            "rsd",
+            "var",
+            "mw",
+            "mittel",
+            "stabw",
+            "mean±sd",
+            "standarderror",
+            "stderr",
+            "sigma",
+        ),
+        *(
+            "moy",
+            "ecarttype",
+            "média",
+            "desvest",
+            "desviaciónestándar",
+            "desviopadrao",
+            "coefficientofvariation",
+        ),
         *("最小", "最小值", "标准差", "標準偏差", "合计", "合計"),
     )
 )

@@ -18,20 +18,62 @@ _UNITS = ("unit", "units", "einheit")
 #: What is said of each channel below the names.
 _PROPERTIES = frozenset(
     (
-        *("unit", "units", "einheit", "interp", "interpolation", "type", "datatype", "data type", "description"),
-        *("path", "block path", "blockpath", "source", "port", "portindex", "port index", "signal name", "color"),
+        *(
+            "unit",
+            "units",
+            "einheit",
+            "interp",
+            "interpolation",
+            "type",
+            "datatype",
+            "data type",
+            "description",
+        ),
+        *(
+            "path",
+            "block path",
+            "blockpath",
+            "source",
+            "port",
+            "portindex",
+            "port index",
+            "signal name",
+            "color",
+        ),
         "sample time",
     )
 )
-_CHANNEL_UNITS = frozenset({"vertical units", "vertical unit", "y units", "y unit", "channel units", "vert units"})
+_CHANNEL_UNITS = frozenset(
+    {"vertical units", "vertical unit", "y units", "y unit", "channel units", "vert units"}
+)
 #: Units that are no names.
 _UNITS_ALONE = frozenset(
-    ("s", "sec", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "mA", "mV", "kV", "1/min", "U/min")
+    (
+        "s",
+        "sec",
+        "ms",
+        "us",
+        "µs",
+        "min",
+        "Nm",
+        "kN",
+        "rpm",
+        "mm",
+        "mA",
+        "mV",
+        "kV",
+        "1/min",
+        "U/min",
+    )
 )
-_LABELS = frozenset({"label", "labels", "channel label", "channel labels", "channel name", "channel names"})
+_LABELS = frozenset(
+    {"label", "labels", "channel label", "channel labels", "channel name", "channel names"}
+)
 
 
-def keyed_channels(above: Sequence[str], marks: Marks, width: int) -> tuple[dict[str, list[str]], int]:
+def keyed_channels(
+    above: Sequence[str], marks: Marks, width: int
+) -> tuple[dict[str, list[str]], int]:
     """What the lines right above the rows say of each channel, by their keys, and how many such lines there are.
 
     Args:
@@ -95,12 +137,16 @@ def with_channel_labels(labels: Sequence[str], above: Sequence[str], marks: Mark
     for line in above:
         first, *said = marks.cells(line)
         if first.lower() in _LABELS and len(said) == len(channels) and any(said):
-            named = [f"{channel} {own}".strip() for channel, own in zip(channels, said, strict=True)]
+            named = [
+                f"{channel} {own}".strip() for channel, own in zip(channels, said, strict=True)
+            ]
             return [first_label, *named]
     return [*labels]
 
 
-def channel_units(labels: Sequence[str], above: Sequence[str], marks: Marks) -> list[str | None] | None:
+def channel_units(
+    labels: Sequence[str], above: Sequence[str], marks: Marks
+) -> list[str | None] | None:
     """Units of the channels in a line such as ``Vertical Units,V,V``, behind none for the time; None without it.
 
     Args:
@@ -119,7 +165,9 @@ def channel_units(labels: Sequence[str], above: Sequence[str], marks: Marks) -> 
     return None
 
 
-def said_below_names(above: Sequence[str], marks: Marks, width: int) -> tuple[list[str | None], int]:
+def said_below_names(
+    above: Sequence[str], marks: Marks, width: int
+) -> tuple[list[str | None], int]:
     """What lines between the names and the rows say of each column: ``Unit:``, ``Interp:``; the units, and how many.
 
     The word stands in the first cell, or before what is said in each cell, as Simulink's Data Inspector writes it.
@@ -140,7 +188,11 @@ def said_below_names(above: Sequence[str], marks: Marks, width: int) -> tuple[li
             told = others
         else:
             words = {cell.partition(":")[0].strip().lower() for cell in cells if cell}
-            if len(words) != 1 or not words <= _PROPERTIES or not all(":" in cell for cell in cells if cell):
+            if (
+                len(words) != 1
+                or not words <= _PROPERTIES
+                or not all(":" in cell for cell in cells if cell)
+            ):
                 break
             (word,) = words
             told = [cell.partition(":")[2].strip() for cell in others]
@@ -184,7 +236,9 @@ def with_groups(labels: Sequence[str], over: Sequence[str]) -> list[str]:
         if not label:
             named.append(cell)
         elif cell and label in _UNITS_ALONE:
-            named.append(f"{cell} [{label}]")  # a name over its unit, beside groups over their names
+            named.append(
+                f"{cell} [{label}]"
+            )  # a name over its unit, beside groups over their names
         elif counts[label] > 1:
             named.append(of_group)
         else:

@@ -30,7 +30,11 @@ WALL = 20.0  # times that by the clock: a busy machine is slow, and nothing was 
 _PDEATHSIG = 1  # of prctl: which signal comes when the parent dies
 _PARENT = "ERCLUTCH_PARENT"  # variable of the environment: the number of the process that started the child
 _ARRAYS, _TEXTS = "columns.f64", "table.json"
-_NO_MEMORY = (b"memory allocation of", b"MemoryError", b"bad_alloc")  # last words of Rust, Python and C++
+_NO_MEMORY = (
+    b"memory allocation of",
+    b"MemoryError",
+    b"bad_alloc",
+)  # last words of Rust, Python and C++
 _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
 _READY = b"."  # a piece is there; a piece was fetched
 _SINGLE = {
@@ -90,7 +94,10 @@ def stream(
         LogError: see `run`; the pieces before have come.
     """
     memory, seconds = _limits(path, memory, seconds)
-    with tempfile.TemporaryDirectory(prefix="erclutch-") as folder, (Path(folder) / "said").open("w+b") as said:
+    with (
+        tempfile.TemporaryDirectory(prefix="erclutch-") as folder,
+        (Path(folder) / "said").open("w+b") as said,
+    ):
         command, environment = _started(module, path, folder, memory, seconds, arguments)
         pipe = subprocess.PIPE
         with subprocess.Popen(
@@ -175,12 +182,20 @@ def _started(
     paths = os.pathsep.join([root, *(entry for entry in sys.path if entry)])
     limits = str(memory), str(ceil(seconds))
     python = [sys.executable, "-P", "-W", "ignore", "-m", module]
-    environment = {**os.environ, **_SINGLE, "PYTHONPATH": paths, "TMPDIR": folder, _PARENT: str(os.getpid())}
+    environment = {
+        **os.environ,
+        **_SINGLE,
+        "PYTHONPATH": paths,
+        "TMPDIR": folder,
+        _PARENT: str(os.getpid()),
+    }
     return [*python, str(path), folder, *limits, *arguments], environment
 
 
 def _too_long(seconds: float) -> LogError:
-    return LogError(f"reading the file takes longer than the {seconds:.3g} s that its size allows", remedy=MORE)
+    return LogError(
+        f"reading the file takes longer than the {seconds:.3g} s that its size allows", remedy=MORE
+    )
 
 
 def _too_late(seconds: float) -> LogError:
@@ -200,7 +215,11 @@ def _answer(folder: Path, code: int, stderr: bytes, memory: int) -> Answer:
         if any(words in stderr for words in _NO_MEMORY):
             raise _too_little(memory) from None
         last = stderr.decode("utf-8", "replace").strip().splitlines()
-        how = f"signal {-code}" if code < 0 else f"code {code}" + (f": {last[-1][:120]}" if last else "")
+        how = (
+            f"signal {-code}"
+            if code < 0
+            else f"code {code}" + (f": {last[-1][:120]}" if last else "")
+        )
         raise LogError(f"the reader broke on this file ({how})", remedy=_DAMAGED) from None
     if code != 0:
         raise LogError(f"the reader broke on this file (code {code})", remedy=_DAMAGED)
@@ -292,7 +311,9 @@ def _keep(
                 values.tofile(file)
     except OSError as error:
         problem = f"the numbers of the file cannot be kept among the temporary files ({error.strerror or error})"
-        raise LogError(problem, remedy="Make room there, or name another folder by the environment: TMPDIR") from error
+        raise LogError(
+            problem, remedy="Make room there, or name another folder by the environment: TMPDIR"
+        ) from error
     report = {**texts, "sizes": [values.size for values in vectors]}
     (folder / _TEXTS).write_text(json.dumps(report), encoding="utf-8")
 

@@ -84,7 +84,9 @@ def _formats(first: str, last: str) -> Iterator[str]:
     """The strptime formats that read the first and the last cell."""
     zone = "%z" if re.search(r"(?:Z|[+-]\d\d:?\d\d)$", first) else ""
     joint = "T" if re.search(r"\dT\d", first) else " "
-    ends = [_FINER.sub(r"\1", cell) for cell in (first, last)]  # strptime reads no more than microseconds
+    ends = [
+        _FINER.sub(r"\1", cell) for cell in (first, last)
+    ]  # strptime reads no more than microseconds
     days = [*(f"{date}{joint}" for date in _DATES), ""]  # "": a time of day alone
     for day, time in product(days, _TIMES):
         if day and _TIMES[time] < _DAY:
@@ -114,5 +116,7 @@ def _since(texts: pd.Series[Any], pattern: str) -> Array | None:
     begins_anew = _TIMES.get(pattern)
     if begins_anew is None:
         return since
-    times = np.cumsum(np.diff(since, prepend=0.0) < -begins_anew / 2)  # at midnight, or at a full hour
+    times = np.cumsum(
+        np.diff(since, prepend=0.0) < -begins_anew / 2
+    )  # at midnight, or at a full hour
     return since + begins_anew * times

@@ -21,7 +21,9 @@ from erclutch.logs.readers.header_lines import (
 )
 from erclutch.logs.readers.stated_units import units_of_a_comment
 
-SAMPLE = 1 << 18  # characters looked at: holds any header block seen so far, costs a few milliseconds
+SAMPLE = (
+    1 << 18
+)  # characters looked at: holds any header block seen so far, costs a few milliseconds
 # Lines at the end of the sample, where data is purest; few, for short tables under long prose.
 _TAILS = (60, 10, 1)
 _FILLED = 0.2  # share of the rows
@@ -110,7 +112,9 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
     problem = f"no row of numbers in {count} line{'' if count == 1 else 's'}"
     if full:
         problem += f" (it begins with {full[0].strip()[:60]!r})"
-    raise LogError(problem, remedy="Give a table of numbers with one row a sample, or check the file's format")
+    raise LogError(
+        problem, remedy="Give a table of numbers with one row a sample, or check the file's format"
+    )
 
 
 def _full_lines(lines: Sequence[str]) -> list[str]:
@@ -135,7 +139,9 @@ def _marks(tail: Sequence[str], asked: str | None) -> Marks:
             if (share, numbers_a_row) > best:
                 best = (share, numbers_a_row)
                 best_marks = Marks(delimiter, decimal)
-    rows = tail[len(tail) // 2 :]  # of a short table the first ones name columns, perhaps with blanks in the names
+    rows = tail[
+        len(tail) // 2 :
+    ]  # of a short table the first ones name columns, perhaps with blanks in the names
     if best_marks.delimiter is None and all(cells_of(row, "\t") == row.split() for row in rows):
         return Marks("\t", best_marks.decimal)
     return best_marks
@@ -193,7 +199,9 @@ def _is_data(row: Sequence[str], marks: Marks, numeric: Sequence[bool]) -> bool:
     return numbers > 0 and 2 * (numbers + words) > sum(numeric)
 
 
-def _is_above_names(lines: Sequence[str], marks: Marks, numeric: Sequence[bool], *, is_first: bool) -> bool:
+def _is_above_names(
+    lines: Sequence[str], marks: Marks, numeric: Sequence[bool], *, is_first: bool
+) -> bool:
     """Whether a line is no row, since names follow: a setting of the test, or a number that labels columns.
 
     A setting has a word in a column of numbers, and so may the lines between it and the names. A line of numbers alone
@@ -210,7 +218,9 @@ def _is_above_names(lines: Sequence[str], marks: Marks, numeric: Sequence[bool],
         cells = marks.cells(line)
         if place and _are_names(cells, marks, numeric):
             return True
-        number_cells = [cell for cell, is_numeric in zip(cells, numeric, strict=False) if is_numeric]
+        number_cells = [
+            cell for cell, is_numeric in zip(cells, numeric, strict=False) if is_numeric
+        ]
         if not all(marks.is_filled_in(cell) for cell in number_cells):
             continue
         labels_columns = place == 0 and is_first and "" in number_cells
@@ -228,7 +238,11 @@ def _are_names(cells: Sequence[str], marks: Marks, numeric: Sequence[bool]) -> b
 
 
 def _with_header(
-    lines: Sequence[str], first: int, marks: Marks, data: Sequence[Sequence[str]], below: Sequence[str]
+    lines: Sequence[str],
+    first: int,
+    marks: Marks,
+    data: Sequence[Sequence[str]],
+    below: Sequence[str],
 ) -> Dialect:
     """Complete the dialect with names, units and header block from the lines above the first row.
 
@@ -253,7 +267,9 @@ def _with_header(
         trailing = all(len(row) < width or not row[-1] for row in (first_row, *data))
     rows = RowsBelow(width, trailing, _name_rows(data, marks))
 
-    places = [index for index in range(first) if lines[index].strip("#%/ \t")]  # an empty comment is no line
+    places = [
+        index for index in range(first) if lines[index].strip("#%/ \t")
+    ]  # an empty comment is no line
     above = [lines[index] for index in places]
     header = header_of(above, marks, rows)
     notes: list[str] = []
@@ -273,7 +289,9 @@ def _with_header(
         count = len(header.labels)
         one_too_many = count > 1 and not header.labels[-1] and (trailing or count > width)
         if one_too_many:
-            header = replace(header, labels=header.labels[:-1], units=header.units and header.units[:-1])
+            header = replace(
+                header, labels=header.labels[:-1], units=header.units and header.units[:-1]
+            )
     headed = with_headings(header, above, marks)
     header = with_lines_above(header, above, marks) if headed is header else headed
     names, own_units, renamed = name_columns(header.labels, header.units)
@@ -290,7 +308,9 @@ def _with_header(
         more = f" and {len(prose) - 1} more" if len(prose) > 1 else ""
         notes.append(f"text above the table skipped: {first_words!r}{more}")
 
-    numeric = _numeric_columns(data, marks) + [False] * len(names)  # a name may stand over an empty column
+    numeric = _numeric_columns(data, marks) + [False] * len(
+        names
+    )  # a name may stand over an empty column
     return Dialect(
         delimiter=marks.delimiter,
         decimal=marks.decimal,
@@ -342,5 +362,10 @@ def _refuse_bad_first_row(line: str, index: int, marks: Marks, width: int) -> No
     bad = [place for place, cell in enumerate(cells) if cell and not marks.is_number(cell)]
     if len(cells) == width > 1 and 0 < len(bad) < len(cells):
         place = bad[0]
-        problem = f"line {index + 1}, column {place + 1} is '{cells[place]}' where a number is expected"
-        raise LogError(problem, remedy="Correct or delete that line, or put a complete header row above the data")
+        problem = (
+            f"line {index + 1}, column {place + 1} is '{cells[place]}' where a number is expected"
+        )
+        raise LogError(
+            problem,
+            remedy="Correct or delete that line, or put a complete header row above the data",
+        )

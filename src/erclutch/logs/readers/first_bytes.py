@@ -26,7 +26,11 @@ _FORMATS = (
     (rb"\x89PNG|\xff\xd8\xff|GIF8|II\*\0|MM\0\*", "a picture", "Give the log that it shows"),
     (rb"\x0e\x03\x13\x01", "HDF4", "Convert it to HDF5 with h4toh5"),
     (rb"CDF[\x01\x02\x05]", "NetCDF 3", "Convert it to NetCDF 4: nccopy -k netCDF-4 FILE NEW.nc"),
-    (rb"FEA1", "Feather before Arrow 0.17", "Save it as Parquet: pandas.read_feather(FILE).to_parquet(NEW)"),
+    (
+        rb"FEA1",
+        "Feather before Arrow 0.17",
+        "Save it as Parquet: pandas.read_feather(FILE).to_parquet(NEW)",
+    ),
     (rb"ORC", "Apache ORC", "Save it as Parquet: pandas.read_orc(FILE).to_parquet(NEW)"),
     (
         rb"\x80[\x02-\x05][\x95\]}(c]",
@@ -34,12 +38,20 @@ _FORMATS = (
         "Save it as Parquet",
     ),
     (rb"RIFF....WAVE", "sound (.wav)", "Save it as CSV"),
-    (rb"ULog\x01\x12\x35", "a log of PX4 (.ulg)", "Make CSV of it: ulog2csv FILE (pip install pyulog)"),
+    (
+        rb"ULog\x01\x12\x35",
+        "a log of PX4 (.ulg)",
+        "Make CSV of it: ulog2csv FILE (pip install pyulog)",
+    ),
     (rb"\x1f\x8b", "gzip in gzip", "Unpack it and give the log in it"),
 )
 #: The same for formats of text, which have numbers but no table.
 _TEXTS = (
-    (r"\s*<\?xml[^<]*<(?:\w+:)?tdm", "the header of a DIAdem log (.tdm)", "Save it as TDMS, or export it as CSV"),
+    (
+        r"\s*<\?xml[^<]*<(?:\w+:)?tdm",
+        "the header of a DIAdem log (.tdm)",
+        "Save it as TDMS, or export it as CSV",
+    ),
     (r"\s*<(?:\?xml|!doctype|html|!--)", "XML or HTML", _CSV),
     (
         r"date [^\n]*\n\s*base (?:hex|dec)",

@@ -20,7 +20,9 @@ from erclutch.signals.array import Array
 
 TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
 #: Names that say nothing of a signal: its file or its recording says it.
-NO_NAME = re.compile(r"c\d+|y|x|val|values?|data|signal|samples?|reading|measurements?|wert|valeur|valor", re.I)
+NO_NAME = re.compile(
+    r"c\d+|y|x|val|values?|data|signal|samples?|reading|measurements?|wert|valeur|valor", re.I
+)
 _T = TypeVar("_T")
 _KEEPS = 0.2  # share of the rows from which on a column keeps its levels
 #: In place of a name: the names of all recordings are wanted, or their tables. No recording is called so.
@@ -93,9 +95,14 @@ def choose(
         raise RecordingNames(recordings)
     if variable and variable not in recordings:
         problem = f"there is no {what} '{variable}' of numbers (there are: {listed(recordings)})"
-        raise LogError(problem, remedy="Give one of these as --variable" if recordings else "Leave --variable out")
+        raise LogError(
+            problem,
+            remedy="Give one of these as --variable" if recordings else "Leave --variable out",
+        )
     if not recordings:
-        raise LogError(none, remedy="Record the signals as numbers of one length, or export them as CSV")
+        raise LogError(
+            none, remedy="Record the signals as numbers of one length, or export them as CSV"
+        )
     first = next(iter(recordings))
     if not variable and len(recordings) > 1:
         problem = f"the file holds several recordings: {listed(recordings)}"
@@ -149,7 +156,14 @@ def joint_table(tables: Mapping[str, Table], variable: str, what: str) -> Table 
     recordings: dict[str, Found] = {}
     for name in names:
         table = tables[name]
-        found = Found({**table.columns}, {**table.units}, None, {**table.constants}, {**table.metadata}, [*table.notes])
+        found = Found(
+            {**table.columns},
+            {**table.units},
+            None,
+            {**table.constants},
+            {**table.metadata},
+            [*table.notes],
+        )
         label = time_of(found)
         unit = found.units.get(label or "")
         if label and unit and units.is_unit(unit) and (seconds := units.fits(unit, ("s",))):
@@ -208,11 +222,16 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
     end = min(float(times[-1]) for times in clocks.values())
     inside = (clocks[first] >= begin) & (clocks[first] <= end)
     if not inside.any():
-        raise LogError(f"there is no time that all of {listed(recordings)} have", remedy="Choose one of them")
+        raise LogError(
+            f"there is no time that all of {listed(recordings)} have", remedy="Choose one of them"
+        )
     at = clocks[first][inside]  # s, shape (rows,)
     columns = {label: values[inside] for label, values in base.columns.items()}
     units_of = dict(base.units)
-    notes = [f"recordings joined at the times of {what} {first}: {', '.join(recordings)}", *base.notes]
+    notes = [
+        f"recordings joined at the times of {what} {first}: {', '.join(recordings)}",
+        *base.notes,
+    ]
     outside = int(np.count_nonzero(~inside))
     if outside:
         notes.append(f"{outside} rows of {first} before or after the others left out")
@@ -248,7 +267,11 @@ def gathered(recordings: Mapping[str, Found]) -> dict[str, Found]:
     Runs of one test are no parts: each of them has all signals, and a time of its own.
     """
     apart = {**recordings}
-    times = {name: label for name, recording in recordings.items() if (label := time_of(recording)) is not None}
+    times = {
+        name: label
+        for name, recording in recordings.items()
+        if (label := time_of(recording)) is not None
+    }
     lengths = {next(iter(recording.columns.values())).size for recording in recordings.values()}
     if len(recordings) < 2 or len(lengths) != 1 or len(times) not in (1, len(recordings)):
         return apart
@@ -256,7 +279,9 @@ def gathered(recordings: Mapping[str, Found]) -> dict[str, Found]:
     parts = apart
     if len(times) == 1:
         others = [name for name in recordings if name != first]
-        is_above = first in _TOP or all(name.startswith((f"{first}.", f"{first}/")) for name in others)
+        is_above = first in _TOP or all(
+            name.startswith((f"{first}.", f"{first}/")) for name in others
+        )
         has_own_rate = any(recordings[name].period is not None for name in others)
         if not is_above or has_own_rate:
             return apart
@@ -268,11 +293,15 @@ def gathered(recordings: Mapping[str, Found]) -> dict[str, Found]:
         have_one_signal = all(len(recording.columns) == 2 for recording in recordings.values())
         all_differ = len({*signals}) == len(signals)
         stamps = recordings[first].columns[time_of_first]
-        have_one_time = all(np.array_equal(recordings[name].columns[label], stamps) for name, label in times.items())
+        have_one_time = all(
+            np.array_equal(recordings[name].columns[label], stamps) for name, label in times.items()
+        )
         if not (have_one_signal and all_differ and have_one_time):
             return apart
 
-    counts = Counter(label for recording in recordings.values() for label in recording.columns)  # parts with a label
+    counts = Counter(
+        label for recording in recordings.values() for label in recording.columns
+    )  # parts with a label
     columns: dict[str, Array] = {}
     units_of: dict[str, str | None] = {}
     constants: dict[str, float] = {}
@@ -290,7 +319,9 @@ def gathered(recordings: Mapping[str, Found]) -> dict[str, Found]:
             units_of[own_label] = part.units.get(label)
         constants |= part.constants
         notes += part.notes
-    together = replace(recordings[first], columns=columns, units=units_of, constants=constants, notes=notes)
+    together = replace(
+        recordings[first], columns=columns, units=units_of, constants=constants, notes=notes
+    )
     return {JOINT.join(recordings): together}
 
 

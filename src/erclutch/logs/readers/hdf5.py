@@ -21,7 +21,14 @@ from erclutch.signals.units import is_unit
 
 _UNITS = ("unit", "units", "Unit", "Units")
 _LONGEST_UNIT = 16  # letters
-_STARTS = ("t0", "start", "start_time", "t_start", "offset", "wf_start_offset")  # when the samples of a vector begin
+_STARTS = (
+    "t0",
+    "start",
+    "start_time",
+    "t_start",
+    "offset",
+    "wf_start_offset",
+)  # when the samples of a vector begin
 
 
 @dataclass
@@ -33,7 +40,9 @@ class _Place:
     units: dict[str, str | None] = field(default_factory=dict[str, "str | None"])
     notes: list[str] = field(default_factory=list[str])
     unit: str | None = None  # what the group says of its only vector
-    of_vectors: dict[str, dict[str, str]] = field(default_factory=dict[str, "dict[str, str]"])  # their attributes
+    of_vectors: dict[str, dict[str, str]] = field(
+        default_factory=dict[str, "dict[str, str]"]
+    )  # their attributes
 
 
 def _texts(attributes: Any) -> dict[str, str]:
@@ -89,7 +98,9 @@ def find(path: str, variable: str | None) -> Table:
         if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual or item.ndim > 2:
             return
         budget.take_names()
-        budget.take_cells(-(-item.size * item.dtype.itemsize // 8))  # by their shape: none of them is read yet
+        budget.take_cells(
+            -(-item.size * item.dtype.itemsize // 8)
+        )  # by their shape: none of them is read yet
         values = stored_values(item)
         attributes = _texts(item.attrs)
         texts = {**_texts(file.attrs), **_texts(item.parent.attrs)}
@@ -122,12 +133,16 @@ def find(path: str, variable: str | None) -> Table:
         if recording is None:
             continue
         period = sample_period(place.texts)
-        if period is None and len(place.of_vectors) == 1:  # what is said of the only vector is said of its group
+        if (
+            period is None and len(place.of_vectors) == 1
+        ):  # what is said of the only vector is said of its group
             (attributes,) = place.of_vectors.values()
             period = sample_period(attributes)
         recording.period = period[0] if period else None
         recording.units = place.units
-        signals = [label for label in recording.columns if not found_recordings.TIME.fullmatch(label)]
+        signals = [
+            label for label in recording.columns if not found_recordings.TIME.fullmatch(label)
+        ]
         if len(signals) == 1:
             recording.units[signals[0]] = recording.units.get(signals[0]) or place.unit
         recording.metadata = place.texts
@@ -135,11 +150,15 @@ def find(path: str, variable: str | None) -> Table:
         recordings[name] = recording
     if variable is None or variable == found_recordings.ALL:
         starts = {
-            tuple(own.get(key) for key in _STARTS) for place in places.values() for own in place.of_vectors.values()
+            tuple(own.get(key) for key in _STARTS)
+            for place in places.values()
+            for own in place.of_vectors.values()
         }
         if len(starts) == 1:
             recordings = _signals_of_one_group(recordings) or recordings
-    return found_recordings.chosen(recordings, variable, "group", "no group of the file holds vectors of numbers")
+    return found_recordings.chosen(
+        recordings, variable, "group", "no group of the file holds vectors of numbers"
+    )
 
 
 def _signals_of_one_group(recordings: Mapping[str, Found]) -> dict[str, Found]:

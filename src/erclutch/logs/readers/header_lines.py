@@ -47,7 +47,10 @@ _CLEAR_UNITS = frozenset(
     )
 )
 #: Clear units as old loggers write them; S and MIN may be names, and MA is no mA for sure.
-_CAPITALS = {unit.upper(): unit for unit in ("Nm", "kN", "lbf", "rpm", "mm", "cm", "kV", "kPa", "MPa", "deg", "rad")}
+_CAPITALS = {
+    unit.upper(): unit
+    for unit in ("Nm", "kN", "lbf", "rpm", "mm", "cm", "kV", "kPa", "MPa", "deg", "rad")
+}
 # Units, but no plain factor to the SI; that of a consistency has an exponent n. Russian ones behind.
 _NO_FACTOR = re.compile(
     r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?|psi[ag]?|[\w.*·/^-]*s(?:ec)?\^n'?[\w.*·/^-]*"
@@ -56,10 +59,25 @@ _NO_FACTOR = re.compile(
 )
 #: What the line of units is called that some loggers write above the names.
 _UNIT_LINE = frozenset(
-    ("unit", "units", "einheit", "einheiten", "unite", "unité", "unités", "unidad", "unidade", "単位", "单位", "單位")
+    (
+        "unit",
+        "units",
+        "einheit",
+        "einheiten",
+        "unite",
+        "unité",
+        "unités",
+        "unidad",
+        "unidade",
+        "単位",
+        "单位",
+        "單位",
+    )
 )
 _COLUMN = r"(?:col(?:umn)?|ch(?:annel)?|field|var(?:iable)?|spalte|colonne|columna)?"
-_TYPE = re.compile(r"[fiu]\d{1,2}|(?:real|u?int|float)\d{1,2}|l?real|d?int|float|double|integer", re.IGNORECASE)
+_TYPE = re.compile(
+    r"[fiu]\d{1,2}|(?:real|u?int|float)\d{1,2}|l?real|d?int|float|double|integer", re.IGNORECASE
+)
 _FEWEST_TOLD = 2  # columns of a legend
 #: Between the heading of a table and the name of a column, where tables stand side by side.
 HEADED = ": "
@@ -120,7 +138,12 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
     if len(above) > 2 and 2 * _filled(last) <= len(last) > 1:
         names = _labels(above[-3], marks, rows)
         units_below = _labels(above[-2], marks, rows)
-        if names and units_below and _filled(names) > _filled(last) and _are_units(_bare(units_below)):
+        if (
+            names
+            and units_below
+            and _filled(names) > _filled(last)
+            and _are_units(_bare(units_below))
+        ):
             return Header(names, _units(units_below), 3)
     if len(above) < 2:
         return Header(last, None, 1)
@@ -130,11 +153,15 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         return Header(last, own_units, 2)
 
     names = _labels(above[-2], marks, rows)
-    if names is None and not last[0]:  # Bluehill writes the number of the specimen over an empty column
+    if (
+        names is None and not last[0]
+    ):  # Bluehill writes the number of the specimen over an empty column
         names = _labels(above[-2], marks, rows, is_numbered=True)
     if names is not None and len(names) == len(last):
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
-        if (_are_units(_bare(last)) or _repeat_a_unit(last, names)) and not _are_units(_bare(names)):
+        if (_are_units(_bare(last)) or _repeat_a_unit(last, names)) and not _are_units(
+            _bare(names)
+        ):
             return Header(names, _units(last), 2)
         are_distinct = all(last) and len({*last}) == len(last)
         if _are_units(_bare(names)) and are_distinct and not _are_units(_bare(last)):
@@ -339,7 +366,9 @@ def _is_known(cell: str) -> bool:
     return bool(_NO_FACTOR.fullmatch(cell)) or units.is_unit(cell)
 
 
-def _labels(line: str, marks: Marks, rows: RowsBelow, *, is_numbered: bool = False) -> list[str] | None:
+def _labels(
+    line: str, marks: Marks, rows: RowsBelow, *, is_numbered: bool = False
+) -> list[str] | None:
     """Cells of a header line, or None if their number or kind is not that of a header.
 
     Args:
@@ -356,7 +385,9 @@ def _labels(line: str, marks: Marks, rows: RowsBelow, *, is_numbered: bool = Fal
         for mark in ",;|\t":
             splits.append([cell.strip() for cell in line.split(mark)])
     splits.append(marks.cells(line))
-    if marks.delimiter is None:  # names with blanks in them: keep brackets with their name, or split at wide gaps
+    if (
+        marks.delimiter is None
+    ):  # names with blanks in them: keep brackets with their name, or split at wide gaps
         splits.append(re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?", line))
         splits.append(re.split(r"\t|\s{2,}", line.strip()))
 
@@ -365,7 +396,9 @@ def _labels(line: str, marks: Marks, rows: RowsBelow, *, is_numbered: bool = Fal
     if rows.trailing:
         fitting.add(width - 1)
     if marks.delimiter is not None:
-        fitting.add(width + 1)  # one name more than cells is a column filled in its first rows only (events)
+        fitting.add(
+            width + 1
+        )  # one name more than cells is a column filled in its first rows only (events)
     for cells in splits:
         if marks.delimiter is not None and len(cells) > width + 1 > 2:
             *own, gap = cells[: width + 1]
@@ -377,6 +410,10 @@ def _labels(line: str, marks: Marks, rows: RowsBelow, *, is_numbered: bool = Fal
             cells = ["", *cells] if cells[0] else [*cells, ""]
         if is_numbered and cells[0].isdecimal():
             cells = ["", *cells[1:]]
-        if len(cells) in fitting and any(cells) and not any(marks.is_number(cell) for cell in cells):
+        if (
+            len(cells) in fitting
+            and any(cells)
+            and not any(marks.is_number(cell) for cell in cells)
+        ):
             return cells
     return None

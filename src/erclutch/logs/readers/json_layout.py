@@ -95,7 +95,9 @@ def _of_items(
         yield name, items
         return
     for number, run in enumerate(objects, start=1):
-        own = _text_of(run, _NAME) or _text_of(run, [key for key in run if key.lower().endswith("name")])
+        own = _text_of(run, _NAME) or _text_of(
+            run, [key for key in run if key.lower().endswith("name")]
+        )
         own = own or str(number)
         place = f"{name}.{own}" if name else own
         for _, recording in _recordings(run, "", depth + 1):
@@ -112,14 +114,22 @@ def _are_signals(items: Sequence[Any]) -> bool:
 def shared_numbers(document: Any) -> dict[str, float]:
     """Numbers that all signals of a document have beside their names, such as a sampling interval, by their keys."""
     shared: dict[str, float] = {}
-    members = flat(cast("dict[str, Any]", document), "", 0) if isinstance(document, dict) else iter([("", document)])
+    members = (
+        flat(cast("dict[str, Any]", document), "", 0)
+        if isinstance(document, dict)
+        else iter([("", document)])
+    )
     for _, each in members:
         if not isinstance(each, list) or not _are_signals(cast("list[Any]", each)):
             continue
         signals = cast("list[dict[str, Any]]", each)
         for key, value in signals[0].items():
             is_number = isinstance(value, int | float) and not isinstance(value, bool)
-            if is_number and all(signal.get(key) == value for signal in signals) and abs(value) < _LARGEST:
+            if (
+                is_number
+                and all(signal.get(key) == value for signal in signals)
+                and abs(value) < _LARGEST
+            ):
                 shared[key] = float(value)
     return shared
 
@@ -189,7 +199,9 @@ def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
         return None
     labels: list[str] = []
     for each in cast("list[Any]", columns):
-        column: dict[str, Any] = cast("dict[str, Any]", each) if isinstance(each, dict) else {"name": each}
+        column: dict[str, Any] = (
+            cast("dict[str, Any]", each) if isinstance(each, dict) else {"name": each}
+        )
         name = _text_of(column, _NAME)
         if name is None:
             return None
@@ -202,7 +214,9 @@ def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
         if key in ("columns", "index") or not isinstance(each, list) or not each:
             continue
         rows = cast("list[Any]", each)
-        if all(isinstance(row, list) and len(cast("list[Any]", row)) == len(labels) for row in rows):
+        if all(
+            isinstance(row, list) and len(cast("list[Any]", row)) == len(labels) for row in rows
+        ):
             return {label: [row[place] for row in rows] for place, label in enumerate(labels)}
     return None
 
@@ -275,7 +289,10 @@ def _grouped(lists: Lists, name: str) -> Iterator[tuple[str, Lists]]:
 
     for above in timed:
         own_place = f"{name}.{above}" if name else above
-        yield own_place, {place.removeprefix(f"{above}."): values for place, values in groups[above].items()}
+        yield (
+            own_place,
+            {place.removeprefix(f"{above}."): values for place, values in groups[above].items()},
+        )
     rest: Lists = {}
     for above, group in groups.items():
         if above not in timed:
@@ -285,7 +302,9 @@ def _grouped(lists: Lists, name: str) -> Iterator[tuple[str, Lists]]:
 
 
 def _has_own_time(above: str, group: Lists) -> bool:
-    return len(group) > 1 and any(_TIME.fullmatch(place.removeprefix(f"{above}.")) for place in group)
+    return len(group) > 1 and any(
+        _TIME.fullmatch(place.removeprefix(f"{above}.")) for place in group
+    )
 
 
 def flat(

@@ -46,7 +46,9 @@ def _read(source: LogSource) -> Table:
     try:
         content = source.data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise LogError(f"the file is no UTF-8 text ({error})", remedy="Save it as UTF-8", where=source.name) from error
+        raise LogError(
+            f"the file is no UTF-8 text ({error})", remedy="Save it as UTF-8", where=source.name
+        ) from error
 
     lines: dict[str, str] = {}  # by their place
     for number, line in enumerate(content.splitlines(), start=1):
@@ -58,7 +60,9 @@ def _read(source: LogSource) -> Table:
         return _table_of_rows(source, rows, ())
 
     recordings = dict(json_layout.recordings(document))
-    lists = {name: recording for name, recording in recordings.items() if isinstance(recording, dict)}
+    lists = {
+        name: recording for name, recording in recordings.items() if isinstance(recording, dict)
+    }
     asked = [name.strip() for name in (source.variable or "").split(JOINT)]
     is_joint = len(asked) > 1 and source.variable not in recordings
     if is_joint and all(name in lists for name in asked):
@@ -77,8 +81,14 @@ def _read(source: LogSource) -> Table:
     if isinstance(recording, dict):
         others = [place for place in recordings if place != name]
         table = _table_of_lists(source, recording, notes)
-        return replace(table, constants={**json_layout.shared_numbers(document), **_numbers_beside(document, others)})
-    rows = [(f"row {number} of {name or 'the list'}", row) for number, row in enumerate(recording, start=1)]
+        return replace(
+            table,
+            constants={**json_layout.shared_numbers(document), **_numbers_beside(document, others)},
+        )
+    rows = [
+        (f"row {number} of {name or 'the list'}", row)
+        for number, row in enumerate(recording, start=1)
+    ]
     return _table_of_rows(source, rows, notes)
 
 
@@ -122,9 +132,13 @@ def _object(line: str, where: str) -> Mapping[str, Any]:
     try:
         row: Any = json.loads(line)
     except (ValueError, RecursionError) as error:
-        raise LogError(f"the line is no JSON ({error})", remedy="Mend or delete the line", where=where) from error
+        raise LogError(
+            f"the line is no JSON ({error})", remedy="Mend or delete the line", where=where
+        ) from error
     if not isinstance(row, dict):
-        raise LogError("the line is no JSON object", remedy='Write rows such as {"t [s]": 0.1}', where=where)
+        raise LogError(
+            "the line is no JSON object", remedy='Write rows such as {"t [s]": 0.1}', where=where
+        )
     return cast("dict[str, Any]", row)
 
 
@@ -140,7 +154,9 @@ def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ..
             if isinstance(value, list) and len(cast("list[Any]", value)) > json_layout.MOST_PLACES:
                 count = len(cast("list[Any]", value))
                 problem = f"{name} holds {count} numbers in one row, {json_layout.MOST_PLACES} are the most"
-                raise LogError(problem, remedy="Log one row a sample", where=f"{source.name}, {place}")
+                raise LogError(
+                    problem, remedy="Log one row a sample", where=f"{source.name}, {place}"
+                )
             cells.setdefault(name, {})[row] = value
         budget.take_names(len(cells) - names_before)
     budget.take_cells(len(places) * len(cells))  # a name that one row has is a column of all rows
@@ -197,7 +213,9 @@ def _table(
         wrong = _first_without_number(values)
         if wrong is not None:
             shown = f"{values[wrong]!r:.40}"
-            unreadable[printable(name)] = f"{places[wrong]}, {label} is {shown} where a number is expected"
+            unreadable[printable(name)] = (
+                f"{places[wrong]}, {label} is {shown} where a number is expected"
+            )
             if all(isinstance(value, str) for value in values):
                 texts[printable(name)] = pd.Series(values)
             continue
@@ -207,17 +225,23 @@ def _table(
         except OverflowError as error:  # an integer of hundreds of digits
             row = next(row for row, value in enumerate(values) if abs(value or 0) > _LARGEST)
             where = f"{source.name}, {places[row]}"
-            raise LogError(f"{label} is too large", remedy="Mend or delete the row", where=where) from error
+            raise LogError(
+                f"{label} is too large", remedy="Mend or delete the row", where=where
+            ) from error
 
     clock_name, clock = dates.clock_of(texts)
     for name in (clock_name, *clock_name.split(" and ")):
         unreadable.pop(name, None)
     if not numbers and unreadable:
-        raise LogError(next(iter(unreadable.values())), remedy="Log numbers only", where=source.name)
+        raise LogError(
+            next(iter(unreadable.values())), remedy="Log numbers only", where=source.name
+        )
     names, units, renamed = name_columns(list(numbers))
     words = words_of({name: texts[name] for name in texts if name in unreadable})
     left_out = [
-        parting_note(name, words[name]) if name in words else f"column {name} holds no numbers ({problem}): left out"
+        parting_note(name, words[name])
+        if name in words
+        else f"column {name} holds no numbers ({problem}): left out"
         for name, problem in unreadable.items()
     ]
     return Table(

@@ -15,7 +15,16 @@ from erclutch.logs.readers.dialect import LINE_END
 
 _HEAD = 1 << 15  # characters that hold all such lines
 _FEWEST_ROWS = 2
-_NAMES = ("tracename", "kanal", "kanalname", "channel", "channelname", "signal", "signalname", "name")
+_NAMES = (
+    "tracename",
+    "kanal",
+    "kanalname",
+    "channel",
+    "channelname",
+    "signal",
+    "signalname",
+    "name",
+)
 _UNITS = ("vunit", "unit", "units", "einheit", "yunit", "yeinheit", "yunitlabel")
 _STEPS = (
     "hresolution",
@@ -60,7 +69,10 @@ def with_keyed_heads(text: str) -> tuple[str, str]:
             above.append(f"Sampling interval: {steps[0].replace(',', '.')} {units_of_steps.pop()}")
         rows = [line.strip(" ").removeprefix(delimiter) for line in lines[first_row:]]
         whole = "\n".join([*above, delimiter.join(labels), *rows])
-        return whole, f"lines with a key in front say what the {len(names)} channels are: {', '.join(said)[:80]}"
+        return (
+            whole,
+            f"lines with a key in front say what the {len(names)} channels are: {', '.join(said)[:80]}",
+        )
     return text, ""
 
 
@@ -90,7 +102,10 @@ def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str,
             continue
         if not line.strip():
             continue
-        below = [cells_of(row.rstrip(delimiter), delimiter) for row in lines[place : place + _FEWEST_ROWS]]
+        below = [
+            cells_of(row.rstrip(delimiter), delimiter)
+            for row in lines[place : place + _FEWEST_ROWS]
+        ]
         tells_units_or_steps = any(_said_by(said, keys) for keys in (_UNITS, _STEPS))
         if len(below) < _FEWEST_ROWS or not tells_units_or_steps:
             return None

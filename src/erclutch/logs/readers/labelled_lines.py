@@ -69,7 +69,10 @@ def _read(source: LogSource) -> Table:
     pairs_of = [_pairs(line) for line in filled]
     named = [_names_of(pairs) for pairs in pairs_of if pairs]
     if not named:
-        raise LogError("no line has values behind their names", remedy="Give a table of numbers with one row a sample")
+        raise LogError(
+            "no line has values behind their names",
+            remedy="Give a table of numbers with one row a sample",
+        )
     names = max(named, key=len)
     if not _are_some_of(named[0], names):
         names = named[0]
@@ -84,7 +87,9 @@ def _read(source: LogSource) -> Table:
         for name, _, unit in pairs:
             units.setdefault(name, unit)
     if left_out > _LEFT_OUT * len(rows):
-        problem = f"{left_out} lines do not hold the values {', '.join(names)}, as {len(rows)} lines do"
+        problem = (
+            f"{left_out} lines do not hold the values {', '.join(names)}, as {len(rows)} lines do"
+        )
         raise LogError(problem, remedy="Save each kind of line in a file of its own")
 
     written = io.StringIO()

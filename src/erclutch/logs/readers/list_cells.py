@@ -13,7 +13,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _NUMBERS = re.compile(r"[(\[][^()\[\]'\"]*[)\]]")
-_WORDS = re.compile(r"[(\[]\s*(?:'[^']*'|\"[^\"]*\")(?:\s*,\s*(?:'[^']*'|\"[^\"]*\"))*\s*,?\s*[)\]]")
+_WORDS = re.compile(
+    r"[(\[]\s*(?:'[^']*'|\"[^\"]*\")(?:\s*,\s*(?:'[^']*'|\"[^\"]*\"))*\s*,?\s*[)\]]"
+)
 _MOST = 64  # numbers of a list
 
 
@@ -44,7 +46,9 @@ def without_lists(texts: dict[str, pd.Series[Any]]) -> tuple[dict[str, Array], l
             names = [f"{label}_{number}" for number in range(1, count + 1)]
         for name, column in zip(names, rows.T, strict=True):
             columns[name] = np.ascontiguousarray(column)
-        notes.append(f"column {label} holds lists of {count} numbers: columns {names[0]} .. {names[-1]}")
+        notes.append(
+            f"column {label} holds lists of {count} numbers: columns {names[0]} .. {names[-1]}"
+        )
     return columns, notes
 
 

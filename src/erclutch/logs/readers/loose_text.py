@@ -15,7 +15,9 @@ _LISTED = re.compile(
 )
 
 #: Where a matrix of MATLAB begins, behind its name or alone, and what stands in it and ends it.
-_MATRIX = re.compile(r"(?m)^[ \t]{0,40}(?:\w{1,40}[ \t]{0,9}=[ \t]{0,9})?\[(?=[ \t]{0,40}(?:[-+.\d]|\r?$))")
+_MATRIX = re.compile(
+    r"(?m)^[ \t]{0,40}(?:\w{1,40}[ \t]{0,9}=[ \t]{0,9})?\[(?=[ \t]{0,40}(?:[-+.\d]|\r?$))"
+)
 _OF_A_MATRIX = re.compile(r"[-+.,;\deE\sNaInf]*")
 _END_OF_A_MATRIX = re.compile(r"\]\s{0,40};?\s{0,400}\Z")
 _END_OF_A_ROW = re.compile(r"[ \t]*;[ \t]*(?:\r?\n[ \t]*)?")
@@ -63,7 +65,9 @@ def without_rules(text: str) -> tuple[str, str]:
     if "--" not in head:
         return text, ""
     lines = head.split("\n")
-    kept = [line for place, line in enumerate(lines) if place >= _RULED_LINES or not _is_a_rule(line)]
+    kept = [
+        line for place, line in enumerate(lines) if place >= _RULED_LINES or not _is_a_rule(line)
+    ]
     if len(kept) == len(lines):
         return text, ""
     return "\n".join(kept) + text[_LOOKED_AT:], "lines of dashes above the rows are left out"
@@ -76,12 +80,17 @@ def _is_a_rule(line: str) -> bool:
 
 def without_brackets(text: str) -> tuple[str, str]:
     """The text with numbers in place of lists of one number, ``[1.5]``, as Python prints them; a note."""
-    if not _BRACKETED.search(text):  # a search for a character is fast, and most brackets are those of units
+    if not _BRACKETED.search(
+        text
+    ):  # a search for a character is fast, and most brackets are those of units
         return text, ""
     plain, count = _LISTED.subn(r"\1\2", text)
     if not count:
         return plain, ""
-    return plain, f"{count} numbers stand in brackets, as a list of one is printed: the brackets are left out"
+    return (
+        plain,
+        f"{count} numbers stand in brackets, as a list of one is printed: the brackets are left out",
+    )
 
 
 def without_matrix(text: str) -> tuple[str, str]:
@@ -98,4 +107,7 @@ def without_matrix(text: str) -> tuple[str, str]:
     if ";" not in inside or not _OF_A_MATRIX.fullmatch(inside):
         return text, ""
     rows = _END_OF_A_ROW.sub("\n", inside.strip())
-    return f"{text[: begin.start()]}{rows}\n", "a matrix of MATLAB: its brackets and semicolons are left out"
+    return (
+        f"{text[: begin.start()]}{rows}\n",
+        "a matrix of MATLAB: its brackets and semicolons are left out",
+    )

@@ -47,7 +47,9 @@ def _segment(source: LogSource, header: str, body: str, first: str) -> Table:
     channels: dict[str, Array] = {}
     for name, values in table.columns.items():
         if name.startswith("X_Value (") and not np.array_equal(values, time, equal_nan=True):
-            raise LogError("the channels have times of their own", remedy="Export them with one X column")
+            raise LogError(
+                "the channels have times of their own", remedy="Export them with one X column"
+            )
         if not name.startswith("X_Value"):
             channels[name] = values
 
@@ -55,7 +57,11 @@ def _segment(source: LogSource, header: str, body: str, first: str) -> Table:
     # column. Of several times, each channel follows its own: the first two columns are the first channel's. Then the
     # header may have gaps above the times; what each channel has there tells, for a channel may have no unit.
     has_several_times = _SEVERAL_TIMES.search(first) is not None
-    of_each = [values for key in ("Samples", "X_Dimension", "Delta_X", "Date") if (values := values_of.get(key))]
+    of_each = [
+        values
+        for key in ("Samples", "X_Dimension", "Delta_X", "Date")
+        if (values := values_of.get(key))
+    ]
     if has_several_times and any(len(values) > 1 and not values[1] for values in of_each):
         has_several_times = False  # a unit stands above its column, as where there is one time
     unit_of_channel = values_of.get("Y_Unit_Label", [])
@@ -90,7 +96,9 @@ def _number(key: str, values_of: Mapping[str, Sequence[str]]) -> float:
         number, _ = units.quantity(written.replace(",", "."))
     except UnitError as error:
         problem = f"there is no X_Value, and {key} is {written!r:.40}, not a number"
-        raise LogError(problem, remedy="Copy the file again, or export it as CSV with a column of times") from error
+        raise LogError(
+            problem, remedy="Copy the file again, or export it as CSV with a column of times"
+        ) from error
     return number
 
 
@@ -115,9 +123,13 @@ def _read(source: LogSource) -> Table:
     channels = {tuple(segment.columns) for segment in segments}
     goes_on = bool((np.diff(times) > 0).all())
     if len(channels) > 1 or not goes_on:
-        recordings = {f"segment {number}": segment for number, segment in enumerate(segments, start=1)}
+        recordings = {
+            f"segment {number}": segment for number, segment in enumerate(segments, start=1)
+        }
         name, table = found_recordings.choose(recordings, source.variable, "segment", "")
-        return replace(table, notes=(*table.notes, f"recording read from {name} of {len(segments)}"))
+        return replace(
+            table, notes=(*table.notes, f"recording read from {name} of {len(segments)}")
+        )
 
     columns: dict[str, Array] = {}
     for name in segments[0].columns:
@@ -134,4 +146,6 @@ def _claims(head: bytes) -> bool:
     return head.startswith(b"LabVIEW Measurement")
 
 
-READER = LogReader((".lvm",), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)
+READER = LogReader(
+    (".lvm",), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE
+)

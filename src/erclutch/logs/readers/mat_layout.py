@@ -82,7 +82,9 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
         most_in_a_struct = max(len(recording.columns) for recording in recordings.values())
         if len(loose.columns) > most_in_a_struct:
             others = ", ".join(recordings)
-            loose.notes.insert(0, f"recording read from the vectors of the workspace; --variable takes {others}")
+            loose.notes.insert(
+                0, f"recording read from the vectors of the workspace; --variable takes {others}"
+            )
             return loose
     if len(everything) == 1:
         name, recording = next(iter(recordings.items()))
@@ -92,7 +94,9 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
         first = shlex.quote(next(iter(recordings)))
         remedy = f"Choose one, such as --variable {first}, or --variable all{join_hint(recordings)}"
         of_loose = f" (the vectors {listed(loose.columns)})" if loose else ""
-        raise LogError(f"the file holds several recordings: {', '.join(everything)}{of_loose}", remedy=remedy)
+        raise LogError(
+            f"the file holds several recordings: {', '.join(everything)}{of_loose}", remedy=remedy
+        )
 
     problem = f"no recording in the variables {listed(variables)}"
     if any(node is None for node in variables.values()):
@@ -124,7 +128,9 @@ def _without_last_result(tree: dict[str, Any]) -> tuple[dict[str, Any], list[str
     beside = _workspace(others)
     vectors_beside = len(beside.columns) if beside is not None else 0
     if _has_recording(others) or vectors_beside > 1:
-        return others, [f"variable {_LAST_RESULT}, MATLAB's last result without a name, is left out"]
+        return others, [
+            f"variable {_LAST_RESULT}, MATLAB's last result without a name, is left out"
+        ]
     matrix = matrix_of(tree[_LAST_RESULT])
     if matrix is None:
         return tree, []
@@ -217,7 +223,9 @@ def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
             continue
         if _all_of(node, dict):
             opened |= _opened_structs(name, cast("list[dict[str, Any]]", node))
-        elif _all_of(node, np.ndarray) and all(vector(item) is not None for item in cast("list[Any]", node)):
+        elif _all_of(node, np.ndarray) and all(
+            vector(item) is not None for item in cast("list[Any]", node)
+        ):
             opened |= _opened_vectors(name, cast("list[Any]", node), headings)
         else:
             opened |= _opened_matrix(name, node, headings)
@@ -249,9 +257,17 @@ def _elements(items: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """The values of the elements of a data set of Simulink by their names; none where the structs are others."""
     elements: dict[str, Any] = {}
     for item in items:
-        texts = [node for key, node in item.items() if key.lower() == "name" and isinstance(node, str) and node]
+        texts = [
+            node
+            for key, node in item.items()
+            if key.lower() == "name" and isinstance(node, str) and node
+        ]
         structs = [cast("dict[str, Any]", node) for node in item.values() if isinstance(node, dict)]
-        if len(texts) != 1 or len(structs) != 1 or not {key.lower() for key in structs[0]} >= {"time", "data"}:
+        if (
+            len(texts) != 1
+            or len(structs) != 1
+            or not {key.lower() for key in structs[0]} >= {"time", "data"}
+        ):
             return {}
         elements[texts[0]] = structs[0]
     return elements if len(elements) == len(items) else {}
@@ -339,18 +355,24 @@ def _structure(name: str, node: Any) -> Found | None:
     if isinstance(time, np.ndarray) and isinstance(data, np.ndarray):
         label = name.rpartition(".")[2]
         unit = lower.get("units") or lower.get("unit")
-        return _workspace({"time": time, f"{label} [{unit}]" if isinstance(unit, str) and unit else label: data})
+        return _workspace(
+            {"time": time, f"{label} [{unit}]" if isinstance(unit, str) and unit else label: data}
+        )
     return _workspace(_with_inner(_with_signals(_with_units_of_table(fields))))
 
 
 def _with_units_of_table(fields: dict[str, Any]) -> dict[str, Any]:
     """The variables of a table that was made a struct with the units that its properties give them in their order."""
-    properties = cast("dict[str, Any]", node) if isinstance(node := fields.get("Properties"), dict) else {}
+    properties = (
+        cast("dict[str, Any]", node) if isinstance(node := fields.get("Properties"), dict) else {}
+    )
     said = [properties.get(key) for key in ("VariableNames", "VariableUnits")]
     if not all(_all_of(texts, str) for texts in said):
         return fields
     names, units = (cast("list[str]", texts) for texts in said)
-    unit_of = dict(zip(names, units, strict=False)) if len(names) == len(units) else dict[str, str]()
+    unit_of = (
+        dict(zip(names, units, strict=False)) if len(names) == len(units) else dict[str, str]()
+    )
     flat: dict[str, Any] = {}
     for name, node in fields.items():
         unit = unit_of.get(name)

@@ -70,7 +70,9 @@ class Objects:
         version = int(numbers[0])
         if version not in _VERSIONS:
             raise ValueError(f"objects are saved in version {version}, not in one of {_VERSIONS}")
-        starts = [int(start) for start in numbers[2:10]]  # [bytes]: of classes, made properties, objects, properties
+        starts = [
+            int(start) for start in numbers[2:10]
+        ]  # [bytes]: of classes, made properties, objects, properties
         names = head[40 : starts[0]].split(b"\0")
         self._names = [name.decode("latin-1") for name in names if name]
         parts = [numbers[start // 4 : end // 4] for start, end in pairwise(starts[:5])]
@@ -79,7 +81,9 @@ class Objects:
         self._own = _lists_of(own)
         self._values = cells[2 : len(cells) - _CELLS_BEHIND[version]]
         last = cells[-1]
-        self._defaults: list[Any] = last if isinstance(last, list) else []  # by the number of a class
+        self._defaults: list[Any] = (
+            last if isinstance(last, list) else []
+        )  # by the number of a class
         self._open: list[int] = []  # objects that are being read, one inside the other
         self._read: dict[int, Any] = {}
 
@@ -113,14 +117,18 @@ class Objects:
     def _object(self, number: int) -> Any:
         """An object of a class that can be plain, else None."""
         class_of = int(self._objects[6 * number])
-        space, own = (int(place) for place in self._classes[4 * class_of : 4 * class_of + 2])  # names, from 1; 0: none
+        space, own = (
+            int(place) for place in self._classes[4 * class_of : 4 * class_of + 2]
+        )  # names, from 1; 0: none
         name = self._names[own - 1]
         read = _READERS.get(f"{self._names[space - 1]}.{name}" if space else name)
         return read(self, self._properties(number)) if read else None
 
     def _properties(self, number: int) -> Fields:
         """Properties of an object by name, with references in them as they are."""
-        class_of, _, _, made, own, _ = (int(place) for place in self._objects[6 * number : 6 * number + 6])
+        class_of, _, _, made, own, _ = (
+            int(place) for place in self._objects[6 * number : 6 * number + 6]
+        )
         properties: Fields = {}
         if class_of < len(self._defaults):
             defaults: Any = self._defaults[class_of]
@@ -185,10 +193,14 @@ def _labelled(name: str, unit: str) -> str:
 
 def _texts(objects: Objects, node: Any) -> list[str]:
     """Texts of a cell."""
-    return [objects.text(item) for item in cast("list[Any]", node)] if isinstance(node, list) else []
+    return (
+        [objects.text(item) for item in cast("list[Any]", node)] if isinstance(node, list) else []
+    )
 
 
-def _add_variables(columns: Fields, objects: Objects, data: Any, names: Sequence[str], units: Sequence[str]) -> None:
+def _add_variables(
+    columns: Fields, objects: Objects, data: Any, names: Sequence[str], units: Sequence[str]
+) -> None:
     """Variables of a table as columns under their names and units; what holds no numbers is left to be told."""
     cells = cast("list[Any]", data) if isinstance(data, list) else []
     for name, cell, unit in zip(names, cells, chain(units, repeat("")), strict=False):
@@ -209,7 +221,9 @@ def _table(objects: Objects, properties: Fields) -> Fields:
     if _number(props.get("useVariableNamesOriginal"), 0.0):
         names = _texts(objects, props.get("VariableNamesOriginal")) or names
     columns: Fields = {}
-    _add_variables(columns, objects, properties["data"], names, _texts(objects, props.get("VariableUnits")))
+    _add_variables(
+        columns, objects, properties["data"], names, _texts(objects, props.get("VariableUnits"))
+    )
     return columns
 
 
@@ -247,7 +261,9 @@ def _duration(objects: Objects, properties: Fields) -> np.ndarray[Any, Any]:
 def _datetime(objects: Objects, properties: Fields) -> np.ndarray[Any, Any]:
     """Seconds of dates from the first. The imaginary part is what a double of the milliseconds leaves out."""
     del objects
-    millis: np.ndarray[Any, np.dtype[np.complex128]] = np.asarray(properties["data"], np.complex128).ravel()
+    millis: np.ndarray[Any, np.dtype[np.complex128]] = np.asarray(
+        properties["data"], np.complex128
+    ).ravel()
     since_first = millis.real - millis.real[0]
     left_out = millis.imag - millis.imag[0]
     return (since_first + left_out) / 1000.0
@@ -265,7 +281,9 @@ def _string(objects: Objects, properties: Fields) -> str | list[str] | None:
     texts: list[str] = []
     start = 0
     for length in lengths:
-        end = start + 2 * length if length < len(letters) else start  # a missing text has the largest length
+        end = (
+            start + 2 * length if length < len(letters) else start
+        )  # a missing text has the largest length
         texts.append(letters[start:end].decode("utf-16-le", "replace"))
         start = end
     return texts[0] if len(texts) == 1 else texts
@@ -277,10 +295,14 @@ def _timeseries(objects: Objects, properties: Fields) -> Fields:
     time = _time(info, properties)
     if time is None:
         raise ValueError("a timeseries without a time")
-    in_seconds = _SECONDS.get(objects.text(info.get("Units")))  # the unit of the time; None where it is not known
+    in_seconds = _SECONDS.get(
+        objects.text(info.get("Units"))
+    )  # the unit of the time; None where it is not known
 
     data = np.asarray(properties["Data_"])
-    if data.shape[0] != time.size and data.shape[-1] == time.size:  # samples lie along the last side
+    if (
+        data.shape[0] != time.size and data.shape[-1] == time.size
+    ):  # samples lie along the last side
         data = data.reshape(-1, time.size).T
     elif data.ndim > 2:
         data = data.reshape(data.shape[0], -1)
@@ -334,7 +356,9 @@ def _dataset(objects: Objects, properties: Fields) -> Fields:
 
 def _own_name(values: Fields) -> str:
     """The name of a timeseries' numbers, which Simulink sets in <> where a bus named them; "" for any other struct."""
-    labels = [key for key, value in values.items() if isinstance(value, np.ndarray) and key not in _TIMES]
+    labels = [
+        key for key, value in values.items() if isinstance(value, np.ndarray) and key not in _TIMES
+    ]
     if len(labels) != 1:
         return ""
     name = labels[0].partition(" [")[0].strip("<>")
@@ -377,8 +401,12 @@ def _output(objects: Objects, properties: Fields) -> Any:
     if not isinstance(output, dict):
         return output
     fields = cast("Fields", output)
-    logged: Fields = {name: node for name, node in fields.items() if isinstance(node, dict) and node}
-    vectors = [name for name, node in fields.items() if isinstance(node, np.ndarray) and name != "tout"]
+    logged: Fields = {
+        name: node for name, node in fields.items() if isinstance(node, dict) and node
+    }
+    vectors = [
+        name for name, node in fields.items() if isinstance(node, np.ndarray) and name != "tout"
+    ]
     if not logged or vectors:
         return fields
     if len(logged) == 1:

@@ -28,7 +28,14 @@ MAGIC = b"\x89MCAP0\r\n"
 _HEAD = struct.Struct("<BQ")
 _MESSAGE_HEAD = struct.Struct("<HIQQ")
 #: Ahead of each message's data.
-MESSAGE = [("op", "u1"), ("size", "<u8"), ("channel", "<u2"), ("seq", "<u4"), ("log_time", "<u8"), ("pub_time", "<u8")]
+MESSAGE = [
+    ("op", "u1"),
+    ("size", "<u8"),
+    ("channel", "<u2"),
+    ("seq", "<u4"),
+    ("log_time", "<u8"),
+    ("pub_time", "<u8"),
+]
 
 
 class DamageError(Exception):
@@ -130,9 +137,15 @@ def read_contents(data: bytes) -> Contents:
                 if record.uncompressed_crc:
                     contents.checked |= set(described.channels)
             elif isinstance(record, kinds.Message):
-                fields = _MESSAGE_HEAD.pack(record.channel_id, record.sequence, record.log_time, record.publish_time)
+                fields = _MESSAGE_HEAD.pack(
+                    record.channel_id, record.sequence, record.log_time, record.publish_time
+                )
                 kept = len(alone)
-                alone += _HEAD.pack(Opcode.MESSAGE, len(fields) + len(record.data)) + fields + record.data
+                alone += (
+                    _HEAD.pack(Opcode.MESSAGE, len(fields) + len(record.data))
+                    + fields
+                    + record.data
+                )
             else:
                 note_record(record, contents)
             end = stream.tell()
@@ -149,7 +162,9 @@ def read_contents(data: bytes) -> Contents:
         raise DamageError("the checksum of its data does not match") from error
     except (MemoryError, LogError):
         raise
-    except Exception as error:  # struct.error, EndOfFile, UnicodeDecodeError, whatever damage leads the library to
+    except (
+        Exception
+    ) as error:  # struct.error, EndOfFile, UnicodeDecodeError, whatever damage leads the library to
         raise DamageError(f"the record at byte {end} cannot be read") from error
     if contents.torn is None and stream.read():
         raise DamageError("bytes follow its end")
@@ -203,7 +218,9 @@ def runs_of(body: bytes, contents: Contents) -> Iterator[MessageRun]:
         if kind != Opcode.MESSAGE:
             described = _DESCRIBING.get(kind)
             if described is not None:
-                note_record(parse(described, body[at + _HEAD.size : at + _HEAD.size + length]), contents)
+                note_record(
+                    parse(described, body[at + _HEAD.size : at + _HEAD.size + length]), contents
+                )
             at += _HEAD.size + length
             continue
         if length < _MESSAGE_HEAD.size:
@@ -228,7 +245,10 @@ def _equal_messages(body: bytes, at: int, length: int, most: int) -> NDArray[Any
 
 
 #: Kinds of records in a chunk that say something of its messages.
-_DESCRIBING: Mapping[int, type[kinds.McapRecord]] = {Opcode.SCHEMA: kinds.Schema, Opcode.CHANNEL: kinds.Channel}
+_DESCRIBING: Mapping[int, type[kinds.McapRecord]] = {
+    Opcode.SCHEMA: kinds.Schema,
+    Opcode.CHANNEL: kinds.Channel,
+}
 
 
 def parse(kind: type[kinds.McapRecord], body: bytes) -> Any:
@@ -237,7 +257,9 @@ def parse(kind: type[kinds.McapRecord], body: bytes) -> Any:
     reader: Any = kind
     try:
         record = reader.read(stream)
-    except Exception as error:  # mcap raises struct.error, EndOfFile, UnicodeDecodeError, MemoryError on damage
+    except (
+        Exception
+    ) as error:  # mcap raises struct.error, EndOfFile, UnicodeDecodeError, MemoryError on damage
         raise DamageError(f"a record ({kind.__name__}) cannot be read") from error
     if stream.count > len(body):
         raise DamageError(f"a record ({kind.__name__}) is longer than it says")

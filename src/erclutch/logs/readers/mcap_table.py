@@ -74,7 +74,10 @@ def read_mcap(source: LogSource) -> Table:
     except MemoryError as error:
         raise LogError("the MCAP file does not fit into memory", remedy="Split the log") from error
     if contents.torn is not None and not contents.runs:
-        raise LogError("the MCAP file was not closed, and no message in it is whole", remedy="Take another recording")
+        raise LogError(
+            "the MCAP file was not closed, and no message in it is whole",
+            remedy="Take another recording",
+        )
     notes: list[str] = []
     topics = _topics(contents, notes)
     together = [name.strip() for name in (source.variable or "").split(JOINT)]
@@ -95,9 +98,13 @@ def read_mcap(source: LogSource) -> Table:
         steps = np.diff(np.concatenate(of_runs))
         missing = int((steps[steps > 1] - 1).sum())
         if missing:
-            notes.append(f"{missing} messages are missing by their numbers: their chunks are damaged")
+            notes.append(
+                f"{missing} messages are missing by their numbers: their chunks are damaged"
+            )
         if channel.id not in contents.checked:
-            notes.append("check names and units of the columns: no checksum of the file covers them")
+            notes.append(
+                "check names and units of the columns: no checksum of the file covers them"
+            )
     since_first = topic.times - topic.times[0]  # ns
     names, units, renamed = name_columns(list(topic.columns), list(topic.units.values()))
     unsampled: Mask | None = None  # rows in which no good sample came, by the bits of their events
@@ -111,7 +118,9 @@ def read_mcap(source: LogSource) -> Table:
         digest=source.digest,
         clock=since_first.astype(np.float64) * 1e-9,
         clock_name="log_time",
-        metadata={key: json.dumps(dict(pairs)) for key, pairs in _metadata(contents, channel).items()},
+        metadata={
+            key: json.dumps(dict(pairs)) for key, pairs in _metadata(contents, channel).items()
+        },
         notes=(f"recording read from topic {channel.topic}", *notes, *renamed),
         unsampled=unsampled,
     )
@@ -122,7 +131,11 @@ def _joined(topics: Mapping[str, _Topic], notes: list[str]) -> Table:
     begin = min(topic.times[0] for topic in topics.values())
     parts: dict[str, Found] = {}
     for name, topic in topics.items():
-        own = {label: values for label, values in topic.columns.items() if not label.endswith("stamp [s]")}
+        own = {
+            label: values
+            for label, values in topic.columns.items()
+            if not label.endswith("stamp [s]")
+        }
         elapsed = (topic.times - begin).astype(np.float64) * 1e-9
         parts[name] = Found({"time [s]": elapsed, **own}, topic.units)
     joined = joined_by_time(parts, "topic").table()
@@ -153,7 +166,9 @@ def _topics(contents: Contents, notes: list[str]) -> dict[str, _Topic]:
         if not columns or not times.size:
             continue
         if channel.topic in topics:
-            raise LogError(f"two channels are called {channel.topic}", remedy="Record one channel a topic")
+            raise LogError(
+                f"two channels are called {channel.topic}", remedy="Record one channel a topic"
+            )
         topics[channel.topic] = _Topic(channel, columns, times)
     return topics
 
@@ -187,7 +202,9 @@ def _columns(
         blocks = [part.data for part in parts]
         return ros_messages.columns_of(definition, blocks, aligned=is_ros2), times
     if any(part.data.shape[1] != kind.itemsize for part in parts):
-        raise DamageError(f"its messages are not the {kind.itemsize} bytes that its description says")
+        raise DamageError(
+            f"its messages are not the {kind.itemsize} bytes that its description says"
+        )
     rows = np.concatenate([part.data for part in parts])
     if is_ros2 and (rows[:, 1] != 1).any():
         raise DamageError("its messages are not little-endian")

@@ -50,7 +50,9 @@ def find(path: str, variable: str | None) -> Table:
             if joined_to is None and time.size > 1 and len(recording.columns) > 1:
                 recordings[name] = recording
                 clocks[name] = time
-    return found_recordings.chosen(recordings, variable, "group", "no channel group of the file holds rows of numbers")
+    return found_recordings.chosen(
+        recordings, variable, "group", "no channel group of the file holds rows of numbers"
+    )
 
 
 def _take_channels(
@@ -74,12 +76,18 @@ def _take_channels(
             continue
         signal = mdf.get(group=index, index=place, ignore_invalidation_bits=True)
         if signal.samples.dtype.kind not in "biuf" or signal.samples.ndim != 1:
-            recording.notes.append(f"channel {channel.name} holds no plain numbers (text or bus frames): left out")
+            recording.notes.append(
+                f"channel {channel.name} holds no plain numbers (text or bus frames): left out"
+            )
             continue
         if len(signal.samples) != len(time):
             raise LogError(f"channel {channel.name} is cut off", remedy="Copy the file again")
 
-        labels = (channel.name, f"{channel.name} ({mark})", f"{channel.name} ({mark}, channel {place})")
+        labels = (
+            channel.name,
+            f"{channel.name} ({mark})",
+            f"{channel.name} ({mark}, channel {place})",
+        )
         label = next(each for each in labels if each not in recording.columns)
         values = signal.samples.astype(np.float64)
         recording.columns[label] = values
@@ -90,7 +98,9 @@ def _take_channels(
         if invalid.any():
             values[invalid] = np.nan
             count = invalid.sum()
-            recording.notes.append(f"channel {channel.name} has {count} values marked invalid: read as missing")
+            recording.notes.append(
+                f"channel {channel.name} has {count} values marked invalid: read as missing"
+            )
 
 
 READER = LogReader(

@@ -19,7 +19,9 @@ BLANKS = " \u00a0\u202f'’"
 _UNSEEN = "\u00ad\u200b\u200c\u200d\u200e\u200f\u2060\ufeff"  # at the edge of a cell
 _SAMPLE = 1 << 18  # characters
 # Signs that some locales and word processors write for a minus, in front of a number or of its power of ten.
-_OTHER_MINUS = re.compile(r"(?:(?<![^\s,;|\"])|(?<=\d[eE]))[\u2212\u2012\u2013\ufe63\uff0d](?=[\d.,])")
+_OTHER_MINUS = re.compile(
+    r"(?:(?<![^\s,;|\"])|(?<=\d[eE]))[\u2212\u2012\u2013\ufe63\uff0d](?=[\d.,])"
+)
 _SIGN = r"[+-]?"
 _POWER = r"(?:[eEdD][+-]?\d+)?"
 _FIRST_GROUP = r"[1-9]\d{0,2}"
@@ -38,8 +40,13 @@ def _grouped(decimal: str) -> re.Pattern[str]:
 _GROUPED = {decimal: _grouped(decimal) for decimal in _OTHER}
 #: Texts that say on or off, in small letters.
 SWITCHES = {
-    **dict.fromkeys(("on", "true", "yes", "high", "enabled", "ein", "an", "ja", "oui", "vrai", "开", "オン"), 1.0),
-    **dict.fromkeys(("off", "false", "no", "low", "disabled", "aus", "nein", "non", "faux", "关", "オフ"), 0.0),
+    **dict.fromkeys(
+        ("on", "true", "yes", "high", "enabled", "ein", "an", "ja", "oui", "vrai", "开", "オン"),
+        1.0,
+    ),
+    **dict.fromkeys(
+        ("off", "false", "no", "low", "disabled", "aus", "nein", "non", "faux", "关", "オフ"), 0.0
+    ),
 }
 
 
@@ -214,8 +221,12 @@ def with_points_in_rows(text: str, delimiter: str | None) -> tuple[str, int]:
     for line in lines:
         row, _ = _row_and_end(line)
         numbers = [cell.strip(' "') for cell in row.split(delimiter)]
-        sure.append({mark for mark in ".," for number in numbers if decimals[mark].fullmatch(number)})
-        unsure.append({mark for mark in ".," for number in numbers if groups[mark].fullmatch(number)})
+        sure.append(
+            {mark for mark in ".," for number in numbers if decimals[mark].fullmatch(number)}
+        )
+        unsure.append(
+            {mark for mark in ".," for number in numbers if groups[mark].fullmatch(number)}
+        )
         for number in numbers:
             has_both_marks = "." in number and "," in number
             if has_both_marks and re.fullmatch(rf"{_SIGN}[\d.,]+", number):
@@ -321,7 +332,10 @@ def _beside_whole_numbers(body: str, delimiter: str | None, mark: str) -> bool:
 def with_plain_minus(text: str) -> tuple[str, str]:
     """The text with a hyphen for each other sign that stands before a number as its minus, and a note; "" for none."""
     plain, count = _OTHER_MINUS.subn("-", text)
-    return plain, f"{count} numbers have a minus that is no hyphen: read as negative" if count else ""
+    return (
+        plain,
+        f"{count} numbers have a minus that is no hyphen: read as negative" if count else "",
+    )
 
 
 def with_plain_digits(text: str) -> tuple[str, str]:

@@ -24,7 +24,9 @@ _ONE = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
 _PICKLE = b"\x80"  # its first byte since Python 2.3
 _OBJECTS = "Python objects, which may run programs and are never opened"
-_SAVE_NUMBERS = "Save each signal as an array of numbers: numpy.savez(NEW, time=..., speed=..., torque=...)"
+_SAVE_NUMBERS = (
+    "Save each signal as an array of numbers: numpy.savez(NEW, time=..., speed=..., torque=...)"
+)
 
 
 def find(path: str, variable: str | None) -> Table:
@@ -60,7 +62,9 @@ def find(path: str, variable: str | None) -> Table:
             else:
                 nodes[name] = np.asarray(array)
     texts = [
-        [str(text) for text in node.ravel()] for node in nodes.values() if node.dtype.kind == "U" and node.size > 1
+        [str(text) for text in node.ravel()]
+        for node in nodes.values()
+        if node.dtype.kind == "U" and node.size > 1
     ]
     trials = trials_in(nodes, texts)
     if trials:
@@ -75,7 +79,9 @@ def find(path: str, variable: str | None) -> Table:
     if recording is not None:
         recording.notes.extend(f"left out: {what}" for what in left_out)
     recordings = {file.stem: recording} if recording is not None else {}
-    return found_recordings.chosen(recordings, variable, "arrays", "the file holds no vectors of numbers of one length")
+    return found_recordings.chosen(
+        recordings, variable, "arrays", "the file holds no vectors of numbers of one length"
+    )
 
 
 def _claims(head: bytes) -> bool:

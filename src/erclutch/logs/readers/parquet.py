@@ -63,10 +63,14 @@ def read_parquet(source: LogSource) -> Table:
         metadata = file.metadata
         groups = range(metadata.num_row_groups)
         size = sum(metadata.row_group(group).total_byte_size for group in groups)
-        budget = Budget(len(data), f"{_IN_PIECES}, or allow more by the environment: {RAISED}=8192 (MiB)")
+        budget = Budget(
+            len(data), f"{_IN_PIECES}, or allow more by the environment: {RAISED}=8192 (MiB)"
+        )
         budget.take_names(metadata.num_columns)
         if size < 0:
-            raise LogError("the Parquet data is damaged (columns of less than no bytes)", remedy=_ANEW)
+            raise LogError(
+                "the Parquet data is damaged (columns of less than no bytes)", remedy=_ANEW
+            )
         budget.take_cells(max(size // 8, metadata.num_rows * metadata.num_columns))
 
         read = _numbers_and_times(file)
@@ -89,7 +93,13 @@ def _numbers_and_times(file: Any) -> Any:
     from pyarrow import types
 
     schema: pyarrow.Schema = file.schema_arrow
-    kinds = (types.is_nested, types.is_string, types.is_large_string, types.is_binary, types.is_large_binary)
+    kinds = (
+        types.is_nested,
+        types.is_string,
+        types.is_large_string,
+        types.is_binary,
+        types.is_large_binary,
+    )
     texts: set[str] = set()
     for field in schema:
         if any(is_kind(field.type) for is_kind in kinds) and not is_of_number_lists(field.type):
@@ -98,7 +108,9 @@ def _numbers_and_times(file: Any) -> Any:
     if not texts or len(set(schema.names)) < len(schema.names):
         return file.read()
     table = file.read(columns=kept)
-    if table.schema.names != kept:  # the library also gives what is called as one of these with a point behind it
+    if (
+        table.schema.names != kept
+    ):  # the library also gives what is called as one of these with a point behind it
         return file.read()
 
     columns: list[Any] = []
@@ -117,7 +129,9 @@ def _damage_named() -> Generator[None]:
         raise
     except MemoryError as error:
         raise LogError("the columns need more memory than there is", remedy=_IN_PIECES) from error
-    except Exception as error:  # pyarrow raises ArrowInvalid, OSError, UnicodeDecodeError, ... on damage
+    except (
+        Exception
+    ) as error:  # pyarrow raises ArrowInvalid, OSError, UnicodeDecodeError, ... on damage
         problem = f"the Parquet data is damaged ({type(error).__name__}: {' '.join(str(error).split())[:120]})"
         raise LogError(problem, remedy=_ANEW) from error
 
@@ -128,7 +142,9 @@ def _has_checksums(pages: BinaryIO, metadata: Any, group: int, read: Any) -> boo
     A page's header begins with its kind and two sizes; a checksum comes next, if there is one. Only columns that were
     read can be asked: the library ends the whole process where the description of another one is damaged.
     """
-    names = {field.name for field in read.schema if str(field.type) != "null"}  # a column left out is of nulls
+    names = {
+        field.name for field in read.schema if str(field.type) != "null"
+    }  # a column left out is of nulls
     for column in range(metadata.num_columns):
         path = metadata.schema.column(column).path
         if not any(path == name or path.startswith(f"{name}.") for name in names):
@@ -166,7 +182,11 @@ def parquet_windows(
     import pyarrow
     from pyarrow import parquet
 
-    options: dict[str, Any] = {"buffer_size": _PAGES, "pre_buffer": False, "page_checksum_verification": True}
+    options: dict[str, Any] = {
+        "buffer_size": _PAGES,
+        "pre_buffer": False,
+        "page_checksum_verification": True,
+    }
     path = source.path
     with _damage_named(), parquet.ParquetFile(path, **options) as file, path.open("rb") as pages:
         metadata = file.metadata
@@ -175,7 +195,9 @@ def parquet_windows(
         if last is None:
             last = metadata.num_rows
         counts = [metadata.row_group(group).num_rows for group in range(metadata.num_row_groups)]
-        begins = list(accumulate(counts, initial=0))  # the first row of each row group, and the number of all rows
+        begins = list(
+            accumulate(counts, initial=0)
+        )  # the first row of each row group, and the number of all rows
         wanted: list[int] = []
         for group, (begin, end) in enumerate(pairwise(begins)):
             if end > first - margin and begin < last + margin:
@@ -190,7 +212,9 @@ def parquet_windows(
         def window(stop: int) -> Table:
             """The table of the rows up to one of the file, and the margin behind it."""
             part = held.slice(0, stop + margin - held_from)
-            return replace(table_of_arrow(part, source.name, "", unchecked, origin), first_row=held_from)
+            return replace(
+                table_of_arrow(part, source.name, "", unchecked, origin), first_row=held_from
+            )
 
         for group in wanted:
             for batch in file.iter_batches(batch_size=min(rows, _READ), row_groups=[group]):
@@ -199,7 +223,10 @@ def parquet_windows(
                 if origin is None:
                     origin = _first_tick(held)
                 # The last window stands for up to twice as many rows.
-                while held_from + held.num_rows >= start + 2 * rows + margin and start + 2 * rows <= last:
+                while (
+                    held_from + held.num_rows >= start + 2 * rows + margin
+                    and start + 2 * rows <= last
+                ):
                     yield start, start + rows, window(start + rows)
                     start += rows
                     drop = max(start - margin - held_from, 0)
@@ -269,7 +296,11 @@ def table_of_arrow(
             notes.append(f"column {label} holds {field.type}: left out")
     words = words_of({label: cells for label, cells in texts.items() if label not in columns})
     for label in texts.keys() - columns.keys():
-        notes.append(parting_note(label, words[label]) if label in words else f"column {label} holds text: left out")
+        notes.append(
+            parting_note(label, words[label])
+            if label in words
+            else f"column {label} holds text: left out"
+        )
     if not columns:
         raise LogError("the file has no column of numbers", remedy=ROWS_WANTED)
 
@@ -412,7 +443,9 @@ def _extent(path: Path) -> tuple[int, int]:
 
 
 def _pieces(path: Path, *words: str) -> Iterator[child_process.Answer]:
-    return child_process.stream("erclutch.logs.readers.parquet", path.resolve(), *words, memory=_memory(path))
+    return child_process.stream(
+        "erclutch.logs.readers.parquet", path.resolve(), *words, memory=_memory(path)
+    )
 
 
 def _memory(path: Path) -> int:

@@ -29,7 +29,17 @@ _CORNER = re.compile(r"(.+?[\])]|.+?\s)\s*[\\/]\s*(\S.*)")
 _BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]")
 #: What a spreadsheet calls the column behind the others of a pivot.
 _TOTALS = frozenset(
-    ("grand total", "total", "gesamtergebnis", "total general", "total général", "totale", "общий итог", "总计", "総計")
+    (
+        "grand total",
+        "total",
+        "gesamtergebnis",
+        "total general",
+        "total général",
+        "totale",
+        "общий итог",
+        "总计",
+        "総計",
+    )
 )
 #: Units of what is set for a column: a field or a temperature.
 _SET = ("V", "V/m", "A", "T", "A/m")
@@ -83,7 +93,9 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
         if not pivot.is_turned:
             lines[pivot.line] = delimiter.join([pivot.down, *_names(pivot, pivot.across)])
             first_numbers = ", ".join(pivot.across[:4])
-            return "\n".join(lines), f"the numbers {first_numbers}, ... above the columns are in their names"
+            return "\n".join(
+                lines
+            ), f"the numbers {first_numbers}, ... above the columns are in their names"
         if len(text) > _LARGEST_TURNED:
             return text, ""
         rows = [cells_of(line, delimiter) for line in lines[pivot.line + 1 :] if line.strip()]
@@ -103,7 +115,9 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
 
 def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
     """The line of numbers across under a delimiter; None where there is none."""
-    filled = [place for place, line in enumerate(lines) if line.strip() and not is_comment(line)][:_MOST_ABOVE]
+    filled = [place for place, line in enumerate(lines) if line.strip() and not is_comment(line)][
+        :_MOST_ABOVE
+    ]
     rows = {place: cells_of(lines[place].rstrip(delimiter), delimiter) for place in filled}
     for order, place in enumerate(filled):
         cells = rows[place]
@@ -113,7 +127,9 @@ def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
         numbers = _rising_numbers(cells[1 : len(cells) - has_total], delimiter)
         # A row whose first number is missing is no line of numbers across: above it stand rows, or names.
         is_a_row = (
-            is_numeric(cells[0], delimiter) or (cells[0].lower() in WORDS and cells[0] != "") or sums_up(cells[0])
+            is_numeric(cells[0], delimiter)
+            or (cells[0].lower() in WORDS and cells[0] != "")
+            or sums_up(cells[0])
         )
         is_below_a_row = bool(above) and is_numeric(above[0][0], delimiter)
         if not numbers or is_a_row or is_below_a_row:
@@ -124,7 +140,9 @@ def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
         said_in: list[int] = []
         if corner and below:
             next_cells = rows[below[0]]
-            is_a_name_alone = sum(map(bool, next_cells)) == 1 and not is_numeric(next_cells[0], delimiter)
+            is_a_name_alone = sum(map(bool, next_cells)) == 1 and not is_numeric(
+                next_cells[0], delimiter
+            )
             if is_a_name_alone:  # pandas writes the name of what runs down into a line of its own
                 said_in.append(below[0])
                 down = next_cells[0]

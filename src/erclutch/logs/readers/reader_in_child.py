@@ -23,7 +23,16 @@ from erclutch.logs.readers.found_recordings import ALL, EACH, RecordingNames
 from erclutch.logs.table import Table, WordColumn
 from erclutch.signals.array import Array
 
-_TEXTS = ("units", "numbers", "sample_period", "clock_name", "constants", "metadata", "notes", "first_row")
+_TEXTS = (
+    "units",
+    "numbers",
+    "sample_period",
+    "clock_name",
+    "constants",
+    "metadata",
+    "notes",
+    "first_row",
+)
 _WRITTEN = "the file was written while it was read"
 _CHILD = "erclutch.logs.readers.reader_in_child"  # the module that a child runs
 
@@ -37,7 +46,9 @@ class InChild(TypedDict):
 
 
 def in_child(
-    reader: str, library: str | None = None, memory: Callable[[Path], int] = lambda path: budget_of(path).memory
+    reader: str,
+    library: str | None = None,
+    memory: Callable[[Path], int] = lambda path: budget_of(path).memory,
 ) -> InChild:
     """A reader's functions: a child with limits runs ``find(path, variable) -> Table`` of its module.
 
@@ -49,7 +60,9 @@ def in_child(
 
     def answer(source: LogSource, variable: str | None) -> child_process.Answer:
         if library and find_spec(library) is None:
-            problem = f"a file of this format is read by the package {library}, which is not installed"
+            problem = (
+                f"a file of this format is read by the package {library}, which is not installed"
+            )
             raise LogError(problem, remedy='Install it: pip install "erclutch[formats]"')
         path = source.path.resolve()
         before = _state_of(path)
@@ -60,7 +73,9 @@ def in_child(
             if _state_of(path) != before:
                 raise written from error
             raise
-        if _state_of(path) != before:  # half of the old file and half of the new one is a log that nobody took
+        if (
+            _state_of(path) != before
+        ):  # half of the old file and half of the new one is a log that nobody took
             raise written
         return found
 
@@ -109,7 +124,9 @@ def answer_of_table(table: Table) -> child_process.Answer:
     return [*table.columns.values(), *parting, *clock], texts
 
 
-def tables_of_answer(source: LogSource, answer: child_process.Answer) -> dict[str, Table | LogError]:
+def tables_of_answer(
+    source: LogSource, answer: child_process.Answer
+) -> dict[str, Table | LogError]:
     """What `answer_of_each` made of tables: these tables, by the names of their recordings."""
     arrays, texts = answer
     tables: dict[str, Table | LogError] = {}

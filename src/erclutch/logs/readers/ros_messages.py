@@ -65,7 +65,9 @@ class _Layout:
         return columns
 
 
-def columns_of(definition: str, blocks: Sequence[NDArray[np.uint8]], *, aligned: bool) -> dict[str, Array]:
+def columns_of(
+    definition: str, blocks: Sequence[NDArray[np.uint8]], *, aligned: bool
+) -> dict[str, Array]:
     """The numbers of messages by label; one that some messages lack is NaN there.
 
     Args:
@@ -78,7 +80,9 @@ def columns_of(definition: str, blocks: Sequence[NDArray[np.uint8]], *, aligned:
     """
     kinds = _definitions(definition)
     parts: list[dict[str, Array]] = []
-    layouts: list[tuple[int, bytes, _Layout]] = []  # length of a message, what is the same in it, its layout
+    layouts: list[
+        tuple[int, bytes, _Layout]
+    ] = []  # length of a message, what is the same in it, its layout
     for block in blocks:
         parts += _parted(block, kinds, aligned, layouts)
     parts = [part for part in parts if part]
@@ -200,7 +204,9 @@ class _Reader:
         if depth > _DEEPEST:
             raise DamageError("its messages lie too deep in each other")
         names: list[str] = []
-        waiting: list[tuple[str, str, list[int]]] = []  # lists of numbers before the names are known
+        waiting: list[
+            tuple[str, str, list[int]]
+        ] = []  # lists of numbers before the names are known
         for each in fields:
             if each.kind in _TEXTS and each.many:
                 texts = self._take_texts(each)
@@ -210,7 +216,9 @@ class _Reader:
             elif each.kind in NUMBERS and each.many:
                 waiting.append((each.name, NUMBERS[each.kind], self._take_numbers(each)))
             elif each.kind in NUMBERS:
-                self._note(f"{front}{each.name}", self._take(NUMBERS[each.kind]), NUMBERS[each.kind])
+                self._note(
+                    f"{front}{each.name}", self._take(NUMBERS[each.kind]), NUMBERS[each.kind]
+                )
             else:
                 self._take_message(f"{front}{each.name}", each, depth)
         are_names = all(names) and len({*names}) == len(names)
@@ -226,7 +234,9 @@ class _Reader:
         """A message inside, or a list of them."""
         count = self._count(each.many) if each.many else 1
         kind = each.kind
-        if kind not in self._kinds and "/" not in kind:  # ROS 1 calls it Header, and describes std_msgs/Header
+        if (
+            kind not in self._kinds and "/" not in kind
+        ):  # ROS 1 calls it Header, and describes std_msgs/Header
             likely = [name for name in self._kinds if name.endswith(f"/{kind}")]
             kind = likely[0] if len(likely) == 1 else kind
         for number in range(count):

@@ -55,8 +55,12 @@ def find(path: str, variable: str | None) -> Table:
         if of_lists and not of_numbers and variable != found_recordings.ALL:
             raise next(iter(of_lists.values()))
         if len(together) > 1 and [*of_numbers] == together:
-            return _joined({name: _rows(bag, connections) for name, connections in of_numbers.items()})
-        topic, connections = found_recordings.choose(of_numbers, variable, "topic", "no topic of the bag holds numbers")
+            return _joined(
+                {name: _rows(bag, connections) for name, connections in of_numbers.items()}
+            )
+        topic, connections = found_recordings.choose(
+            of_numbers, variable, "topic", "no topic of the bag holds numbers"
+        )
         rows = _rows(bag, connections)
         counted = sum(connection.msgcount for connection in connections)
 
@@ -65,7 +69,9 @@ def find(path: str, variable: str | None) -> Table:
     times = np.array([row.pop(_STAMP) for row in rows])  # ns, shape (rows,)
     in_batches = 2 * counted < len(rows)
     if in_batches:
-        notes.append(f"{counted} messages of several rows each: they share the time of the bag, which is left out")
+        notes.append(
+            f"{counted} messages of several rows each: they share the time of the bag, which is left out"
+        )
     elif counted != len(rows):
         notes.append(f"the bag counts {counted} messages, {len(rows)} are there")
     elapsed = (times - times[0]) * 1e-9  # s
@@ -84,11 +90,15 @@ def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any],
 
     def checked(store: Any, types: Mapping[str, tuple[Any, Any]]) -> None:
         for name, (constants, fields) in types.items():
-            without_values = [constant[:2] for constant in constants]  # the kind and the name of each
+            without_values = [
+                constant[:2] for constant in constants
+            ]  # the kind and the name of each
             for text in (name, *texts(fields), *texts(without_values)):
                 if not _PLAIN.fullmatch(text):
                     problem = f"the bag defines a type with the name {text[:60]!r}"
-                    raise LogError(problem, remedy="Record the bag again, or export the topic as CSV")
+                    raise LogError(
+                        problem, remedy="Record the bag again, or export the topic as CSV"
+                    )
         register(store, types)
 
     return checked
@@ -100,7 +110,11 @@ def _joined(topics: Mapping[str, list[dict[str, float]]]) -> Table:
     parts: dict[str, Found] = {}
     for topic, rows in topics.items():
         elapsed = np.array([row.pop(_STAMP) - begin for row in rows]) * 1e-9  # s
-        columns = {label: values for label, values in _columns(rows).items() if not label.endswith("stamp [s]")}
+        columns = {
+            label: values
+            for label, values in _columns(rows).items()
+            if not label.endswith("stamp [s]")
+        }
         parts[topic] = Found({"time [s]": elapsed, **columns})
     return found_recordings.joined_by_time(parts, "topic").table()
 
@@ -120,7 +134,9 @@ def _rows(
     rows: list[dict[str, float]] = []
     messages = bag.messages(connections=connections)
     for connection, stamp, data in islice(messages, most):
-        rows += [{_STAMP: stamp, **row} for row in _rows_of(bag.deserialize(data, connection.msgtype))]
+        rows += [
+            {_STAMP: stamp, **row} for row in _rows_of(bag.deserialize(data, connection.msgtype))
+        ]
     return rows
 
 
@@ -168,7 +184,10 @@ def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
     elif _is_list(value):
         if len(value) > LONGEST_LIST:
             problem = f"the field {label} has {len(value):,} numbers, above {LONGEST_LIST}"
-            raise LogError(problem, remedy="Give a topic of single numbers, such as that of the states of the joints")
+            raise LogError(
+                problem,
+                remedy="Give a topic of single numbers, such as that of the states of the joints",
+            )
         for index, each in enumerate(value):
             _flatten(f"{label}[{index}]", each, row)
     elif hasattr(value, "__float__"):

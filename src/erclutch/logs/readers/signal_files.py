@@ -180,7 +180,9 @@ def _read(source: LogSource) -> Table:
         data = part.read_bytes()
         plugin, _ = reader_of(data[:HEAD], part.suffix)
         digest = hashlib.sha256(data).hexdigest()
-        tables[printable(part.name)] = read_by(plugin, LogSource(part, data, digest, decimal=source.decimal))
+        tables[printable(part.name)] = read_by(
+            plugin, LogSource(part, data, digest, decimal=source.decimal)
+        )
     times = _times(tables)
     names = _names(tables, times)
 
@@ -204,7 +206,10 @@ def _read(source: LogSource) -> Table:
     notes += [f"{file}: {note}" for file, table in tables.items() for note in table.notes]
     if source.path.is_dir():
         left_out = [file for file in _logs_in(source.path) if file not in parts]
-        notes += [f"{printable(file.name)} holds words and no rows of numbers: left out" for file in left_out]
+        notes += [
+            f"{printable(file.name)} holds words and no rows of numbers: left out"
+            for file in left_out
+        ]
     table = replace(joined, notes=notes).table()
     unit = "s" if any(stamps.unit for stamps in times.values()) else None
     return replace(
@@ -227,14 +232,18 @@ def _times(tables: Mapping[str, Table]) -> dict[str, _Stamps]:
         stamps = _stamps(table)
         if stamps is None:
             problem = f"{file} has no column of times in numbers, by which it could be joined with the others"
-            raise LogError(problem, remedy="Give each file a time in s, or one file with all signals")
+            raise LogError(
+                problem, remedy="Give each file a time in s, or one file with all signals"
+            )
         times[file] = stamps
 
     bare = [file for file, stamps in times.items() if not stamps.unit]
     with_unit = [file for file, stamps in times.items() if stamps.unit]
     if bare and with_unit:
         other = with_unit[0]
-        problem = f"the time of {bare[0]} has no unit, and that of {other} is in {times[other].unit}"
+        problem = (
+            f"the time of {bare[0]} has no unit, and that of {other} is in {times[other].unit}"
+        )
         raise LogError(problem, remedy="Write the unit into each header, such as 'time [s]'")
     return times
 
@@ -258,7 +267,9 @@ def _require_overlap(times: Mapping[str, _Stamps]) -> None:
     longest = max(spans, key=lambda file: spans[file])
     shared = min(ends.values()) - max(begins.values())
     if not shared >= _SHARED * spans[longest]:
-        problem = f"the files share {max(shared, 0.0):.4g} s of the {spans[longest]:.4g} s of {longest}"
+        problem = (
+            f"the files share {max(shared, 0.0):.4g} s of the {spans[longest]:.4g} s of {longest}"
+        )
         raise LogError(problem, remedy="Check the units of their times, or give files of one time")
 
 

@@ -18,7 +18,13 @@ from erclutch.logs.readers import first_bytes, found_recordings, reader_in_child
 from erclutch.logs.readers.budget import Budget, budget_of, take_zip
 from erclutch.logs.table import Table
 
-_PARTS = (b"[Content_Types].xml", b"_rels/", b"docProps/", b"xl/", b"application/vnd.oasis.opendocument.spreadsheet")
+_PARTS = (
+    b"[Content_Types].xml",
+    b"_rels/",
+    b"docProps/",
+    b"xl/",
+    b"application/vnd.oasis.opendocument.spreadsheet",
+)
 _OLD_OFFICE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"  # .xls, and documents of other programs that old
 _WIDEST_GAP = 2  # empty columns; behind more of them stands another table
 _COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
@@ -45,8 +51,14 @@ def find(path: str, variable: str | None) -> Table:
                 break
     if problems and not recordings:
         raise problems[0]
-    if variable not in (None, found_recordings.ALL, *recordings):  # the error names all sheets that there are
-        recordings |= {name: each for name, each in find_each(path).items() if isinstance(each, Table)}
+    if variable not in (
+        None,
+        found_recordings.ALL,
+        *recordings,
+    ):  # the error names all sheets that there are
+        recordings |= {
+            name: each for name, each in find_each(path).items() if isinstance(each, Table)
+        }
         joint = found_recordings.joint_table(recordings, str(variable), "sheet")
         if joint is not None:
             return joint
@@ -93,7 +105,9 @@ def _sheets(path: str, variable: str | None) -> Iterator[_Sheet | LogError]:
         take_zip(Path(path), budget)
     try:
         book = CalamineWorkbook.from_path(path)
-    except Exception as error:  # the library's own kinds have no types; damage of a new file is told by its child
+    except (
+        Exception
+    ) as error:  # the library's own kinds have no types; damage of a new file is told by its child
         if is_packed:
             raise
         problem = f"the file holds an old Office file without a table that can be read ({error})"
@@ -133,7 +147,9 @@ def _parts(path: str, sheet: Any, budget: Budget) -> tuple[dict[str, LogSource],
     rows: list[list[str]] = []
     worded: set[int] = set()  # columns that hold a text
     with_thousands: set[int] = set()  # columns that hold a whole number of 1000 or more
-    with_commas: dict[int, list[int]] = {}  # rows of the texts that are numbers with a decimal comma, by column
+    with_commas: dict[
+        int, list[int]
+    ] = {}  # rows of the texts that are numbers with a decimal comma, by column
     for place, row in enumerate(sheet.iter_rows()):
         for column, value in enumerate(row):
             if isinstance(value, str) and value.strip():
@@ -178,7 +194,11 @@ def _without_numbers_beside(rows: list[list[str]], worded: set[int]) -> str:
     while gap < first and not filled[first - 1 - gap]:
         gap += 1
     beside = range(first, width)
-    of_a_table = [column for column in worded if column < first and 2 * filled[column] > max(filled[first:], default=0)]
+    of_a_table = [
+        column
+        for column in worded
+        if column < first and 2 * filled[column] > max(filled[first:], default=0)
+    ]
     if gap < _WIDEST_GAP or not beside or not worded.isdisjoint(beside) or len(of_a_table) < 2:
         return ""
     for cells in rows:

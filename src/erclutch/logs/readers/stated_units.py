@@ -8,7 +8,9 @@ from dataclasses import replace
 
 from erclutch.logs.table import Table
 
-_KEY = re.compile(r"(?P<quantity>.*\w)[\s_]*\b(?:units?|einheit|unit[eé]s?|unidad(?:es)?)", re.IGNORECASE)
+_KEY = re.compile(
+    r"(?P<quantity>.*\w)[\s_]*\b(?:units?|einheit|unit[eé]s?|unidad(?:es)?)", re.IGNORECASE
+)
 _LABEL = re.compile(r"([^\[\](),;|\t]*[^\[\](),;|\t\s])\s*[\[(]([^\[\]()]+)[\])][,;|\t ]*")
 _WORD = re.compile(r"[^\W_]+")
 
@@ -53,7 +55,9 @@ def with_stated_units(table: Table, pairs: Mapping[str, str]) -> Table:
 def _names(name: str, quantity: set[str]) -> bool:
     """Whether a column's name has all words of a quantity, one of them in full: ``S. Rate`` is a shear rate."""
     words = _words(name)
-    return not quantity.isdisjoint(words) and all(any(word.startswith(short) for short in words) for word in quantity)
+    return not quantity.isdisjoint(words) and all(
+        any(word.startswith(short) for short in words) for word in quantity
+    )
 
 
 def _words(name: str) -> set[str]:

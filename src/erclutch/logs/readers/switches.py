@@ -19,7 +19,9 @@ def switched(label: str, cells: pd.Series[Any]) -> tuple[Array, str] | None:
     """The column as ones and zeros, NaN where a cell is empty, and what is said of it; None for other words."""
     words = cells.astype(str).str.strip().where(cells.notna())
     distinct = [str(word) for word in words.dropna().unique()[: _MOST_WORDS + 1]]
-    if not 1 <= len(distinct) <= _MOST_WORDS or any(word.lower() not in SWITCHES for word in distinct):
+    if not 1 <= len(distinct) <= _MOST_WORDS or any(
+        word.lower() not in SWITCHES for word in distinct
+    ):
         return None
     numbers = np.asarray(words.str.lower().map(SWITCHES), dtype=np.float64)
     meanings = [f"{word}, read as {SWITCHES[word.lower()]:g}" for word in distinct]

@@ -43,7 +43,11 @@ def _group(group: Any) -> Found | None:
                 recording.units[channel.name] = channel.properties[key]
 
     rows = len(next(iter(recording.columns.values())))
-    dates = [(name, stamps) for name, stamps in values.items() if stamps.dtype.kind == "M" and stamps.size > 1]
+    dates = [
+        (name, stamps)
+        for name, stamps in values.items()
+        if stamps.dtype.kind == "M" and stamps.size > 1
+    ]
     if increment:
         time = (offset or 0.0) + np.arange(rows) * increment
         recording.columns = {"time": time, **recording.columns}
@@ -53,13 +57,19 @@ def _group(group: Any) -> Found | None:
         recording.clock = name, (stamps - stamps[0]) / np.timedelta64(1, "s")
 
     if hollow:
-        recording.notes.append(f"channels without a value left out: {found_recordings.listed(hollow)}")
+        recording.notes.append(
+            f"channels without a value left out: {found_recordings.listed(hollow)}"
+        )
         if any("NI_ArrayColumn" in channel.properties for channel in channels):
             full = ", ".join(name for name in recording.columns if name not in hollow)
-            recording.notes.append(f"the values of all {len(channels)} channels may stand in {full}, in turn")
+            recording.notes.append(
+                f"the values of all {len(channels)} channels may stand in {full}, in turn"
+            )
     for name in sorted(clocks):
         if clocks[name] != clock:
-            recording.notes.append(f"channel {name} has another increment or start than the other channels: left out")
+            recording.notes.append(
+                f"channel {name} has another increment or start than the other channels: left out"
+            )
     return recording
 
 
@@ -70,7 +80,12 @@ def _clocks(group: Any) -> dict[str, tuple[Any, Any, Any]]:
         increment, offset, start = (channel.properties.get(key) for key in _CLOCK)
         for known in clocks.values():
             begun = known[2]
-            if known[:2] == (increment, offset) and increment and start is not None and begun is not None:
+            if (
+                known[:2] == (increment, offset)
+                and increment
+                and start is not None
+                and begun is not None
+            ):
                 apart = abs(float((start - begun) / np.timedelta64(1, "s")))
                 start = begun if apart <= _ONE_START * increment else start
         clocks[channel.name] = increment, offset, start
@@ -101,12 +116,16 @@ def find(path: str, variable: str | None) -> Table:
     notes: list[str] = []
     starts_in_file = {*_STARTS.findall(Path(path).read_bytes())}
     if len(starts_in_file) > len(starts - {None}):
-        notes.append("the acquisition was started anew within the file: its time runs on as if there were no gap")
+        notes.append(
+            "the acquisition was started anew within the file: its time runs on as if there were no gap"
+        )
     if file.file_status.incomplete_final_segment:
         notes.append("the last segment was not written completely: the log is cut off there")
     for recording in recordings.values():
         recording.notes += notes
-    return found_recordings.chosen(recordings, variable, "group", "no group of the file holds channels of numbers")
+    return found_recordings.chosen(
+        recordings, variable, "group", "no group of the file holds channels of numbers"
+    )
 
 
 READER = LogReader(

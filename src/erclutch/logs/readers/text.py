@@ -24,7 +24,12 @@ from erclutch.logs.readers.cells import DASHES, NO_NUMBERS, is_comment
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
 from erclutch.logs.readers.keyed_heads import with_keyed_heads
 from erclutch.logs.readers.list_cells import without_lists
-from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets, without_matrix, without_rules
+from erclutch.logs.readers.loose_text import (
+    with_a_line_of_names,
+    without_brackets,
+    without_matrix,
+    without_rules,
+)
 from erclutch.logs.readers.lying_tables import upright
 from erclutch.logs.readers.numerals import (
     TwoDecimalMarksError,
@@ -89,18 +94,26 @@ def read_text(source: LogSource) -> Table:
                 raise
         dialect, notes = _dialect_of(text, source.decimal)
         if in_rows:
-            notes.append(f"numbers have a decimal comma in {in_rows} rows, and a decimal point in the others")
-        names = [dialect.names[column - 1] for column in with_commas if column <= len(dialect.names)]
+            notes.append(
+                f"numbers have a decimal comma in {in_rows} rows, and a decimal point in the others"
+            )
+        names = [
+            dialect.names[column - 1] for column in with_commas if column <= len(dialect.names)
+        ]
         if names:
             listed_names = ", ".join(names)
-            notes.append(f"numbers have a decimal comma in column {listed_names}, and a decimal point in the others")
+            notes.append(
+                f"numbers have a decimal comma in column {listed_names}, and a decimal point in the others"
+            )
     notes += put_right
 
     body, cut = rows_of_body(text, dialect)
     grouped = grouped_by_blanks(body, dialect.delimiter)
     if grouped:
         whole = ungrouped(grouped, dialect.decimal)
-        notes.append(f"numbers have blanks or apostrophes between their thousands: {grouped} is {whole}")
+        notes.append(
+            f"numbers have blanks or apostrophes between their thousands: {grouped} is {whole}"
+        )
     frame = _parse(body, dialect, source.told)
     return _table(frame, body, dialect, source, [*cut, *notes])
 
@@ -146,7 +159,9 @@ def _put_right(text: str) -> tuple[str, list[str]]:
         text, note = change(text)
         notes.append(note)
     if broken_cells:
-        notes.append(f"{broken_cells} quoted cells hold a number and a line end: the line end is left out")
+        notes.append(
+            f"{broken_cells} quoted cells hold a number and a line end: the line end is left out"
+        )
     return text, [note for note in notes if note]
 
 
@@ -200,7 +215,9 @@ def _parse(
             **options,
         )
         return frame
-    except Exception as error:  # ParserError, but also MemoryError, OverflowError and others on hostile text
+    except (
+        Exception
+    ) as error:  # ParserError, but also MemoryError, OverflowError and others on hostile text
         if source.interrupted:
             raise KeyboardInterrupt from error
         refuse_ragged(body, dialect)
@@ -223,7 +240,9 @@ def _table(
     hidden = hidden_character(body)
     if hidden:
         line = dialect.first + 1 + len(LINE_END.findall(body, 0, hidden.start()))
-        notes.append(f"line {line} holds a hidden character (U+{ord(hidden.group()):04X}): read as a blank")
+        notes.append(
+            f"line {line} holds a hidden character (U+{ord(hidden.group()):04X}): read as a blank"
+        )
 
     columns: dict[str, Array] = {}
     constants: dict[str, float] = {}
@@ -247,7 +266,9 @@ def _table(
             notes.append(f"column {label} is empty: left out")
         elif filled == 1 < len(values) and not np.isnan(values[0]):
             constants[label] = float(values[0])
-            notes.append(f"column {label} is filled in its first row only: kept as the constant {values[0]:g}")
+            notes.append(
+                f"column {label} is filled in its first row only: kept as the constant {values[0]:g}"
+            )
         else:
             columns[label] = values
 
@@ -264,11 +285,21 @@ def _table(
             continue
         present = cells.dropna()
         first = str(present.iloc[0]).strip()[:30] if len(present) else ""
-        unreadable[label] = f"column {label} holds text ({first!r}) in {len(present)} of {len(cells)} rows"
-        notes.append(parting_note(label, words[label]) if label in words else f"{unreadable[label]}: left out")
+        unreadable[label] = (
+            f"column {label} holds text ({first!r}) in {len(present)} of {len(cells)} rows"
+        )
+        notes.append(
+            parting_note(label, words[label])
+            if label in words
+            else f"{unreadable[label]}: left out"
+        )
     if unreadable and not columns:
         raise LogError(next(iter(unreadable.values())), remedy=CORRECT)
-    notes += [f"column {label} is left out: {problem}" for label, problem in unreadable.items() if label not in texts]
+    notes += [
+        f"column {label} is left out: {problem}"
+        for label, problem in unreadable.items()
+        if label not in texts
+    ]
 
     # Empty cells at the end of a row may be missing values, or a row that is too short: the lines tell.
     if columns:
@@ -284,14 +315,20 @@ def _table(
         notes.append(f"sampling period {period:g} s from '{key}' in the header")
     kept = {*columns, *constants}
     stated_units = dict(zip(dialect.names, dialect.units, strict=True))
-    units_of = {label: unit or units_behind.get(label) for label, unit in stated_units.items() if label in kept}
+    units_of = {
+        label: unit or units_behind.get(label)
+        for label, unit in stated_units.items()
+        if label in kept
+    }
     units_of |= dict.fromkeys(of_lists)
     table = Table(
         name=source.name,
         columns=columns,
         units=units_of,
         digest=source.digest,
-        numbers={label: place for place, label in enumerate(dialect.names, start=1) if label in columns},
+        numbers={
+            label: place for place, label in enumerate(dialect.names, start=1) if label in columns
+        },
         sample_period=period,
         clock=clock,
         clock_name=clock_name,
@@ -367,8 +404,14 @@ def _window_of(
     table = _table(_parse(body, here, lambda done, total: None), body, here, source, notes)
     # Dates count from the first row of a window, and a constant stands in the first window only.
     if table.clock is not None or table.constants:
-        what = f"the time {table.clock_name!r} is no number" if table.clock is not None else "a column has one number"
-        raise LogError(f"{what}, which a text that is read in blocks cannot have", remedy="Write it as Parquet")
+        what = (
+            f"the time {table.clock_name!r} is no number"
+            if table.clock is not None
+            else "a column has one number"
+        )
+        raise LogError(
+            f"{what}, which a text that is read in blocks cannot have", remedy="Write it as Parquet"
+        )
     return replace(table, first_row=first_row)
 
 
@@ -387,7 +430,9 @@ def _refuse_another_reading(source: LogSource, head: str, first: Table) -> None:
     rows = min(whole.rows, first.rows)
     same = list(whole.columns) == list(first.columns) and whole.units == first.units and rows > 0
     for name in whole.columns if same else ():
-        same = same and np.array_equal(whole.columns[name][:rows], first.columns[name][:rows], equal_nan=True)
+        same = same and np.array_equal(
+            whole.columns[name][:rows], first.columns[name][:rows], equal_nan=True
+        )
     if not same:
         problem = f"read whole, its first rows have the columns {whole.listed}, and in blocks {first.listed}"
         if list(whole.columns) == list(first.columns):

@@ -28,7 +28,8 @@ _FEWEST_ROWS = 3
 _GZIP_COUNTS_TO = 1 << 32  # bytes of a text
 # Letters of the names and units of signals.
 _CHINESE = (
-    "时间秒毫分位移毫米速度加转角扭矩力载荷电流电压温度阻尼活塞线圈机制动采样序号数据通道功率频率试验测量设备开始"
+    "时间秒毫分位移毫米速度加转角扭矩力载荷电流电压温度阻尼"
+    "活塞线圈机制动采样序号数据通道功率频率试验测量设备开始"
 )
 _JAPANESE = (
     "時間秒位置変速度回転数角加荷重力電流圧温トルクストーローラセンサ試験測定番号モタータ摩擦"
@@ -47,7 +48,9 @@ _NARROW = re.compile(r"[\uff66-\uff9f]{3,}")
 CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\v\x1a"))
 #: Where Japanese begins in mail and in old instruments, and where it ends.
 _ESCAPES = (b"\x1b$B", b"\x1b$@", b"\x1b(J")
-_HIDDEN = re.compile(r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]")
+_HIDDEN = re.compile(
+    r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]"
+)
 DAMAGE = "not seen: text has no checksums; as .gz it has"
 
 
@@ -83,7 +86,10 @@ def _eastern(data: bytes) -> str:
     ):
         try:
             text = data.decode(encoding)
-        except (UnicodeDecodeError, LookupError):  # some builds of Python come without the tables of these encodings
+        except (
+            UnicodeDecodeError,
+            LookupError,
+        ):  # some builds of Python come without the tables of these encodings
             continue
         if letters is _JAPANESE and _NARROW.search(text):
             text = unicodedata.normalize("NFKC", text)
@@ -119,7 +125,11 @@ def _central(data: bytes) -> str:
     for encoding in ("cp1250", "iso8859_2"):
         letters = inside.decode(encoding, "replace")
         others = [letter for letter, sign in zip(letters, latin, strict=True) if letter != sign]
-        were_signs = any(not sign.isalpha() for letter, sign in zip(letters, latin, strict=True) if letter != sign)
+        were_signs = any(
+            not sign.isalpha()
+            for letter, sign in zip(letters, latin, strict=True)
+            if letter != sign
+        )
         polish = sum(letter in _POLISH for letter in others)
         if were_signs and _CENTRAL.issuperset(others) and polish > best:
             best = polish
@@ -175,7 +185,9 @@ def damage_named() -> Generator[None]:
     try:
         yield
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
-        raise LogError(f"the gzip data is damaged ({error})", remedy="Copy the file again") from error
+        raise LogError(
+            f"the gzip data is damaged ({error})", remedy="Copy the file again"
+        ) from error
 
 
 @contextmanager

@@ -36,7 +36,9 @@ def read_cells(
     if cells.dtype == object or str(cells.dtype).startswith("str"):
         hexadecimal = _hexadecimal(cells)
         if hexadecimal is not None:
-            return hexadecimal, (f"column {label} holds hexadecimal numbers, read as whole numbers",)
+            return hexadecimal, (
+                f"column {label} holds hexadecimal numbers, read as whole numbers",
+            )
         cells, notes = _without_words(cells, label)
     else:
         notes = ()
@@ -79,7 +81,9 @@ def _without_words(cells: pd.Series[Any], label: str) -> tuple[pd.Series[Any], t
     remarked = (cells.notna() & parts[0].notna()).to_numpy()
     if remarked.any():
         remark = parts[1][remarked].iloc[0][:40]
-        notes.append(f"column {label} has remarks behind {int(remarked.sum())} numbers ({remark!r}): left out")
+        notes.append(
+            f"column {label} has remarks behind {int(remarked.sum())} numbers ({remark!r}): left out"
+        )
         cells = cells.mask(remarked, parts[0])
     return cells, tuple(notes)
 
@@ -131,10 +135,14 @@ def _numbers(
     row = int(np.argmax(bad))
     count = int(bad.sum())
     lines = _numbered_lines(body, dialect)
-    line, _ = lines[min(row, len(lines) - 1)]  # pandas may see more rows than there are lines, in damaged text
+    line, _ = lines[
+        min(row, len(lines) - 1)
+    ]  # pandas may see more rows than there are lines, in damaged text
     shown = str(texts.iloc[row])[:40]
     more = f" ({count} such cells)" if count > 1 else ""
-    problem = f"line {line}, column {dialect.names[index]} is '{shown}' where a number is expected{more}"
+    problem = (
+        f"line {line}, column {dialect.names[index]} is '{shown}' where a number is expected{more}"
+    )
     raise LogError(problem, remedy=CORRECT)
 
 
@@ -167,6 +175,10 @@ def refuse_ragged(
         if too_long and not dialect.numeric[-1]:
             too_long = any(is_number(cell, dialect.decimal) for cell in beyond)
         if too_long or len(cells) < needed:
-            hint = " (a decimal comma?)" if too_long and dialect.delimiter == "," and dialect.decimal == "." else ""
+            hint = (
+                " (a decimal comma?)"
+                if too_long and dialect.delimiter == "," and dialect.decimal == "."
+                else ""
+            )
             problem = f"line {number} has {len(cells)} cells where {len(dialect.names)} are expected{hint}"
             raise LogError(problem, remedy="Correct or delete that line")

@@ -27,21 +27,27 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
         line_end = LINE_END.search(text, start)
         start = line_end.end() if line_end else start
     body = text[start:]
-    if any(mark in body for mark in ("#", "%", "//")):  # comments become blank: line numbers stay right
+    if any(
+        mark in body for mark in ("#", "%", "//")
+    ):  # comments become blank: line numbers stay right
         body = "\n".join("" if is_comment(line) else line for line in LINE_END.split(body))
 
     body, sums_above = _without_sums_above(body, dialect)
     body, notes = _without_remarks_below(body, dialect)
     notes = [*sums_above, *notes]
     first_row = LINE_END.split(body[:_ABOVE].lstrip(BLANK))[0]
-    rows_have_such_words = any(map(sums_up, cells_of(first_row, dialect.delimiter)))  # a row for Max, the next for Min
+    rows_have_such_words = any(
+        map(sums_up, cells_of(first_row, dialect.delimiter))
+    )  # a row for Max, the next for Min
     without: list[str] = []  # last lines that hold no number, from the last on
     sums = 0  # last lines that sum up the rows
     while last := _last_line(body):
         cells = [cell for cell in cells_of(body[last:], dialect.delimiter) if cell]
         is_row = any(is_number(cell, dialect.decimal) or cell.lower() in WORDS for cell in cells)
         is_sum = any(map(sums_up, cells)) and not rows_have_such_words
-        is_sum = is_sum or (is_row and sums < _MOST_SUMS and _begins_with_a_word(body[last:], dialect))
+        is_sum = is_sum or (
+            is_row and sums < _MOST_SUMS and _begins_with_a_word(body[last:], dialect)
+        )
         if not cells or (is_row and not is_sum):
             break
         shown = " ".join(body[last:].split())[:60]
@@ -62,7 +68,12 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     if not last or not rest.strip(BLANK):
         return body, notes
     needed = max(
-        (index for index, numeric in enumerate(dialect.numeric[: dialect.usual or None]) if numeric), default=0
+        (
+            index
+            for index, numeric in enumerate(dialect.numeric[: dialect.usual or None])
+            if numeric
+        ),
+        default=0,
     )
     if len(cells_of(rest, dialect.delimiter)) > needed:
         return body, notes
@@ -86,7 +97,11 @@ def _without_sums_above(body: str, dialect: Dialect) -> tuple[str, list[str]]:
     next_cell = "".join(cells_of(next_line, dialect.delimiter)[:1])
     if next_cell and not is_number(next_cell, dialect.decimal):
         sums = []  # the rows themselves have such words
-    if not sums and len(places) > _FEWEST_BELOW and _are_extremes(body, [lines[place] for place in places], dialect):
+    if (
+        not sums
+        and len(places) > _FEWEST_BELOW
+        and _are_extremes(body, [lines[place] for place in places], dialect)
+    ):
         sums = places[:2]
     if not sums:
         return body, []
@@ -111,14 +126,18 @@ def _are_extremes(body: str, lines: list[str], dialect: Dialect) -> bool:
     # Of most logs the first two rows are near the third: these few cells tell it without a look at all rows.
     if len(low) < _FEWEST_SUMMED or len(low) != len(high) or len(low) != len(third):
         return False
-    if not all(first <= number <= last for first, number, last in zip(low, third, high, strict=True)):
+    if not all(
+        first <= number <= last for first, number, last in zip(low, third, high, strict=True)
+    ):
         return False
     last_row = body[_last_line(body) :]
     ends_at = _numbers(last_row, dialect)
     if len(ends_at) != len(low) or not low[0] < high[0]:
         return False
     rises = [*map(_close, (low[0], high[0]), (third[0], ends_at[0]))]
-    if not all(rises) or not any(first < last for first, last in zip(low[1:], high[1:], strict=True)):
+    if not all(rises) or not any(
+        first < last for first, last in zip(low[1:], high[1:], strict=True)
+    ):
         return False
 
     smallest = [*third]
@@ -169,7 +188,9 @@ def _begins_with_a_word(line: str, dialect: Dialect) -> bool:
     cells = cells_of(line, dialect.delimiter)
     if len(cells) < 2 or not dialect.numeric or not dialect.numeric[0]:
         return False
-    return cells[0].lower() not in WORDS and cells[0][:1].isalpha() and any(map(str.isalpha, cells[0]))
+    return (
+        cells[0].lower() not in WORDS and cells[0][:1].isalpha() and any(map(str.isalpha, cells[0]))
+    )
 
 
 def _last_line(body: str) -> int:

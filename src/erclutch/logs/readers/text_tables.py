@@ -18,7 +18,14 @@ import numpy as np
 from erclutch.errors import LogError, placed
 from erclutch.logs.columns.labels import header_pairs
 from erclutch.logs.log_reader import LogSource
-from erclutch.logs.readers.cells import DELIMITERS, STATISTICS, cells_of, is_comment, is_number, is_numeric
+from erclutch.logs.readers.cells import (
+    DELIMITERS,
+    STATISTICS,
+    cells_of,
+    is_comment,
+    is_number,
+    is_numeric,
+)
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.logs.readers.found_recordings import ALL, Found, choose, time_of
 from erclutch.logs.readers.stated_units import with_stated_units
@@ -66,10 +73,14 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
     if len(tables) < 2:
         if source.variable != ALL:
             problem = f"the text is one recording, so it has no {source.variable!r} for --variable"
-            raise LogError(problem, remedy="Leave it out, or give --variable '' where a run or mapping has it")
+            raise LogError(
+                problem, remedy="Leave it out, or give --variable '' where a run or mapping has it"
+            )
         tables = {}
 
-    name, (line, settings, text) = choose(tables, source.variable, "table", "the text holds one table")
+    name, (line, settings, text) = choose(
+        tables, source.variable, "table", "the text holds one table"
+    )
     text = "\n".join([*settings.values(), text])
     with placed(f"{source.name}, table from line {line} on"):
         table = read(replace(source, data=text.encode("utf-8"), variable=None))
@@ -165,7 +176,11 @@ def _tables_of(data: bytes) -> Mapping[str, _Part]:
     # What stands above the first table alone is no setting of that table.
     parts = [*tables.values()]
     for name, part in tables.items():
-        kept = {key: line for key, line in part.settings.items() if all(key in each.settings for each in parts)}
+        kept = {
+            key: line
+            for key, line in part.settings.items()
+            if all(key in each.settings for each in parts)
+        }
         tables[name] = part._replace(settings=kept)
     return tables
 
@@ -273,5 +288,7 @@ def is_prose(path: Path) -> bool:
             cells = _ANY_DELIMITER.split(line.strip())
             numbers = sum(is_number(cell, ".") for cell in cells)
             rows.append(2 * numbers >= len(cells))
-            has_words = has_words or _WORD.search(line) is not None  # the e of an exponent is no word
+            has_words = (
+                has_words or _WORD.search(line) is not None
+            )  # the e of an exponent is no word
     return has_words and not any(first and second for first, second in pairwise(rows))

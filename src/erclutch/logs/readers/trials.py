@@ -41,16 +41,24 @@ def trials_in(nodes: Mapping[str, Any], texts: Sequence[Sequence[str]]) -> Trial
 
 def _pages(name: str, array: np.ndarray[Any, Any], texts: Sequence[Sequence[str]]) -> Trials:
     """The pages of an array, one of whose sides is as long as a list of names."""
-    of_signals = [axis for axis in range(3) if any(len(each) == array.shape[axis] for each in texts)]
+    of_signals = [
+        axis for axis in range(3) if any(len(each) == array.shape[axis] for each in texts)
+    ]
     if len(of_signals) != 1:
         return {}
     count = array.shape[of_signals[0]]
     fitting = [each for each in texts if len(each) == count]
     names = next((each for each in fitting if not all(map(units.is_unit, each))), ())
-    own_units = next((each for each in fitting if each is not names and all(map(units.is_unit, each))), ())
+    own_units = next(
+        (each for each in fitting if each is not names and all(map(units.is_unit, each))), ()
+    )
     if len({*names}) != count:
         return {}
-    labels = [f"{each} [{unit}]" for each, unit in zip(names, own_units, strict=True)] if own_units else [*names]
+    labels = (
+        [f"{each} [{unit}]" for each, unit in zip(names, own_units, strict=True)]
+        if own_units
+        else [*names]
+    )
     others = [axis for axis in range(3) if axis not in of_signals]
     rows, pages = sorted(others, key=lambda axis: -array.shape[axis])
     if array.shape[pages] > _MOST or array.shape[rows] < _FEWEST_ROWS * array.shape[pages]:
@@ -69,9 +77,18 @@ def _columns(arrays: Mapping[str, np.ndarray[Any, Any]]) -> Trials:
         return {}
     rows, count = shapes.pop()
     levels = {name: array for name, array in arrays.items() if array.shape == (count,)}
-    is_field = any(len(spoken_name(name).forms["field"] or "") > 1 for name in levels)  # I may be an inertia
-    courses = {name: array for name, array in arrays.items() if array.shape in ((rows,), (rows, count))}
-    if not is_field or count > _MOST or rows < _FEWEST_ROWS * count or len(levels) + len(courses) < len(arrays):
+    is_field = any(
+        len(spoken_name(name).forms["field"] or "") > 1 for name in levels
+    )  # I may be an inertia
+    courses = {
+        name: array for name, array in arrays.items() if array.shape in ((rows,), (rows, count))
+    }
+    if (
+        not is_field
+        or count > _MOST
+        or rows < _FEWEST_ROWS * count
+        or len(levels) + len(courses) < len(arrays)
+    ):
         return {}
     trials: Trials = {}
     for number in range(count):

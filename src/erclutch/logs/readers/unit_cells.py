@@ -27,7 +27,9 @@ _MEASURED = re.compile(
     r"\s*([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]|[%°µ]|(?<=\s)1/[^\W\d_])"
     rf"([^\s\d,;]{{0,{_LONGEST_UNIT}}})\s*"
 )
-_CALLED_UNIT = re.compile(r"(?:units?|einheit|unit[eé]s?|unidad(?:es)?|单位|単位|ед)\b.*", re.IGNORECASE)
+_CALLED_UNIT = re.compile(
+    r"(?:units?|einheit|unit[eé]s?|unidad(?:es)?|单位|単位|ед)\b.*", re.IGNORECASE
+)
 
 
 def without_units_in_cells(text: str) -> tuple[str, str]:
@@ -56,7 +58,9 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
         header = rows[first - 1]
         for column, unit in unit_of.items():
             name, own_unit = split_label(header[column])
-            if own_unit != unit and (own_unit or not name.endswith(("]", ")"))):  # the cells know better
+            if own_unit != unit and (
+                own_unit or not name.endswith(("]", ")"))
+            ):  # the cells know better
                 header[column] = f"{name} [{unit}]"
     elif not first:  # no line of names, so the units make the first
         labels = [f"c{place}" for place in range(1, len(rows[0]) + 1)]

@@ -20,18 +20,26 @@ _FEWEST_PAIRS = 2  # of a number and its unit, where no names stand above
 def with_units_in_cells(text: str) -> tuple[str, str]:
     """The text with such pairs of cells as one cell each, and what is said of it; the text and "" for other texts."""
     tail = LINE_END.split(text[-LOOKED_AT:])
-    rows_of_tail = [line for line in tail[len(text) > LOOKED_AT :] if line.strip() and not is_comment(line)]
+    rows_of_tail = [
+        line for line in tail[len(text) > LOOKED_AT :] if line.strip() and not is_comment(line)
+    ]
     below_the_names = rows_of_tail[len(rows_of_tail) // 2 :]
     for delimiter in (*DELIMITERS, None):
         width, places = _columns_of_units(below_the_names, delimiter)
         if not places:
             continue
         lines = LINE_END.split(text)
-        first = next(place for place, line in enumerate(lines) if _is_row(cells_of(line, delimiter), width, places))
+        first = next(
+            place
+            for place, line in enumerate(lines)
+            if _is_row(cells_of(line, delimiter), width, places)
+        )
         names = cells_of(lines[first - 1], delimiter) if first else []
         mark = delimiter or "\t"
         header: list[str] = []
-        if len(names) == width and all(not names[place] or is_called_unit(names[place]) for place in places):
+        if len(names) == width and all(
+            not names[place] or is_called_unit(names[place]) for place in places
+        ):
             header = [name for place, name in enumerate(names) if place not in places]
         elif len(names) == width - len(places) and delimiter is None:
             header = names  # a name for a number and its unit

@@ -95,4 +95,7 @@ def columns_of(name: str, node: Any, rows: int | None) -> list[tuple[str, Array]
         return [(name, array.astype(np.float64))]
     is_upright = array.shape[0] == (rows or max(array.shape))
     columns = array.T if is_upright else array
-    return [(f"{name}_{number}", column.astype(np.float64)) for number, column in enumerate(columns, start=1)]
+    return [
+        (f"{name}_{number}", column.astype(np.float64))
+        for number, column in enumerate(columns, start=1)
+    ]

@@ -145,7 +145,9 @@ def stuck(effort: Array, motion: Array) -> Mask:
     meanwhile = meanwhile[np.isfinite(meanwhile)]
     if not meanwhile.size:
         return marked
-    low, high = np.quantile(meanwhile, (0.1, 0.9))  # a motion that ends in the first rows does not go on
+    low, high = np.quantile(
+        meanwhile, (0.1, 0.9)
+    )  # a motion that ends in the first rows does not go on
     moves = float(high - low) > _MOVES * float(np.ptp(known)) > 0.0
     elsewhere = int(np.count_nonzero(effort == effort[start])) - count
     marked[start:stop] = moves and 10 * elsewhere < count
@@ -185,7 +187,9 @@ def frozen(columns: Sequence[Array]) -> Mask:
         if not inside or stop - start < _SHORTEST_FREEZE:
             continue
         last_measured = start - 1
-        comes_in_motion = _moving(columns, last_measured) >= 2 and not _jumps(columns, last_measured)
+        comes_in_motion = _moving(columns, last_measured) >= 2 and not _jumps(
+            columns, last_measured
+        )
         if comes_in_motion and _jumps(columns, stop):
             marked[start:stop] = True
     return marked

@@ -17,7 +17,19 @@ from erclutch.signals import units
 from erclutch.signals.array import Array
 
 _NAMES = {
-    *("name", "signal", "variable", "channel", "sensor", "quantity", "parameter", "metric", "measure", "key", "topic"),
+    *(
+        "name",
+        "signal",
+        "variable",
+        "channel",
+        "sensor",
+        "quantity",
+        "parameter",
+        "metric",
+        "measure",
+        "key",
+        "topic",
+    ),
     *("field", "grosse", "messgrosse", "kanal", "signalname", "channelname"),
 }
 _VALUES = {"value", "val", "values", "reading", "data", "measurement", "wert", "valeur", "valor"}
@@ -39,12 +51,16 @@ def untidied(table: Table) -> Table:
         return table
 
     signals = table.words[named[0]]
-    parts = [np.flatnonzero(signals.of_row == number) for number in range(len(signals.words))]  # rows of each
+    parts = [
+        np.flatnonzero(signals.of_row == number) for number in range(len(signals.words))
+    ]  # rows of each
     all_are_named = sum(part.size for part in parts) == table.rows
     if not 2 <= len(parts) <= _MOST_SIGNALS or not all_are_named:
         return table
     stamps: Array = table.columns[times[0]] if times else np.asarray(table.clock)
-    column_of_units = next((words for name, words in table.words.items() if plain(name) in _UNITS), None)
+    column_of_units = next(
+        (words for name, words in table.words.items() if plain(name) in _UNITS), None
+    )
     in_units = _in_one_unit(table.columns[values[0]], column_of_units, parts)
     if in_units is None:
         return table
@@ -59,7 +75,9 @@ def untidied(table: Table) -> Table:
         at, of_signals, joined_notes = joined
 
     labels = [*times, *signals.words]
-    names, own_units, renamed = name_columns(labels, [*(table.units.get(name) for name in times), *units_of])
+    names, own_units, renamed = name_columns(
+        labels, [*(table.units.get(name) for name in times), *units_of]
+    )
     columns = [*([at] * len(times)), *of_signals]
     note = f"column {named[0]} names the signal of each value: {len(parts)} signals are taken as columns"
     notes = [each for each in table.notes if "parts the rows by" not in each]

@@ -18,7 +18,11 @@ from erclutch.signals.array import Array, Mask
 
 #: Of tables and spreadsheets; ends of whole numbers of 16 and 32 bits; of instruments.
 CODES = (
-    *(sign * code for code in (99.0, 999.0, 9999.0, 99999.0, 999999.0, 999.9, 9999.9) for sign in (-1.0, 1.0)),
+    *(
+        sign * code
+        for code in (99.0, 999.0, 9999.0, 99999.0, 999999.0, 999.9, 9999.9)
+        for sign in (-1.0, 1.0)
+    ),
     *(65535.0, 32767.0, -32768.0, 4294967295.0, 2147483647.0, -2147483648.0),
     *(sign * code for code in (1e30, 9.9e37, 9.91e37, 1e35, 1e38) for sign in (-1.0, 1.0)),
 )
@@ -50,7 +54,11 @@ def unmeasured_rows(plan: Plan, table: Table, notes: list[str]) -> Mask:
 
     for name, fault, rows in _sensor_faults(plan, table, unmeasured):
         first = table.first_row + int(np.argmax(rows)) + 1
-        done = "kept, as asked" if keep else "left out and the log cut there (--keep-values keeps them)"
+        done = (
+            "kept, as asked"
+            if keep
+            else "left out and the log cut there (--keep-values keeps them)"
+        )
         notes.append(f"{name} {fault} in {_counted(rows)}, the first in data row {first}: {done}")
         if not keep:
             unmeasured |= rows
@@ -116,7 +124,11 @@ def _sensor_faults(
         yield together, f"all hold {measured[0][np.argmax(lost)]:.6g} and jump there and back", lost
     held = frozen([np.where(lost, np.nan, values) for values in measured])
     if held.any():
-        yield together, "stand still together and then jump, as where the logger repeats a row", held
+        yield (
+            together,
+            "stand still together and then jump, as where the logger repeats a row",
+            held,
+        )
 
     unmeasured = unmeasured | lost | held
     motion = columns.get("slip") or columns.get("position")
@@ -138,4 +150,8 @@ def _sensor_faults(
         if motion and not ends:
             held = stuck(values, table.planned(motion))
             if held.any():
-                yield f"column {name}", f"is stuck at {values[np.argmax(held)]:.6g} while column {motion} moves", held
+                yield (
+                    f"column {name}",
+                    f"is stuck at {values[np.argmax(held)]:.6g} while column {motion} moves",
+                    held,
+                )

@@ -157,7 +157,9 @@ def law_from_name(specification: str, device: str = "single") -> Law:
     form = None
     if isinstance(family.law, Law):
         if forms:
-            raise SettingError(f"{name} has no choice of yield stress, got {forms[0]!r}", remedy=f"Write {name}")
+            raise SettingError(
+                f"{name} has no choice of yield stress, got {forms[0]!r}", remedy=f"Write {name}"
+            )
         law = family.law
     else:
         form = _yield_form(name, forms, device)
@@ -221,4 +223,6 @@ def _forward(law: Law) -> Law:
     def columns(E: Any, w: Any, *shape: Any) -> tuple[Any, ...]:
         return law.columns(E, w, FORWARD, *shape)
 
-    return replace(law, title=f"{law.title}, one direction", columns=columns, shape=law.shape[1:], forward=True)
+    return replace(
+        law, title=f"{law.title}, one direction", columns=columns, shape=law.shape[1:], forward=True
+    )

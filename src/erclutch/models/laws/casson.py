@@ -14,7 +14,13 @@ from erclutch.models.laws.smooth import TRANSITION_SLIP, direction, power
 from erclutch.models.laws.yield_stress import YieldForm
 
 _RATIO = ShapeParameter(
-    "r", "viscous over yield effort, per slip", 1e-5, 1e5, PER_SLIP, scale="log", viscous_over_yield=True
+    "r",
+    "viscous over yield effort, per slip",
+    1e-5,
+    1e5,
+    PER_SLIP,
+    scale="log",
+    viscous_over_yield=True,
 )
 
 

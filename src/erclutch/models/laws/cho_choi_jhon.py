@@ -13,14 +13,18 @@ from erclutch.models.laws.yield_stress import YieldForm
 
 _T1 = ShapeParameter("t_1", "time after which the yield effort falls", 1e-3, 1e3, PER_SLIP, "log")
 _A = ShapeParameter("a", "exponent (alpha in the source) of the fall", 0.05, 6.0, scale="log")
-_T2 = ShapeParameter("t_2", "time of the viscosity's rise toward low slip", 1e-3, 1e3, PER_SLIP, "log")
+_T2 = ShapeParameter(
+    "t_2", "time of the viscosity's rise toward low slip", 1e-3, 1e3, PER_SLIP, "log"
+)
 _B = ShapeParameter("b", "exponent (beta in the source) of that rise", 0.02, 1.0)
 
 
 def cho_choi_jhon(yield_form: YieldForm) -> Law:
     """Cho, Choi and Jhon's law with the given yield stress against field."""
 
-    def columns(E: Any, w: Any, w_s: Any, t_1: Any, a: Any, t_2: Any, b: Any, *field: Any) -> tuple[Any, ...]:
+    def columns(
+        E: Any, w: Any, w_s: Any, t_1: Any, a: Any, t_2: Any, b: Any, *field: Any
+    ) -> tuple[Any, ...]:
         standing = yield_form.factor(E, *field) / (1.0 + power(t_1 * w, a))
         return standing * direction(w, w_s), w + signed_power(w, 1.0 - b) * t_2**-b
 

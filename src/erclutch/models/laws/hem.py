@@ -20,10 +20,19 @@ from erclutch.models.laws.smooth import OFF_ZERO, TRANSITION_SLIP, direction
 from erclutch.models.laws.yield_stress import YieldForm
 
 _KAPPA = ShapeParameter(
-    "kappa", "rise of the viscosity up to the reference field, as a share", -20.0, 20.0, usual=(-1.5, 4.0)
+    "kappa",
+    "rise of the viscosity up to the reference field, as a share",
+    -20.0,
+    20.0,
+    usual=(-1.5, 4.0),
 )
 _BETA = ShapeParameter(
-    "beta", "rate at which the viscosity follows the field", -20.0, 20.0, PER_FIELD, usual=(-6.0, 6.0)
+    "beta",
+    "rate at which the viscosity follows the field",
+    -20.0,
+    20.0,
+    PER_FIELD,
+    usual=(-6.0, 6.0),
 )
 _ETA_0 = Gain("eta_0", "viscous effort per slip without field", VISCOUS, part="viscous")
 

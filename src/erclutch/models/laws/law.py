@@ -131,7 +131,9 @@ class Law:
     gains: tuple[Gain, ...]
     stimulus: Callable[..., Any] | None = None
     stimulus_shape: tuple[ShapeParameter, ...] = ()
-    paper_form: Callable[[dict[str, float], dict[str, float], float], dict[str, float]] | None = None
+    paper_form: Callable[[dict[str, float], dict[str, float], float], dict[str, float]] | None = (
+        None
+    )
     forward: bool = False
     yield_form: YieldForm | None = None
     plugin: Plugin | None = None

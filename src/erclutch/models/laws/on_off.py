@@ -36,7 +36,9 @@ LAW = LawFamily(
         shape=(TRANSITION_SLIP,),
         gains=(Gain("T_on", "yield effort when on", EFFORT, part="yield"), VISCOSITY),
         stimulus=stimulus,
-        stimulus_shape=(ShapeParameter("E_on", "field from which the device counts as on", 0.05, 0.95, FIELD),),
+        stimulus_shape=(
+            ShapeParameter("E_on", "field from which the device counts as on", 0.05, 0.95, FIELD),
+        ),
     ),
     formula="T_on sgn w + eta w where E > E_on, eta w below",
     about="""The practice that the paper argues against, as a baseline: the device is either on or off. The command is

@@ -27,11 +27,17 @@ def checked(law: Any, plugin: Plugin) -> Law:
         PluginError: it is no law, calls itself otherwise than its entry point, or its columns are not what it says.
     """
     if not isinstance(law, Law):
-        raise plugin.fault(f"gives a {type(law).__name__}, it must be a Law of erclutch.models.laws.law")
+        raise plugin.fault(
+            f"gives a {type(law).__name__}, it must be a Law of erclutch.models.laws.law"
+        )
     if law.name != plugin.name and law.name.rpartition("-")[0] != plugin.name:
-        raise plugin.fault(f"calls itself {law.name!r}; its Law.name and its entry point must agree")
+        raise plugin.fault(
+            f"calls itself {law.name!r}; its Law.name and its entry point must agree"
+        )
     if law.shape[:1] != (TRANSITION_SLIP,):
-        raise plugin.fault("must have TRANSITION_SLIP of erclutch.models.laws.smooth as its first shape parameter")
+        raise plugin.fault(
+            "must have TRANSITION_SLIP of erclutch.models.laws.smooth as its first shape parameter"
+        )
     own = replace(
         law,
         columns=plugin.guarded(law.columns),
@@ -56,10 +62,18 @@ def checked(law: Any, plugin: Plugin) -> Law:
         given = f"{count} columns"
     if given != f"{len(own.gains)} columns":
         gains = ", ".join(gain.name for gain in own.gains)
-        raise plugin.fault(f"must return a tuple with a column for each of its gains ({gains}), it returns {given}")
+        raise plugin.fault(
+            f"must return a tuple with a column for each of its gains ({gains}), it returns {given}"
+        )
     for gain, column in zip(own.gains, cast("tuple[Any, ...]", columns), strict=True):
-        if np.shape(column) != _SLIPS.shape or np.iscomplexobj(column) or not np.isfinite(column).all():
-            raise plugin.fault(f"returns for the gain {gain.name} what is no finite array of the rows: {column}")
+        if (
+            np.shape(column) != _SLIPS.shape
+            or np.iscomplexobj(column)
+            or not np.isfinite(column).all()
+        ):
+            raise plugin.fault(
+                f"returns for the gain {gain.name} what is no finite array of the rows: {column}"
+            )
     if not np.array_equal(cast("tuple[Any, ...]", columns), own.columns(field, _SLIPS, *shape)):
         raise plugin.fault("returns other numbers for the same rows when it is asked again")
     # Derivatives run through the same function.

@@ -29,7 +29,8 @@ def rbfm(yield_form: YieldForm, kernels: int) -> Law:
     """
     if not 2 <= kernels <= _LARGEST:
         raise SettingError(
-            f"{kernels} kernels for the RBFM, allowed are 2 to {_LARGEST}", remedy="Write for example rbfm-5 or rbfm-10"
+            f"{kernels} kernels for the RBFM, allowed are 2 to {_LARGEST}",
+            remedy="Write for example rbfm-5 or rbfm-10",
         )
     share = np.arange(kernels) / (kernels - 1)
     centres = share
@@ -45,13 +46,16 @@ def rbfm(yield_form: YieldForm, kernels: int) -> Law:
         others = (w * (kernel(E, i) - float(at_zero[i]) * first) for i in range(1, kernels))
         return yield_form.factor(E, *field) * direction(w, w_s), w * first, *others
 
-    def paper_form(shape: dict[str, float], gains: dict[str, float], field: float) -> dict[str, float]:
+    def paper_form(
+        shape: dict[str, float], gains: dict[str, float], field: float
+    ) -> dict[str, float]:
         weights = [gains[f"k_{i + 1}"] for i in range(1, kernels)]
         above_zero = float(np.dot(weights, at_zero[1:]))
         return {"k_1": gains["eta_0"] - above_zero}
 
     free = tuple(
-        Gain(f"k_{i + 1}", f"weight of kernel {i + 1}", VISCOUS, False, part="viscous") for i in range(1, kernels)
+        Gain(f"k_{i + 1}", f"weight of kernel {i + 1}", VISCOUS, False, part="viscous")
+        for i in range(1, kernels)
     )
     return Law(
         name=f"rbfm-{kernels}",
@@ -59,7 +63,11 @@ def rbfm(yield_form: YieldForm, kernels: int) -> Law:
         source="Huang and Ishikawa, eq. (12)-(16)",
         columns=columns,
         shape=(TRANSITION_SLIP, *yield_form.shape),
-        gains=(YIELD, Gain("eta_0", "viscous effort per slip without field", VISCOUS, part="viscous"), *free),
+        gains=(
+            YIELD,
+            Gain("eta_0", "viscous effort per slip without field", VISCOUS, part="viscous"),
+            *free,
+        ),
         paper_form=paper_form,
     )
 

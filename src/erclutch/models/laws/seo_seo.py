@@ -10,14 +10,29 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.models.laws.law import EFFORT, PER_SLIP, VISCOSITY, Gain, Law, LawFamily, ShapeParameter
+from erclutch.models.laws.law import (
+    EFFORT,
+    PER_SLIP,
+    VISCOSITY,
+    Gain,
+    Law,
+    LawFamily,
+    ShapeParameter,
+)
 from erclutch.models.laws.smooth import TRANSITION_SLIP, direction, power
 from erclutch.models.laws.yield_stress import YieldForm
 
 _TIME = ShapeParameter(
-    "a", "time of the structure: the yield effort falls at slips above 1 / a", 1e-3, 1e3, PER_SLIP, "log"
+    "a",
+    "time of the structure: the yield effort falls at slips above 1 / a",
+    1e-3,
+    1e3,
+    PER_SLIP,
+    "log",
 )
-_INDEX = ShapeParameter("b", "exponent (alpha in the source) with which the structure re-forms", 0.05, 6.0, scale="log")
+_INDEX = ShapeParameter(
+    "b", "exponent (alpha in the source) with which the structure re-forms", 0.05, 6.0, scale="log"
+)
 _STATIC = Gain("T_sy", "static yield effort at the reference field", EFFORT, part="yield")
 
 

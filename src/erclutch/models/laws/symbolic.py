@@ -76,7 +76,9 @@ def _terms(law: Law) -> list[tuple[Any, Any]]:
         symbol = sympy.Symbol(number.name, real=True, positive=positive)
         shape.append(Symbolic(symbol))
     if law.stimulus is not None:
-        of_stimulus = [Symbolic(sympy.Symbol(number.name, positive=True)) for number in law.stimulus_shape]
+        of_stimulus = [
+            Symbolic(sympy.Symbol(number.name, positive=True)) for number in law.stimulus_shape
+        ]
         field = law.stimulus(field, *of_stimulus)
     terms: list[tuple[Any, Any]] = []
     columns = law.columns(field, slip, *shape)

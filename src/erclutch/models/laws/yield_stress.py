@@ -41,12 +41,26 @@ def _constant(E: Any) -> Any:
 
 
 SQUARE = YieldForm("square", "E^2", _square, ())
-POWER = YieldForm("power", "E^n", _power, (ShapeParameter("n", "exponent of the field in the yield effort", 0.2, 4.0),))
+POWER = YieldForm(
+    "power",
+    "E^n",
+    _power,
+    (ShapeParameter("n", "exponent of the field in the yield effort", 0.2, 4.0),),
+)
 CRITICAL = YieldForm(
     "critical",
     "Choi",
     _critical,
-    (ShapeParameter("E_c", "critical field, where the exponent turns from 2 to 1.5", 0.05, 20.0, FIELD, scale="log"),),
+    (
+        ShapeParameter(
+            "E_c",
+            "critical field, where the exponent turns from 2 to 1.5",
+            0.05,
+            20.0,
+            FIELD,
+            scale="log",
+        ),
+    ),
 )
 
 #: A magnetic fluid stops to follow the field where its particles saturate.
@@ -56,7 +70,9 @@ SATURATING = YieldForm(
     _saturating,
     (
         ShapeParameter("n", "exponent of a small field in the yield effort", 0.2, 4.0),
-        ShapeParameter("E_s", "field at which the yield effort saturates", 0.2, 20.0, FIELD, scale="log"),
+        ShapeParameter(
+            "E_s", "field at which the yield effort saturates", 0.2, 20.0, FIELD, scale="log"
+        ),
     ),
 )
 
@@ -65,7 +81,11 @@ TANH = YieldForm(
     "tanh",
     "tanh",
     _tanh,
-    (ShapeParameter("E_s", "field at which the yield effort saturates", 0.2, 20.0, FIELD, scale="log"),),
+    (
+        ShapeParameter(
+            "E_s", "field at which the yield effort saturates", 0.2, 20.0, FIELD, scale="log"
+        ),
+    ),
 )
 
 #: For a log with one field: the yield effort is one number. Any other field gives the same effort.

@@ -75,7 +75,9 @@ class NetworkStructure:
         """Names of the inputs that stages on the slip give, elements one after another."""
         tails = ("",) if self.device == "single" else ("_1", "_2")
         stages = slip_stages(self.dynamics)
-        return tuple(f"{name}{tail}" for tail in tails for stage in stages for name in stage.outputs)
+        return tuple(
+            f"{name}{tail}" for tail in tails for stage in stages for name in stage.outputs
+        )
 
 
 def base_inputs(
@@ -115,12 +117,15 @@ def network_from_name(
     name, _, form = specification.strip().lower().partition("/")
     kind, *sizes = name.split("-")
     if not sizes or not all(size.isdigit() for size in sizes) or kind not in ("fnn", "rbfn"):
-        raise SettingError(f"unknown network {specification!r}", remedy="Write fnn-16, fnn-10-6 or rbfn-50")
+        raise SettingError(
+            f"unknown network {specification!r}", remedy="Write fnn-16, fnn-10-6 or rbfn-50"
+        )
     hidden = tuple(int(size) for size in sizes)
     if min(hidden) < 1 or max(hidden) > MOST_NEURONS:
         wrong = min(hidden) if min(hidden) < 1 else max(hidden)
         raise SettingError(
-            f"a layer of {wrong} neurons in {specification!r}", remedy=f"Give each layer 1 to {MOST_NEURONS} neurons"
+            f"a layer of {wrong} neurons in {specification!r}",
+            remedy=f"Give each layer 1 to {MOST_NEURONS} neurons",
         )
     if kind == "rbfn" and (len(hidden) > 1 or (form and form not in _FORMS)):
         raise SettingError(
@@ -128,11 +133,16 @@ def network_from_name(
             remedy="Write rbfn-50 or rbfn-50/refined",
         )
     if kind == "fnn" and (form or len(hidden) > 5):
-        raise SettingError(f"unknown network {specification!r}", remedy="Write fnn-16 or fnn-10-6, at most 5 layers")
+        raise SettingError(
+            f"unknown network {specification!r}",
+            remedy="Write fnn-16 or fnn-10-6, at most 5 layers",
+        )
     if any(k < 1 or k > 1000 for k in past):
         raise SettingError(f"past samples {past}", remedy="Give rows back between 1 and 1000")
     name = "-".join([kind, *map(str, hidden)])
     if form and form != "forward":
         name += f"/{form}"
     centres = cast(Centres, form or "forward")
-    return NetworkStructure(device, name, kind, hidden, centres, canonical(dynamics), past, extras, field)
+    return NetworkStructure(
+        device, name, kind, hidden, centres, canonical(dynamics), past, extras, field
+    )

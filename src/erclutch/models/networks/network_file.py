@@ -46,7 +46,9 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     weights: dict[str, Array] = {}
     for name, shape in table_shapes(structure).items():
         weights[name] = model_file.table_of(body["weights"][name], name, *shape)
-    if np.any(np.abs(weights.get("spreads", 1.0)) < model_file.SMALLEST):  # squared, so the sign has no say
+    if np.any(
+        np.abs(weights.get("spreads", 1.0)) < model_file.SMALLEST
+    ):  # squared, so the sign has no say
         raise ValueError("a spread is 0")
     period: float | None = None
     if "period_s" in body:
@@ -56,12 +58,19 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     if "beyond" in body:
         beyond = model_from_dict(body["beyond"])
     if beyond is not None and (beyond.structure.device, beyond.units) != (structure.device, units):
-        raise ValueError(f"the law {beyond.name} beyond the rows is of another device or has other units")
+        raise ValueError(
+            f"the law {beyond.name} beyond the rows is of another device or has other units"
+        )
     if beyond is not None and not set(beyond.extras) <= set(structure.extras):
-        raise ValueError(f"the law {beyond.name} beyond the rows has inputs that the network has not")
+        raise ValueError(
+            f"the law {beyond.name} beyond the rows has inputs that the network has not"
+        )
     longest_period = period or model_file.LONGEST_PERIOD
     stage_numbers = _stage_numbers_from(body["dynamics"], structure, longest_period)
-    ranges = [model_file.pair_of(body["input_range"][place], "range of an input") for place in range(count)]
+    ranges = [
+        model_file.pair_of(body["input_range"][place], "range of an input")
+        for place in range(count)
+    ]
     return NetworkModel(
         structure=structure,
         scaling=Scaling(

@@ -56,7 +56,9 @@ def inputs_of(
         remembered.append([_respond(stage, moved, clock, dynamics) for stage in stages])
 
     further = further_inputs(structure.extras, extras)
-    signals = FluidSignals(fields, slips, remembered, further, lambda x, k: rows_before(x, clock, k))
+    signals = FluidSignals(
+        fields, slips, remembered, further, lambda x, k: rows_before(x, clock, k)
+    )
     return np.array(inputs_from(structure, signals), np.float64)
 
 

@@ -29,7 +29,9 @@ from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element, Units
 
 KIND = "erclutch network model"
-_GIVES_WAY = "Where no training row was near, the effort is that of a law, and a share of both in between:"
+_GIVES_WAY = (
+    "Where no training row was near, the effort is that of a law, and a share of both in between:"
+)
 _BLOCK = 131_072  # activations of a layer at a time: they stay in the cache
 
 
@@ -204,7 +206,10 @@ class NetworkModel(ModelBase):
         inputs = inputs_of(structure, elements, clock, extras, self.dynamics)
         effort = self.of_inputs(inputs, exactly=exactly)
         if self.beyond is not None:
-            fluids = [field_in_fluid(element.field, structure, clock, self.dynamics) for element in elements]
+            fluids = [
+                field_in_fluid(element.field, structure, clock, self.dynamics)
+                for element in elements
+            ]
             slips = [element.slip for element in elements]
             further = list(further_inputs(structure.extras, extras).values())
             effort = self._faded(effort, (fluids, slips, further), exactly=exactly)
@@ -381,7 +386,12 @@ class NetworkModel(ModelBase):
                 before = f"a{layer}"
             formula = f"{', '.join(layers)}, y = W_out {before} + b_out"
         lines = [f"{self.title}, x = (input - offset) / scale of each input, {effort}.", ""]
-        lines += [f"  {formula}", "", f"Inputs: {', '.join(structure.inputs)}.", *stage_equations(structure.dynamics)]
+        lines += [
+            f"  {formula}",
+            "",
+            f"Inputs: {', '.join(structure.inputs)}.",
+            *stage_equations(structure.dynamics),
+        ]
         if self.beyond is not None:
             lines += ["", _GIVES_WAY, "", *self.beyond.equation()]
         return lines
@@ -404,7 +414,11 @@ class NetworkModel(ModelBase):
             "past": list(s.past),
             "extras": list(s.extras),
             "dynamics": {"form": s.dynamics, **dict(self.dynamics)},
-            "units": {"effort": self.units.effort, "field": self.units.field, "slip": self.units.slip},
+            "units": {
+                "effort": self.units.effort,
+                "field": self.units.field,
+                "slip": self.units.slip,
+            },
             "scaling": {
                 "offset": self.scaling.offset.tolist(),
                 "scale": self.scaling.scale.tolist(),

@@ -13,7 +13,14 @@ from typing import cast
 from erclutch import registry
 from erclutch.errors import PluginError, SettingError
 from erclutch.models.stages.outside_stage import OutsideStage, made_stage
-from erclutch.models.stages.stage import Place, PositionStage, SlipAndStrength, SlipStage, Stage, StageFamily
+from erclutch.models.stages.stage import (
+    Place,
+    PositionStage,
+    SlipAndStrength,
+    SlipStage,
+    Stage,
+    StageFamily,
+)
 from erclutch.models.stages.temperature_factor import TemperatureFactor
 from erclutch.registry import Plugin
 
@@ -30,7 +37,9 @@ def stage_named(specification: str) -> Stage:
     """
     name = specification.split("/")[0]
     stem, _, digits = name.rpartition("-")
-    numbered = digits.isdecimal() and name not in registry.names(GROUP) and stem in registry.names(GROUP)
+    numbered = (
+        digits.isdecimal() and name not in registry.names(GROUP) and stem in registry.names(GROUP)
+    )
     return made_stage(registry.find(GROUP, stem if numbered else name), specification)
 
 
@@ -93,7 +102,11 @@ def slip_stages(specification: str) -> tuple[SlipStage, ...]:
 
 def temperature_stages(specification: str) -> tuple[TemperatureFactor, ...]:
     """The stages on the temperature."""
-    return tuple(stage for stage in stages_at(specification, "temperature") if isinstance(stage, TemperatureFactor))
+    return tuple(
+        stage
+        for stage in stages_at(specification, "temperature")
+        if isinstance(stage, TemperatureFactor)
+    )
 
 
 def position_stages(specification: str) -> tuple[PositionStage, ...]:
@@ -108,4 +121,6 @@ def stage_equations(specification: str) -> list[str]:
 
 def outside_stages(specification: str) -> tuple[Plugin, ...]:
     """The plug-ins of other packages among the stages that a specification names."""
-    return tuple(stage.plugin for stage in stages_of(specification) if isinstance(stage, OutsideStage))
+    return tuple(
+        stage.plugin for stage in stages_of(specification) if isinstance(stage, OutsideStage)
+    )

@@ -43,7 +43,9 @@ class BoucWen(SlipMemory):
         """The travel, and the share of beta."""
         return (
             travel("r_b", "travel over which the hysteresis yields", period),
-            ShapeParameter("beta_b", "beta over beta + gamma", 0.5, 5.0, scale="log", usual=(0.55, 2.0)),
+            ShapeParameter(
+                "beta_b", "beta over beta + gamma", 0.5, 5.0, scale="log", usual=(0.55, 2.0)
+            ),
         )
 
     def respond(

@@ -62,7 +62,9 @@ class CommandLag:
         if self.switches:
             meant = {"tau_rise": "the rising field", "tau_fall": "the falling field"}
         longest = max(0.05, 5 * period)
-        numbers = [ShapeParameter("delay", "dead time between command and field", 0.0, longest, _TIME)]
+        numbers = [
+            ShapeParameter("delay", "dead time between command and field", 0.0, longest, _TIME)
+        ]
         for name, what in meant.items():
             meaning = f"time constant of {what}"
             numbers.append(ShapeParameter(name, meaning, 0.2 * period, 1.0, _TIME, "log"))

@@ -42,7 +42,11 @@ class Dahl(SlipMemory):
             for i in places:
                 gains.append(Gain(f"T_s{i}", f"effort of memory {i} without field", EFFORT))
         for i in places:
-            gains.append(Gain(f"T_z{i}", f"effort of memory {i} at the reference field", EFFORT, part="yield"))
+            gains.append(
+                Gain(
+                    f"T_z{i}", f"effort of memory {i} at the reference field", EFFORT, part="yield"
+                )
+            )
         return tuple(gains)
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:

@@ -42,8 +42,23 @@ class LuGre(SlipMemory):
         """The travel of the bristles, the static effort, and the slip at which the effort has fallen."""
         return (
             travel("r_l", "travel over which the bristles yield", period),
-            ShapeParameter("h_l", "static effort over that at high slip", 0.2, 5.0, scale="log", usual=(0.7, 2.0)),
-            ShapeParameter("w_l", "slip over which the static effort fades", 1e-3, 3.0, SLIP, "log", (0.01, 1.0)),
+            ShapeParameter(
+                "h_l",
+                "static effort over that at high slip",
+                0.2,
+                5.0,
+                scale="log",
+                usual=(0.7, 2.0),
+            ),
+            ShapeParameter(
+                "w_l",
+                "slip over which the static effort fades",
+                1e-3,
+                3.0,
+                SLIP,
+                "log",
+                (0.01, 1.0),
+            ),
         )
 
     def respond(

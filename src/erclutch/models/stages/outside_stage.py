@@ -24,9 +24,13 @@ class OutsideStage:
         self.stage = stage
         self.plugin = plugin
         if not re.fullmatch(re.escape(plugin.name) + r"(-\d+)?(/\w+)*", stage.name):
-            raise plugin.fault(f"calls itself {stage.name!r}; its name and its entry point must agree")
+            raise plugin.fault(
+                f"calls itself {stage.name!r}; its name and its entry point must agree"
+            )
         if stage.place not in ("command", "slip", "effort"):
-            raise plugin.fault(f"stands on the {stage.place}; command, slip and effort are open to packages")
+            raise plugin.fault(
+                f"stands on the {stage.place}; command, slip and effort are open to packages"
+            )
 
     def __getattr__(self, name: str) -> Any:
         """What the stage has by a name."""
@@ -38,7 +42,10 @@ class OutsideStage:
         return _again, (self.plugin.group, self.plugin.name, self.stage.name)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, OutsideStage) and (self.stage, self.plugin) == (other.stage, other.plugin)
+        return isinstance(other, OutsideStage) and (self.stage, self.plugin) == (
+            other.stage,
+            other.plugin,
+        )
 
     def __hash__(self) -> int:
         return hash((self.stage, self.plugin))

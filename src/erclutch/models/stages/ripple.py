@@ -29,7 +29,9 @@ from erclutch.signals.clock import Clock
 _SINE = [(-1) ** k * pi ** (2 * k + 1) / factorial(2 * k + 1) for k in range(7)]
 _COSINE = [(-1) ** k * pi ** (2 * k) / factorial(2 * k) for k in range(8)]
 _BINS, _FEWEST_PERIODS = 8192, 2.0
-_PERIODS = 33  # that are tried between two: with half a period more or less over the way, a wave is lost
+_PERIODS = (
+    33  # that are tried between two: with half a period more or less over the way, a wave is lost
+)
 
 
 @dataclass(frozen=True)
@@ -174,4 +176,6 @@ def _power_series(x: Any, coefficients: Sequence[float]) -> Any:
     return total
 
 
-STAGE = StageFamily(lambda count, forms: Ripple(count), count=1, ladder=("ripple", "ripple-2", "ripple-3"))
+STAGE = StageFamily(
+    lambda count, forms: Ripple(count), count=1, ladder=("ripple", "ripple-2", "ripple-3")
+)

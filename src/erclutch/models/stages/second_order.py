@@ -5,5 +5,9 @@ from __future__ import annotations
 from erclutch.models.stages.oscillator import Oscillator
 
 STAGE = Oscillator(
-    "second-order", "second-order lag of the command", "a damped oscillator; any book on control", "command", "c"
+    "second-order",
+    "second-order lag of the command",
+    "a damped oscillator; any book on control",
+    "command",
+    "c",
 )

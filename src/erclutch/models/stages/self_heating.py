@@ -88,7 +88,11 @@ class SelfHeating:
         """The time constant of the lag."""
         usual = (100.0 * period, 1e5 * period)
         meaning = "time constant with which the device warms"
-        return (ShapeParameter("tau_h", meaning, 10.0 * period, 1e7 * period, Dimension(time=1), "log", usual),)
+        return (
+            ShapeParameter(
+                "tau_h", meaning, 10.0 * period, 1e7 * period, Dimension(time=1), "log", usual
+            ),
+        )
 
     def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """A cold device: what a steady slip under a steady field would heat it to, no log may have shown."""

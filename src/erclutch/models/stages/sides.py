@@ -53,7 +53,11 @@ class Sides:
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """The slip over which the ways part."""
-        return (ShapeParameter("w_a", "slip over which forward and backward part", 1e-3, 3.0, SLIP, "log"),)
+        return (
+            ShapeParameter(
+                "w_a", "slip over which forward and backward part", 1e-3, 3.0, SLIP, "log"
+            ),
+        )
 
     def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """The even parts of the slip: nothing is remembered."""

@@ -45,4 +45,6 @@ def _softening(count: int, forms: tuple[str, ...]) -> TemperatureFactor:
     )
 
 
-STAGE = StageFamily(_softening, forms=("exponential",), ladder=("softening", "softening/exponential"))
+STAGE = StageFamily(
+    _softening, forms=("exponential",), ladder=("softening", "softening/exponential")
+)

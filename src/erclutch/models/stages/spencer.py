@@ -43,7 +43,9 @@ class Spencer:
 
     name: str = "spencer"
     title: str = "modified Bouc-Wen model"
-    source: str = "Spencer, Dyke, Sain and Carlson 1997, doi 10.1061/(ASCE)0733-9399(1997)123:3(230)"
+    source: str = (
+        "Spencer, Dyke, Sain and Carlson 1997, doi 10.1061/(ASCE)0733-9399(1997)123:3(230)"
+    )
     equation: str = (
         "u = c1 (w - v), d' = v = (c1 w - alpha z - k_y d) / (c0 + c1), r_y z' = v (1 - z^2) while v z > 0, else "
         "v (1 + (2 beta_y - 1) z^2); c1 = e_y + (1 - e_y) y(E), c0 = p_y + p_yb y(E), alpha = q_y + q_yb y(E)"
@@ -51,7 +53,9 @@ class Spencer:
     place: Place = "slip"
     switches: bool = True
     outputs: tuple[str, ...] = ("u",)
-    gains: tuple[Gain, ...] = (Gain("c_y", "dashpot in series (c_1) at the reference field", VISCOUS),)
+    gains: tuple[Gain, ...] = (
+        Gain("c_y", "dashpot in series (c_1) at the reference field", VISCOUS),
+    )
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
         """All but the scale of the effort."""
@@ -62,12 +66,18 @@ class Spencer:
         yields = "yield effort without field over c_1"
         grows = "growth of the yield effort with the field over c_1"
         return (
-            ShapeParameter("e_y", "c_1 without field over c_1", 1e-3, 1.0, none, "log", (0.03, 1.0)),
+            ShapeParameter(
+                "e_y", "c_1 without field over c_1", 1e-3, 1.0, none, "log", (0.03, 1.0)
+            ),
             ShapeParameter("p_y", "c_0 without field over c_1", 1e-4, 30.0, none, "log", small),
-            ShapeParameter("p_yb", "growth of c_0 with the field over c_1", 1e-4, 30.0, none, "log", small),
+            ShapeParameter(
+                "p_yb", "growth of c_0 with the field over c_1", 1e-4, 30.0, none, "log", small
+            ),
             ShapeParameter("q_y", yields, 1e-3, 30.0, SLIP, "log", slip),
             ShapeParameter("q_yb", grows, 1e-3, 30.0, SLIP, "log", slip),
-            ShapeParameter("k_y", "spring beside the hysteresis over c_1", 1e-3, 1e3, rate, "log", (0.03, 30.0)),
+            ShapeParameter(
+                "k_y", "spring beside the hysteresis over c_1", 1e-3, 1e3, rate, "log", (0.03, 30.0)
+            ),
             travel("r_y", "travel over which the hysteresis yields", period),
             ShapeParameter("beta_y", "beta over beta + gamma", 0.5, 5.0, none, "log", (0.55, 2.0)),
         )
@@ -161,7 +171,11 @@ def _advance(before: tuple[Any, ...], given: tuple[Any, ...]) -> tuple[Any, ...]
     v = ((c_1 * w - alpha * z) - k_0 * d) / total
     pull = less_select(z * v, 0.0, -against, 1.0) * (z * z)
     left = (1.0 - pull) / r
-    bend = less_select(z * v, 0.0, against, 1.0) * less_select(z, 0.0, -z, z) * less_select(v, 0.0, -v, v)
+    bend = (
+        less_select(z * v, 0.0, against, 1.0)
+        * less_select(z, 0.0, -z, z)
+        * less_select(v, 0.0, -v, v)
+    )
 
     # The matrix 1 - (step / 2) times the derivatives of both rates by z and d.
     half = 0.5 * step

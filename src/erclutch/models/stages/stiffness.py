@@ -56,7 +56,11 @@ class Stiffness:
         """The time constant of the leak."""
         usual = (100.0 * period, 3e5 * period)
         meaning = "time after which the travel is forgotten"
-        return (ShapeParameter("tau_x", meaning, 10.0 * period, 1e7 * period, Dimension(time=1), "log", usual),)
+        return (
+            ShapeParameter(
+                "tau_x", meaning, 10.0 * period, 1e7 * period, Dimension(time=1), "log", usual
+            ),
+        )
 
     def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """The travel is counted from zero: a slip that lasts has none that is known."""

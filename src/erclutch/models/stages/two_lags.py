@@ -39,9 +39,21 @@ class TwoLags:
         usual = (0.5 * period, 100.0 * period)
         return (
             ShapeParameter(
-                "tau_1", "time constant of the quick lag", 0.2 * period, 1.0, Dimension(time=1), "log", usual
+                "tau_1",
+                "time constant of the quick lag",
+                0.2 * period,
+                1.0,
+                Dimension(time=1),
+                "log",
+                usual,
             ),
-            ShapeParameter("m_1", "time constant of the slow lag over that of the quick lag", 1.2, 300.0, scale="log"),
+            ShapeParameter(
+                "m_1",
+                "time constant of the slow lag over that of the quick lag",
+                1.2,
+                300.0,
+                scale="log",
+            ),
             ShapeParameter("p_1", "share of the quick lag", 0.0, 1.0),
         )
 

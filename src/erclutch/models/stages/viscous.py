@@ -33,7 +33,12 @@ class Viscous:
     outputs: tuple[str, ...] = ("v",)
     gains: tuple[Gain, ...] = (
         Gain("T_v", "viscous effort at the reference slip without field", EFFORT, part="viscous"),
-        Gain("T_vy", "viscous effort at the reference slip and field, that of the field", EFFORT, part="viscous"),
+        Gain(
+            "T_vy",
+            "viscous effort at the reference slip and field, that of the field",
+            EFFORT,
+            part="viscous",
+        ),
     )
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:

@@ -22,7 +22,9 @@ def _fill(material: Material) -> dict[str, Any] | None:
     figures = material.run.entry(material.recommended).get("band")
     if band is None or figures is None:
         return None
-    held: list[tuple[str, Any, float]] = []  # what was tried, its figures, its width over that of one width for all
+    held: list[
+        tuple[str, Any, float]
+    ] = []  # what was tried, its figures, its width over that of one width for all
     plain_width = figures["plain"] or 1.0
     for name, key in (("without a sensor", "held"), ("with a torque sensor", "with_sensor")):
         holds = figures[key]
@@ -65,7 +67,12 @@ def _classes(material: Material, band: Band) -> Iterator[tuple[str, str, str, st
             if rows.any():
                 share = float(inside[rows].mean())
                 mean_width = float(width[rows].mean())
-                yield label, count(int(rows.sum())), percent(share), material.effort.bare(mean_width)
+                yield (
+                    label,
+                    count(int(rows.sum())),
+                    percent(share),
+                    material.effort.bare(mean_width),
+                )
 
 
 def _ranges(name: str, edges: Sequence[float], scale: Scale) -> list[str]:

@@ -11,7 +11,14 @@ from erclutch.models.stages.stage import Stage
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import symbol
 from erclutch.report.numbers.model_stages import stage_gain, stage_values, stages_in
-from erclutch.report.numbers.number_text import capital, constant_scale, count, interval, number, percent
+from erclutch.report.numbers.number_text import (
+    capital,
+    constant_scale,
+    count,
+    interval,
+    number,
+    percent,
+)
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.numbers.switching import AfterSwitch
 from erclutch.report.plots.lag_plot import describe_lag
@@ -82,7 +89,11 @@ def _constants(
     names = {constant.name for constant in constants}
     for part in slip_stages(stage.name):
         for gain in part.gains:
-            names |= {gain.name, f"{gain.name}_1", f"{gain.name}_2"}  # of the device, or of each clutch
+            names |= {
+                gain.name,
+                f"{gain.name}_1",
+                f"{gain.name}_2",
+            }  # of the device, or of each clutch
     for name, parameter in known.items():
         if name in names:
             yield parameter
@@ -99,7 +110,9 @@ def _lead(material: Material, after: AfterSwitch | None, *, staged: bool) -> str
     elif material.without_field:
         return "No model has a lag: the log has no field, so no command switches."
     else:
-        of_stages = "No model has a lag or a memory: the field never changes within a stretch of rows."
+        of_stages = (
+            "No model has a lag or a memory: the field never changes within a stretch of rows."
+        )
 
     if after is None:
         of_switches = "The command hardly ever switches in the rows held out, so these rows tell little of a lag."
@@ -107,7 +120,11 @@ def _lead(material: Material, after: AfterSwitch | None, *, staged: bool) -> str
     curve = after.rmse[material.recommended]
     worst = int(curve.argmax())
     since = float(after.since[worst])
-    when = "in the very row of a switch" if since == 0.0 else f"{number(1e3 * since, 2)} ms after a switch"
+    when = (
+        "in the very row of a switch"
+        if since == 0.0
+        else f"{number(1e3 * since, 2)} ms after a switch"
+    )
     return (
         f"{of_stages} Over {count(after.switches)} switches held out, the RMSE of the recommended model is largest "
         f"{when}: {material.effort.of(float(curve[worst]))}."

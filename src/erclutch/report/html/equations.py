@@ -131,5 +131,7 @@ def _read(kept: Path) -> list[str] | None:
         terms: object = json.loads(small_text(kept))
     except (OSError, ValueError):
         return None
-    sound = isinstance(terms, list) and all(isinstance(term, str) for term in cast("list[object]", terms))
+    sound = isinstance(terms, list) and all(
+        isinstance(term, str) for term in cast("list[object]", terms)
+    )
     return cast("list[str]", terms) if sound else None

@@ -48,10 +48,15 @@ def _fill(material: Material) -> dict[str, Any]:
     if law is not None:
         equation = equation_of(law)
         letters = f"For w > 0; {meaning_of_letters(material, law)}"
-        of_stages = [plain_symbol(output) for stage in slip_stages(law.structure.dynamics) for output in stage.outputs]
+        of_stages = [
+            plain_symbol(output)
+            for stage in slip_stages(law.structure.dynamics)
+            for output in stage.outputs
+        ]
         if of_stages:
             letters += (
-                f" {', '.join(of_stages)} come from the stages on the slip, whose equations stand under “Details”."
+                f" {', '.join(of_stages)} come from the stages on the slip, whose equations stand "
+                "under “Details”."
             )
     wait = ""  # how long the field had stayed before a dot
     if not material.without_field and not material.rows.data.in_no_time:
@@ -93,7 +98,9 @@ def why_not_measured(material: Material, number: Mapping[str, Any]) -> str:
 
 def _kept_back(material: Material) -> float:
     """The share of a field that stays in the iron, as the recommended model has it; 0 without such a stage."""
-    own = (response for response in material.step_responses if response.model == material.recommended)
+    own = (
+        response for response in material.step_responses if response.model == material.recommended
+    )
     return next((response.kept_back for response in own), 0.0)
 
 
@@ -146,7 +153,9 @@ def _network_words(material: Material) -> Iterator[str]:
     """What the network of a law with one adds."""
     model = material.models[material.recommended]
     data = material.rows.data
-    kept = model.extras.keys() <= data.extras.keys()  # runs of earlier versions keep no further inputs
+    kept = (
+        model.extras.keys() <= data.extras.keys()
+    )  # runs of earlier versions keep no further inputs
     if model.correction is None or not kept:
         return
 

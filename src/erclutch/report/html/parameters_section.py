@@ -18,7 +18,9 @@ from erclutch.report.numbers.run_material import Material
 
 def _fill(material: Material) -> dict[str, Any]:
     """One table a law, the recommended one first."""
-    ranking = sorted(material.body["ranking"], key=lambda entry: entry["name"] != material.recommended)
+    ranking = sorted(
+        material.body["ranking"], key=lambda entry: entry["name"] != material.recommended
+    )
     laws: list[dict[str, Any]] = []
     networks: list[dict[str, Any]] = []
     for entry in ranking:
@@ -29,7 +31,9 @@ def _fill(material: Material) -> dict[str, Any]:
     return {"laws": laws, "networks": networks}
 
 
-PARAMETERS = Section("parameters", "Equations and constants of all laws", "Parameters", _fill, folded=True)
+PARAMETERS = Section(
+    "parameters", "Equations and constants of all laws", "Parameters", _fill, folded=True
+)
 
 
 def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
@@ -108,7 +112,11 @@ def equation_of(model: TorqueModel) -> Markup:
     """
     structure = model.structure
     law = structure.law
-    terms = list(_KERNELS if law.name.startswith("rbfm") else terms_of(structure.specification, structure.device))
+    terms = list(
+        _KERNELS
+        if law.name.startswith("rbfm")
+        else terms_of(structure.specification, structure.device)
+    )
     terms += memory_terms_of(structure.dynamics)
     for added in structure.added_terms():
         if added.kind == "input":
@@ -117,7 +125,9 @@ def equation_of(model: TorqueModel) -> Markup:
             factor = _TURN if added.factor else Markup("")
         terms.append(_number(added.gain) + factor)
     behind = stages_at(structure.dynamics, "effort")
-    before = Markup("<msub><mi>T</mi><mi>fluid</mi></msub><mo>=</mo>" if behind else "<mi>T</mi><mo>=</mo>")
+    before = Markup(
+        "<msub><mi>T</mi><mi>fluid</mi></msub><mo>=</mo>" if behind else "<mi>T</mi><mo>=</mo>"
+    )
     pieces: list[Markup] = []
     for term in terms:
         pieces.append(Markup("<math><mrow>{}</mrow></math>").format(before + term))
@@ -129,11 +139,15 @@ def _number(name: str) -> Markup:
     """The symbol of a gain, a letter with an index."""
     letter, _, index = name.partition("_")
     kind = "mn" if index.isdecimal() else "mi"
-    return Markup("<msub><mi>{}</mi><{}>{}</{}></msub>").format(letter, Markup(kind), index, Markup(kind))
+    return Markup("<msub><mi>{}</mi><{}>{}</{}></msub>").format(
+        letter, Markup(kind), index, Markup(kind)
+    )
 
 
 #: By what a friction is multiplied that turns with the slip.
-_TURN = Markup("<mi>tanh</mi><mo>(</mo><mfrac><mi>w</mi><msub><mi>w</mi><mi>s</mi></msub></mfrac><mo>)</mo>")
+_TURN = Markup(
+    "<mi>tanh</mi><mo>(</mo><mfrac><mi>w</mi><msub><mi>w</mi><mi>s</mi></msub></mfrac><mo>)</mo>"
+)
 
 
 #: The sum over kernels as the paper prints it; written out it would fill the page.

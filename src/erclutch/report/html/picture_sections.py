@@ -142,7 +142,8 @@ def _drawn(material: Material) -> str:
         # Closed loops seem to deny the memory of the recommended model, where it has one.
         if remembers_slip(material.run.entry(material.recommended)):
             none += (
-                " The recommended model has a memory all the same: “Lag and memory” says what it gains over all rows."
+                " The recommended model has a memory all the same: “Lag and memory” says what it "
+                "gains over all rows."
             )
         return none
     shares: list[str] = []
@@ -151,8 +152,12 @@ def _drawn(material: Material) -> str:
     return f"{wide}; of that area {' and '.join(shares)}."
 
 
-ERROR_MAP = Section("error_map", "Where it errs, and where there are data", "Where it errs", _error_map)
+ERROR_MAP = Section(
+    "error_map", "Where it errs, and where there are data", "Where it errs", _error_map
+)
 PARITY = Section("parity", "How errors are distributed", "Errors", _parity)
 RESIDUAL = Section("residual", "What is left in the residual", "Residual", _residual, folded=True)
-FLOW_CURVES = Section("flow_curves", "Flow curves of all laws", "Flow curves", _flow_curves, folded=True)
+FLOW_CURVES = Section(
+    "flow_curves", "Flow curves of all laws", "Flow curves", _flow_curves, folded=True
+)
 LOOPS = Section("loops", "Loops of effort over slip and over travel", "Loops", _loops)

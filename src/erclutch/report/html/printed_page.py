@@ -43,7 +43,12 @@ _HALF = 0.55  # of a page; a line more than its half
 _REMEDY = "Write the report without --pdf, open it in a browser and print it (Ctrl-P)"
 #: Where the last page would be half empty, the first of these that fills it is printed: with more chapters unfolded
 #: (their names), or with the tables of quantiles and of the band folded, which may save the page.
-_FILLING: tuple[tuple[str, ...], ...] = (("residual",), ("flow_curves",), (), ("residual", "flow_curves"))
+_FILLING: tuple[tuple[str, ...], ...] = (
+    ("residual",),
+    ("flow_curves",),
+    (),
+    ("residual", "flow_curves"),
+)
 #: Where the page's end stands, from below: a browser keeps the places to which the links of a page lead.
 _END = re.compile(rb"/end \[\d+ 0 R /XYZ \S+ (\S+) ")
 _HEIGHT = re.compile(rb"/MediaBox \[\S+ \S+ \S+ ([0-9.]+)\]")
@@ -67,7 +72,9 @@ def print_report(material: Material, path: Path) -> Path:
     """
     program = browser()
     if program is None:
-        raise RunError("no Chromium, Chrome or Edge is here to print with", where=str(path), remedy=_REMEDY)
+        raise RunError(
+            "no Chromium, Chrome or Edge is here to print with", where=str(path), remedy=_REMEDY
+        )
     # Beside the PDF and not hidden: a browser out of a sandboxed package reads neither /tmp nor hidden folders.
     try:
         folder = TemporaryDirectory(prefix=f"{path.stem}-printing-", dir=path.parent)

@@ -19,7 +19,9 @@ def _fill(material: Material) -> dict[str, Any]:
     body = material.body
     reading = material.run.reading
     logs: list[dict[str, Any]] = []
-    mappings: dict[tuple[str, str], dict[str, str]] = {}  # files that said which column is which, each once
+    mappings: dict[
+        tuple[str, str], dict[str, str]
+    ] = {}  # files that said which column is which, each once
     for log in body["logs"]:
         logs.append(
             {
@@ -52,7 +54,9 @@ def _fill(material: Material) -> dict[str, Any]:
     }
 
 
-PROVENANCE = Section("provenance", "Where every number comes from", "Provenance", _fill, folded=True, printed=True)
+PROVENANCE = Section(
+    "provenance", "Where every number comes from", "Provenance", _fill, folded=True, printed=True
+)
 
 
 def setting_text(value: Any) -> str:
@@ -90,7 +94,9 @@ def command_of(body: Mapping[str, Any]) -> str:
     settings = body["settings"]
     usual = Settings().to_dict()
     for key in dict.fromkeys(("models", "test", *usual)):
-        usual_value = list(usual[key]) if isinstance(usual[key], tuple) else usual[key]  # as JSON has it
+        usual_value = (
+            list(usual[key]) if isinstance(usual[key], tuple) else usual[key]
+        )  # as JSON has it
         if settings[key] != usual_value:
             words += _option(key, settings[key])
     if "final" in body:

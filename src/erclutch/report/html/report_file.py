@@ -24,9 +24,15 @@ def may_write_report(
             report of ours.
     """
     if not path.parent.is_dir():
-        raise RunError("its folder does not exist", where=str(path), remedy=f"Make {path.parent} first")
+        raise RunError(
+            "its folder does not exist", where=str(path), remedy=f"Make {path.parent} first"
+        )
     if not takes_files(path.parent):
-        raise RunError("its folder cannot be written", where=str(path), remedy="Give --out a file in another folder")
+        raise RunError(
+            "its folder cannot be written",
+            where=str(path),
+            remedy="Give --out a file in another folder",
+        )
     if path.is_dir():
         raise RunError("this is a folder", where=str(path), remedy="Give --out the name of a file")
     if not is_there(path):
@@ -35,7 +41,11 @@ def may_write_report(
     reserve(path, may_replace)
     if is_there(path) and not may_replace(path):
         release(path)
-        raise RunError("exists and is not a report", where=str(path), remedy="Give --out another name, or --force")
+        raise RunError(
+            "exists and is not a report",
+            where=str(path),
+            remedy="Give --out another name, or --force",
+        )
 
 
 def _is_report(path: Path) -> bool:

@@ -31,7 +31,15 @@ from erclutch.report.plots.svg_painter import svg
 
 _STYLES = ("uplot/uPlot.min", "report", "print")
 #: In this order: each uses what stands in those before it.
-_SCRIPTS = ("page", "error_maps", "packed_rows", "log_clock", "traces_strip", "traces_readout", "traces")
+_SCRIPTS = (
+    "page",
+    "error_maps",
+    "packed_rows",
+    "log_clock",
+    "traces_strip",
+    "traces_readout",
+    "traces",
+)
 #: Sections in the order of the page.
 SECTIONS: tuple[Section, ...] = (
     *(VERDICT, MODEL, RANKING, TRACES, ERROR_MAP, PARITY, LOOPS, DYNAMICS, BAND),
@@ -53,7 +61,11 @@ def headings(material: Material) -> tuple[str, str]:
     more = ""
     if others:
         more = f" and {len(others)} more log{'s' if len(others) > 1 else ''}"
-    device = "A coaxial pair of clutches" if body["device"] == "coaxial" else "A single clutch, brake or damper"
+    device = (
+        "A coaxial pair of clutches"
+        if body["device"] == "coaxial"
+        else "A single clutch, brake or damper"
+    )
     rows = sum(int(log["rows"]) for log in body["logs"])
     if material.rows.data.in_no_time:
         return f"{first}{more}", f"{device}, {count(rows)} points of a table"
@@ -76,7 +88,9 @@ def write_report(material: Material, path: Path) -> Path:
     """
     text = report_html(material)
     with placed(path) as partial:
-        partial.write_text(text, encoding="utf-8", errors="backslashreplace")  # names may be no text
+        partial.write_text(
+            text, encoding="utf-8", errors="backslashreplace"
+        )  # names may be no text
     return path
 
 
@@ -201,8 +215,12 @@ def _rendered(environment: Any, name: str, values: Mapping[str, Any]) -> str:
     try:
         return environment.get_template(f"{name}.html.j2").render(**values)
     except jinja2.TemplateError as error:
-        problem = f"the part {name} of the page cannot be filled in ({type(error).__name__}: {error})"
-        remedy = "Install erclutch anew, or fit again with this version if the run is of another one"
+        problem = (
+            f"the part {name} of the page cannot be filled in ({type(error).__name__}: {error})"
+        )
+        remedy = (
+            "Install erclutch anew, or fit again with this version if the run is of another one"
+        )
         raise RunError(problem, remedy=remedy) from error
 
 

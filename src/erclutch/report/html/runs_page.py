@@ -42,7 +42,9 @@ def sentence(pairing: Pairing, scale: Scale) -> str:
             one = title_of(other)
             base = title_of(first)
         if more.low <= 0.0 <= more.high:
-            words.append(f"{one} cannot be told from {base}: the difference of {size} may be chance")
+            words.append(
+                f"{one} cannot be told from {base}: the difference of {size} may be chance"
+            )
         else:
             way = "less" if more.value < 0.0 else "more"
             words.append(f"{one} errs by {size} {way} than {base}")
@@ -56,9 +58,14 @@ def what_changed(pairing: Pairing) -> str:
     for other in others:
         differing = changes(first, other)
         if not differing:
-            sentences.append(f"The model of {other.label} is made as that of {first.label}, from the same rows.")
+            sentences.append(
+                f"The model of {other.label} is made as that of {first.label}, from the same rows."
+            )
             continue
-        parts = [f"{change.what} ({_short(change.first)} there, {_short(change.other)} here)" for change in differing]
+        parts = [
+            f"{change.what} ({_short(change.first)} there, {_short(change.other)} here)"
+            for change in differing
+        ]
         sentences.append(f"From {first.label} to {other.label} changed: {'; '.join(parts)}.")
         if len(differing) > 1:
             sentences.append("These runs do not tell what each of them does.")
@@ -137,7 +144,15 @@ def write_comparison(pairing: Pairing, path: Path) -> Path:
     if pairing.whole:
         sections += [TRACES, PARITY, RESIDUAL, DYNAMICS]
     heading = f"{len(pairing.contenders)} runs on {headings(material)[0]}"
-    text = page(material, sections, heading, heading, f"{count(pairing.rows)} rows that all of them held out")
+    text = page(
+        material,
+        sections,
+        heading,
+        heading,
+        f"{count(pairing.rows)} rows that all of them held out",
+    )
     with placed(path) as unfinished:
-        unfinished.write_text(text, encoding="utf-8", errors="backslashreplace")  # names may be no text
+        unfinished.write_text(
+            text, encoding="utf-8", errors="backslashreplace"
+        )  # names may be no text
     return path

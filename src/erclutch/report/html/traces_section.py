@@ -20,7 +20,9 @@ from erclutch.signals.clock import stretches
 
 _FINE = 1 / 20  # resolution of efforts, as a share of the recommended model's RMSE
 _RANGE = 1 / 2000  # resolution of fields and slips, as a share of their range
-_NOISE = 1 / 2  # largest resolution as a share of a signal's noise, so that rounding is not seen as steps
+_NOISE = (
+    1 / 2
+)  # largest resolution as a share of a signal's noise, so that rounding is not seen as steps
 _BUCKETS = 3000  # of a coarse layer; half of them where there are many models
 _MANY = 12  # models
 _KNOT = 64  # rows between two knots of an uneven clock
@@ -37,7 +39,9 @@ def _fill(material: Material) -> dict[str, Any]:
         if f"estimate:{name}" in packer.channels:
             role = material.shown.get(name, "")
             detail = _detail(packer, material, name)
-            models.append({"name": name, "title": material.titles[name], "role": role, "detail": detail})
+            models.append(
+                {"name": name, "title": material.titles[name], "role": role, "detail": detail}
+            )
     data = material.rows.data
     logs: list[list[Any]] = []  # name, first row, and the row behind the last one
     for log, (start, stop) in zip(data.sources, data.source_rows, strict=True):
@@ -84,7 +88,10 @@ def _on_paper(material: Material) -> tuple[list[Panel], str]:
     seconds = float(time[-1] - time[0])
     panels = describe_trace(material, start=start, seconds=seconds, band=False).panels
     wide = [replace(panel, size=(_WIDE, round(_HIGH * panel.share))) for panel in panels]
-    return wide, f"Held-out rows from {number(start, 4)} to {number(start + seconds, 4)} s, in which much happens."
+    return (
+        wide,
+        f"Held-out rows from {number(start, 4)} to {number(start + seconds, 4)} s, in which much happens.",
+    )
 
 
 def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:

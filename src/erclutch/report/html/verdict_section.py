@@ -20,7 +20,15 @@ from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import plain_symbol
-from erclutch.report.numbers.number_text import capital, count, number, percent, r2_text, share_span, span
+from erclutch.report.numbers.number_text import (
+    capital,
+    count,
+    number,
+    percent,
+    r2_text,
+    share_span,
+    span,
+)
 from erclutch.report.numbers.run_material import Material
 from erclutch.runs.every_row_folder import read_every_row
 from erclutch.signals.array import rms
@@ -78,7 +86,11 @@ def _facts(
     test = material.run.entry(material.recommended)["test"]
     rows = count(material.body["test_rows"])
     if matters:
-        yield "RMSE in motion", effort.of(rest.rmse), f"on {count(rest.moving)} rows held out that move"
+        yield (
+            "RMSE in motion",
+            effort.of(rest.rmse),
+            f"on {count(rest.moving)} rows held out that move",
+        )
     over = f"RMSE on {'all ' if matters else ''}{rows} rows held out"
     yield over, effort.of(test["rmse"][0]), f"95 % band {effort.band(test['rmse'])}"
     share, low, high = test["share"]
@@ -140,7 +152,9 @@ def choice(material: Material) -> str:
     alone = len(material.run.names) == 1
     why_none = standing_of_run(material.body).why_none
     if why_none:
-        nearest = "This is the only one that was fitted, and" if alone else "This one comes nearest, but"
+        nearest = (
+            "This is the only one that was fitted, and" if alone else "This one comes nearest, but"
+        )
         return f"No model is recommended. {nearest} it {why_none}."
     if alone:
         return "It is the only model that was fitted, so there is nothing to recommend it over."
@@ -201,14 +215,20 @@ def worries(material: Material) -> list[str]:
     body = material.body
     entry = material.run.entry(material.recommended)
     sentences = [f"{capital(finding['message'])}." for finding in body["findings"]]
-    sentences += [f"{capital(note)}." for note in entry["notes"] if not note.startswith(_TOLD_WITH_ITS_CONSTANTS)]
+    sentences += [
+        f"{capital(note)}."
+        for note in entry["notes"]
+        if not note.startswith(_TOLD_WITH_ITS_CONSTANTS)
+    ]
     sentences += _not_measured(material, entry)
     if entry["name"] in material.laws:
         sentences += negative_gains(material.laws[entry["name"]])
     sentences += _of_rows(material, entry)
     sentences += _of_errors(material, entry)
     if material.badge in ("TWIN", "SYNTHETIC"):
-        sentences.append("The data were made by a computer. What the figures say of a real device is a guess.")
+        sentences.append(
+            "The data were made by a computer. What the figures say of a real device is a guess."
+        )
     elif len(body["logs"]) == 1:
         sentences.append(
             "One recording: the intervals know nothing of another day, another temperature or another device."
@@ -268,7 +288,8 @@ def next_steps(material: Material) -> list[dict[str, str]]:
             steps.append((f"Fit again with the memory of the slip{where}:", command))
     if body["settings"]["lag"] == "none":
         text = (
-            f"No model with a lag was tried. On a switched device it often matters more than the law. Fit again{where}:"
+            "No model with a lag was tried. On a switched device it often matters more than the "
+            f"law. Fit again{where}:"
         )
         steps.append((text, _fit_again(body, {"lag": "auto"})))
     folder = printable(material.run.folder.name)  # copied into a shell: it must see one word
@@ -365,7 +386,9 @@ def _every_row(material: Material) -> dict[str, Any] | None:
     figures = read_every_row(material.run)
     if figures is None:
         return None
-    known: dict[str, tuple[Any, Any]] = {}  # figures of the rows held out, and of those to fit, by model
+    known: dict[
+        str, tuple[Any, Any]
+    ] = {}  # figures of the rows held out, and of those to fit, by model
     errors: dict[str, float] = {}
     for name, scored in figures["models"].items():
         test = scored.get("test")

@@ -124,7 +124,9 @@ def flow_curves(
     even: Array = np.linspace(start, end, _CURVE)
     slip: Array = reach * np.sinh(even) / np.sinh(3.0)
 
-    dots_after: dict[int, list[Rows]] = {}  # rows of the dots at each level, by the rows in which a field settles
+    dots_after: dict[
+        int, list[Rows]
+    ] = {}  # rows of the dots at each level, by the rows in which a field settles
     curves: list[FlowCurves] = []
     for name, model in models.items():
         settling = _settling(rows, model) if wait is None else wait
@@ -242,7 +244,9 @@ def rare_fields(rows: RunRows, element: int) -> Array:
     return levels[rare]
 
 
-def grouped(curves: Sequence[Sequence[FlowCurves]], apart: float) -> tuple[tuple[FlowCurves, ...], ...]:
+def grouped(
+    curves: Sequence[Sequence[FlowCurves]], apart: float
+) -> tuple[tuple[FlowCurves, ...], ...]:
     """Laws whose curves are nowhere further apart than that stand under the first of them, on all elements alike.
 
     Args:

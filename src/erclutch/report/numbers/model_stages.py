@@ -69,7 +69,10 @@ def stage_gain(ranking: Sequence[Mapping[str, Any]]) -> StageGain | None:
         stages = stage_names(entry)
         for other in ranking:
             others_stages = stage_names(other)
-            if not (set(others_stages) < set(stages) and _without_stages(other) == _without_stages(entry)):
+            if not (
+                set(others_stages) < set(stages)
+                and _without_stages(other) == _without_stages(entry)
+            ):
                 continue
             added = tuple(name for name in stages if name not in others_stages)
             gain = StageGain(entry, other, added)

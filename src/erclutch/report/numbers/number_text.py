@@ -160,7 +160,9 @@ def chart_scale(unit: str, size: float) -> Scale:
     if shown == 0.0 or 1e-2 <= shown < 1e5:
         return scale
     power = 3 * math.floor(math.log10(shown) / 3)
-    return Scale(scale.factor * 10.0**-power, f"10{str(power).translate(_RAISED)} {scale.unit}".strip())
+    return Scale(
+        scale.factor * 10.0**-power, f"10{str(power).translate(_RAISED)} {scale.unit}".strip()
+    )
 
 
 def effort_word(unit: str) -> str:

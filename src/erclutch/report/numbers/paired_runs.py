@@ -126,14 +126,17 @@ def pair(
         RunError: a run without such a model, another effort or unit, or no row that all held out.
     """
     if len(runs) < 2:
-        raise SettingError("a comparison needs two runs or more", remedy="Write erclutch compare RUN RUN")
+        raise SettingError(
+            "a comparison needs two runs or more", remedy="Write erclutch compare RUN RUN"
+        )
     folders = [run.folder.resolve() for run in runs]
     if len(set(folders)) < len(folders):
         twice = next(f for f in folders if folders.count(f) > 1)
         raise SettingError("the same run twice", where=str(twice), remedy="Give each run once")
     if len(models) > 1 and len(models) != len(runs):
         raise SettingError(
-            f"{len(models)} models for {len(runs)} runs", remedy="Give --model once, once a run, or not at all"
+            f"{len(models)} models for {len(runs)} runs",
+            remedy="Give --model once, once a run, or not at all",
         )
     if not models:
         wanted = [str(run.body["recommended"]) for run in runs]
@@ -303,11 +306,15 @@ def _parts(contender: Contender) -> dict[str, str]:
 def apart(contender: Contender) -> str:
     """All that may move a model's error and is no stage, as text."""
     parts = _parts(contender)
-    without_stages = {what: part for what, part in parts.items() if not what.startswith("stages on")}
+    without_stages = {
+        what: part for what, part in parts.items() if not what.startswith("stages on")
+    }
     return repr(without_stages)
 
 
-def differing_settings(bodies: Sequence[Mapping[str, Any]]) -> tuple[tuple[str, tuple[str, ...]], ...]:
+def differing_settings(
+    bodies: Sequence[Mapping[str, Any]],
+) -> tuple[tuple[str, tuple[str, ...]], ...]:
     """What was asked for, read or installed differently: name, then one value a run."""
     flat = [_flat(body) for body in bodies]
     names = dict.fromkeys(name for values in flat for name in values)

@@ -35,7 +35,12 @@ from erclutch.report.numbers.flow_curves import (
 from erclutch.report.numbers.model_stages import remembers_slip, specification_of
 from erclutch.report.numbers.number_text import Scale, effort_word, scale_for
 from erclutch.report.numbers.parity import Distribution, distributions
-from erclutch.report.numbers.switching import AfterSwitch, StepResponse, after_switch, step_responses
+from erclutch.report.numbers.switching import (
+    AfterSwitch,
+    StepResponse,
+    after_switch,
+    step_responses,
+)
 from erclutch.report.numbers.windows import Windows, windows
 from erclutch.runs.run_about import RunAbout, read_about
 from erclutch.runs.run_folder import Run
@@ -343,14 +348,18 @@ class Material:
                 stand_for.append(f"{self.titles[law.model]} stands for {others} too")
         if stand_for:
             limit = f"{self.effort.of(self.unexplained, 2)}, the RMSE of the best model"
-            sentences.append(f"Curves nowhere further apart than {limit}, are drawn once: {'; '.join(stand_for)}.")
+            sentences.append(
+                f"Curves nowhere further apart than {limit}, are drawn once: {'; '.join(stand_for)}."
+            )
 
         rare: set[float] = set()
         for element in range(len(self.flow_curves)):
             rare.update(rare_fields(self.rows, element).tolist())
         if rare:
             at = ", ".join(self.field.of(field, 2) for field in sorted(rare))
-            sentences.append(f"The log has hardly any rows at {at}: there the curves are the laws' guess.")
+            sentences.append(
+                f"The log has hardly any rows at {at}: there the curves are the laws' guess."
+            )
 
         dots = {law.model: sum(map(len, law.dots)) for law in curves}
         enough = 0.25 * max(dots.values(), default=0)

@@ -10,7 +10,16 @@ from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import Axis, Cells, Panel, Plot, PlotTable
 from erclutch.signals.array import Array
 
-_HEADER = ("element", "field_from", "field_to", "slip_from", "slip_to", "train_rows", "test_rows", "test_rmse")
+_HEADER = (
+    "element",
+    "field_from",
+    "field_to",
+    "slip_from",
+    "slip_to",
+    "train_rows",
+    "test_rows",
+    "test_rmse",
+)
 #: Sizes of a map: a pair has two rows of maps, which are lower, so that its report is no longer than that of a brake.
 _HIGH = (430, 300)
 _LOW = (430, 215)
@@ -23,7 +32,9 @@ def describe_error_map(material: Material) -> Plot:
     errors: list[Array] = []
     for cells in maps:
         met = cells.test > 0
-        rows_of_cells = np.minimum(cells.test[met], 50)  # so that a few crowded cells are not all that counts
+        rows_of_cells = np.minimum(
+            cells.test[met], 50
+        )  # so that a few crowded cells are not all that counts
         errors.append(np.repeat(cells.rmse[met], rows_of_cells))
     top = float(np.quantile(np.concatenate(errors), 0.97)) or 1.0
     top *= material.effort.factor
@@ -94,7 +105,9 @@ def _panels(
         label="training rows",
         log=True,
     )
-    about_errors = f"RMSE on the rows held out over field and slip {name}. {worst_cell(material, cells)}"
+    about_errors = (
+        f"RMSE on the rows held out over field and slip {name}. {worst_cell(material, cells)}"
+    )
     empty = percent(cells.empty_share, 2)
     about_training = f"Training rows over field and slip {name}; {empty} of the cells hold none."
     size = _LOW if len(material.error_maps) > 1 else _HIGH

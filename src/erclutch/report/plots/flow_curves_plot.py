@@ -11,7 +11,17 @@ import numpy as np
 from erclutch.errors import CheckError
 from erclutch.report.numbers.flow_curves import FlowCurves
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.plots.plot_description import PAGE, Axis, Dots, Line, Mark, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.report.plots.plot_description import (
+    PAGE,
+    Axis,
+    Dots,
+    Line,
+    Mark,
+    Panel,
+    Plot,
+    PlotTable,
+    ReferenceLine,
+)
 from erclutch.signals.array import Array
 
 _MOST = 12  # panels that a page holds
@@ -28,7 +38,11 @@ def describe_flow_curves(material: Material) -> Plot:
     """
     groups = [group[: _MOST // len(material.flow_curves)] for group in material.flow_curves]
     if not groups[0]:
-        raise CheckError("the run holds no law", where=str(material.run.folder), remedy="Fit laws too: --models all")
+        raise CheckError(
+            "the run holds no law",
+            where=str(material.run.folder),
+            remedy="Fit laws too: --models all",
+        )
 
     # Laws follow one another; both clutches of a law stand side by side.
     panels: list[Panel] = []

@@ -37,7 +37,9 @@ def describe_loops(material: Material) -> Plot:
         panels.append(_panel(material, loop, over_travel, travel))
         same = (loop.element + 1, *loop.fields, loop.start)  # in all rows of the loop
         for name, efforts in {"measured": loop.measured, **loop.modelled}.items():
-            for point in zip(loop.slip.tolist(), loop.travel.tolist(), efforts.tolist(), strict=True):
+            for point in zip(
+                loop.slip.tolist(), loop.travel.tolist(), efforts.tolist(), strict=True
+            ):
                 slip_there, travel_there, effort = point
                 rows.append((*same, slip_there, travel_there, name, effort))
     header = ("element", "field_low", "field_high", "time_s", "slip", "travel", "curve", "effort")

@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 
 from erclutch.report.numbers.number_text import capital, number
-from erclutch.report.plots.paper_style import BLACK, RAMPS, STYLES, new_figure, save, save_numbers, style
+from erclutch.report.plots.paper_style import (
+    BLACK,
+    RAMPS,
+    STYLES,
+    new_figure,
+    save,
+    save_numbers,
+    style,
+)
 from erclutch.report.plots.plot_description import (
     Axis,
     Bars,

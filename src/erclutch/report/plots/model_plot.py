@@ -9,7 +9,17 @@ import numpy as np
 from erclutch.fit.choice.standing import standing_of_run
 from erclutch.report.numbers.flow_curves import FieldCurves, FlowCurves
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.plots.plot_description import PAGE, Axis, Dots, Line, Mark, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.report.plots.plot_description import (
+    PAGE,
+    Axis,
+    Dots,
+    Line,
+    Mark,
+    Panel,
+    Plot,
+    PlotTable,
+    ReferenceLine,
+)
 from erclutch.signals.array import Array
 
 _SHADES = 6  # the last shade of the ramp
@@ -31,7 +41,9 @@ def describe_model(material: Material) -> Plot:
         name = material.element_name(over_field.element)
         panels.append(_over_slip(material, own, y, f"{name} {word}, over slip".strip()))
         if low < high:
-            panels.append(_over_field(material, over_field, y, f"{name} {word}, over the field".strip()))
+            panels.append(
+                _over_field(material, over_field, y, f"{name} {word}, over the field".strip())
+            )
         for rival in rivals:
             panels.append(_over_slip(material, rival, y, f"{name} rival, over slip".strip()))
         for curves in over_slip:

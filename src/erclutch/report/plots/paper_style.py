@@ -38,7 +38,16 @@ STYLES: dict[str, dict[str, Any]] = {
 }
 #: Colours of each meaning of a cell, the weakest first.
 RAMPS = {
-    "heat": ("#fff3d6", "#fee391", "#fec44f", "#fb9a29", "#ec7014", "#cc4c02", "#993404", "#662506"),
+    "heat": (
+        "#fff3d6",
+        "#fee391",
+        "#fec44f",
+        "#fb9a29",
+        "#ec7014",
+        "#cc4c02",
+        "#993404",
+        "#662506",
+    ),
     "mass": ("#c6dbef", "#9ecae1", "#6baed6", "#4292c6", "#2171b5", "#08519c", "#08306b"),
 }
 
@@ -83,7 +92,9 @@ def style() -> Generator[None, None, None]:
 
     from matplotlib import rc_context  # pyright: ignore[reportUnknownVariableType]
 
-    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)  # one of the four fonts is enough
+    logging.getLogger("matplotlib.font_manager").setLevel(
+        logging.ERROR
+    )  # one of the four fonts is enough
     # Embedded fonts carry a date; a fixed one, so that the same data give the same bytes.
     dated = os.environ.get(_DATE)
     os.environ.setdefault(_DATE, "0")
@@ -136,7 +147,9 @@ def save(figure: Any, path: Path) -> Path:
     dated = {"pdf": "CreationDate", "svg": "Date"}.get(kind)
     settle(figure)
     drawn = BytesIO()  # on a full disk the PDF writer itself would fail, and not say why
-    figure.savefig(drawn, format=kind, metadata={dated: None} if dated else None)  # no date: the same bytes again
+    figure.savefig(
+        drawn, format=kind, metadata={dated: None} if dated else None
+    )  # no date: the same bytes again
     with placed(path) as partial:
         partial.write_bytes(drawn.getvalue())
     return path
@@ -161,7 +174,10 @@ def _save_for_latex(figure: Any, path: Path) -> None:
     backend._tex_escape = latex
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with rc_context({"pgf.texsystem": program}), TemporaryDirectory(prefix=".partial-", dir=path.parent) as folder:
+        with (
+            rc_context({"pgf.texsystem": program}),
+            TemporaryDirectory(prefix=".partial-", dir=path.parent) as folder,
+        ):
             figure.savefig(Path(folder, path.name), format="pgf")
             # The pictures come first: a .pgf that is there has all that it names.
             for made in sorted(Path(folder).iterdir(), key=lambda file: file.suffix == ".pgf"):

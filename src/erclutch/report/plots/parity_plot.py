@@ -7,7 +7,17 @@ import numpy as np
 from erclutch.report.numbers.number_text import count, number
 from erclutch.report.numbers.parity import parity
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.plots.plot_description import Axis, Bars, Cells, Line, Mark, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.report.plots.plot_description import (
+    Axis,
+    Bars,
+    Cells,
+    Line,
+    Mark,
+    Panel,
+    Plot,
+    PlotTable,
+    ReferenceLine,
+)
 from erclutch.signals.array import Array
 
 

@@ -9,7 +9,16 @@ import numpy as np
 from erclutch.errors import CheckError
 from erclutch.report.numbers.correlation import Autocorrelation, Spectrum
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.plots.plot_description import Axis, Line, Mark, Panel, Plot, PlotTable, ReferenceLine, Shade
+from erclutch.report.plots.plot_description import (
+    Axis,
+    Line,
+    Mark,
+    Panel,
+    Plot,
+    PlotTable,
+    ReferenceLine,
+    Shade,
+)
 from erclutch.signals.array import Array
 
 _POINTS = 400  # of a curve that is drawn; the table has them all

@@ -227,9 +227,13 @@ def _named_bars(bars: NamedBars, x: _Ruler, y: _Ruler) -> str:
     highs = x.at(bars.high).tolist()
     zero = x.one(0.0)
     out: list[str] = []
-    for name, style, at, end, low, high in zip(bars.names, bars.styles, rows, ends, lows, highs, strict=True):
+    for name, style, at, end, low, high in zip(
+        bars.names, bars.styles, rows, ends, lows, highs, strict=True
+    ):
         place = f'x="{min(zero, end):.1f}" y="{at - half:.1f}" width="{abs(end - zero):.1f}" height="{2 * half:.1f}"'
-        whisker = f"M{low:.1f} {at:.1f}H{high:.1f}M{low:.1f} {at - 3:.1f}v6M{high:.1f} {at - 3:.1f}v6"
+        whisker = (
+            f"M{low:.1f} {at:.1f}H{high:.1f}M{low:.1f} {at - 3:.1f}v6M{high:.1f} {at - 3:.1f}v6"
+        )
         out.append(f'<rect class="bars {style}" {place}/><path class="whisker" d="{whisker}"/>')
         out.append(f'<text x="{x.first + 5:.0f}" y="{at + 3.5:.1f}">{escape(name)}</text>')
     return "".join(out)
@@ -267,13 +271,17 @@ def _frame(panel: Panel, x: _Ruler, y: _Ruler) -> str:
     for value in _up(panel, y.low, y.high):
         at = y.one(value)
         out.append(f'<path class="grid" d="M{left} {at:.1f}H{right:.1f}"/>')
-        out.append(f'<text x="{left - _TO_AXIS:.0f}" y="{at + 3.5:.1f}" text-anchor="end">{_mark(value)}</text>')
+        out.append(
+            f'<text x="{left - _TO_AXIS:.0f}" y="{at + 3.5:.1f}" text-anchor="end">{_mark(value)}</text>'
+        )
     for value in ticks(x.low, x.high, across, log=x.log):
         if panel.x.whole and abs(value - round(value)) > 1e-9:
             continue
         at = x.one(value)
         out.append(f'<path class="tick" d="M{at:.1f} {bottom:.1f}v4"/>')
-        out.append(f'<text x="{at:.1f}" y="{bottom + 16:.1f}" text-anchor="middle">{_mark(value)}</text>')
+        out.append(
+            f'<text x="{at:.1f}" y="{bottom + 16:.1f}" text-anchor="middle">{_mark(value)}</text>'
+        )
     out.append(f'<path class="axis" d="M{left} {bottom:.1f}H{right:.1f}"/>')
     out.append(f'<text class="title" x="4" y="12">{escape(panel.y.title)}</text>')
     place = f'x="{right:.1f}" y="{bottom + 32:.1f}" text-anchor="end"'

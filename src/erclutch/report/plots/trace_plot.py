@@ -6,7 +6,16 @@ import numpy as np
 
 from erclutch.errors import SettingError
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.plots.plot_description import Axis, Line, Mark, Panel, Plot, PlotTable, ReferenceLine, Shade
+from erclutch.report.plots.plot_description import (
+    Axis,
+    Line,
+    Mark,
+    Panel,
+    Plot,
+    PlotTable,
+    ReferenceLine,
+    Shade,
+)
 
 
 def describe_trace(
@@ -53,7 +62,9 @@ def describe_trace(
         residuals.append(Line(time, residual, role))
 
     commands: list[Mark] = []
-    for place, (element, style) in enumerate(zip(rows.data.elements, ("series0", "series6"), strict=False)):
+    for place, (element, style) in enumerate(
+        zip(rows.data.elements, ("series0", "series6"), strict=False)
+    ):
         field = element.field[section] * material.field.factor
         title = material.element_name(place)
         commands.append(Line(time, field, style, title, dashed=place > 0))

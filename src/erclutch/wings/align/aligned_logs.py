@@ -86,7 +86,11 @@ class AlignedLogs(Shown):
             badge=self.joined.origin,
             says=lambda: self.notes,
             frame=lambda: as_frame(titled, "time [s]"),
-            plots={"clocks": partial(describe_clocks, self.matches, self.traces, signal, self.joined.origin)},
+            plots={
+                "clocks": partial(
+                    describe_clocks, self.matches, self.traces, signal, self.joined.origin
+                )
+            },
         )
 
     @property
@@ -99,7 +103,9 @@ class AlignedLogs(Shown):
         """How much faster B's clock runs, in millionths."""
         return 1e6 * self.matches[0].drift
 
-    def recording(self, mapping: ColumnMap | None = None, *, device: DeviceName = "single") -> Recording:
+    def recording(
+        self, mapping: ColumnMap | None = None, *, device: DeviceName = "single"
+    ) -> Recording:
         """The log as a Recording; ``mapping`` says which column is which signal, as for `erclutch.read`.
 
         Raises:
@@ -163,7 +169,9 @@ def align(
     table_a, map_a = _opened(a)
     table_b, map_b = _opened(b)
     if table_a.digest == table_b.digest:
-        raise LogError("both are the same log", where=table_b.name, remedy="Give two logs of one experiment")
+        raise LogError(
+            "both are the same log", where=table_b.name, remedy="Give two logs of one experiment"
+        )
     if table_a.name == table_b.name:
         table_a = replace(table_a, name=f"{table_a.name} A")
         table_b = replace(table_b, name=f"{table_b.name} B")
@@ -217,7 +225,9 @@ def align_tables(
         track_a = track_of(clock_a.time, signal_a.of(a)[rows_a], clock_a.period)
     with placed(b.name):
         values_b = signal_b.of(b)
-        tracks_b = tuple(track_of(clock.time, values_b[rows], clock.period) for rows, clock in runs_b)
+        tracks_b = tuple(
+            track_of(clock.time, values_b[rows], clock.period) for rows, clock in runs_b
+        )
     with placed(f"{a.name} and {b.name}"):
         matches = tuple(match_clocks(track_a, track_b, near=near) for track_b in tracks_b)
 
@@ -245,7 +255,9 @@ def align_tables(
     notes += [f"clock of {b.name} against {a.name} by {by}: {in_words(match)}" for match in matches]
     lost = int(np.count_nonzero(~there))
     if lost:
-        notes.append(f"{lost:,} rows of {a.name} left out: {b.name} has none there, or none around a filter's reach")
+        notes.append(
+            f"{lost:,} rows of {a.name} left out: {b.name} has none there, or none around a filter's reach"
+        )
     if renamed:
         listed = ", ".join(f"{old} is {new}" for old, new in renamed.items())
         notes.append(f"columns of {b.name} renamed: {listed}")
@@ -290,12 +302,16 @@ def _shared(
         MappingError: none or several, or no such column.
     """
     if len(on) > 2:
-        raise MappingError(f"--on has {len(on)} names", remedy="Give one name, or that of A and that of B")
+        raise MappingError(
+            f"--on has {len(on)} names", remedy="Give one name, or that of A and that of B"
+        )
     if not on:
         clocks = clocks_a | clocks_b
         both = [name for name in a.columns if name in b.columns and name not in clocks]
         if len(both) != 1:
-            shared = f"share the columns {', '.join(both)}" if both else "share no column by its name"
+            shared = (
+                f"share the columns {', '.join(both)}" if both else "share no column by its name"
+            )
             raise MappingError(
                 f"the logs {shared}; {a.name} has {a.listed}; {b.name} has {b.listed}",
                 remedy="Say which signal both have: --on NAME, or --on NAME_IN_A NAME_IN_B",
@@ -306,7 +322,10 @@ def _shared(
         with placed(log.name):
             name, _, sign = locate(log, ColumnChoice(label), "on")
             if name in clocks:
-                raise MappingError(f"column {name} is the log's own time", remedy="Choose a measured signal with --on")
+                raise MappingError(
+                    f"column {name} is the log's own time",
+                    remedy="Choose a measured signal with --on",
+                )
         return _Signal(name, sign)
 
     return signal(a, on[0], clocks_a), signal(b, on[-1], clocks_b)

@@ -6,7 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from erclutch.report.plots.plot_description import Axis, Dots, Line, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.report.plots.plot_description import (
+    Axis,
+    Dots,
+    Line,
+    Panel,
+    Plot,
+    PlotTable,
+    ReferenceLine,
+)
 from erclutch.signals.array import Array
 from erclutch.wings.align.clock_match import ClockMatch
 from erclutch.wings.align.track import Track
@@ -25,7 +33,9 @@ def describe_clocks(
     b = all_b[0]
     match = matches[0]
     low, high = _section(a, b, match)
-    sign = np.sign(match.gain)  # a signal of the other sign is turned, so that both curves can lie on each other
+    sign = np.sign(
+        match.gain
+    )  # a signal of the other sign is turned, so that both curves can lie on each other
 
     def line(
         time: Array,
@@ -56,8 +66,16 @@ def describe_clocks(
     signal = Axis(f"{title}, scaled")
     return Plot(
         [
-            Panel(time, signal, [line_a, before], f"{title} by both logs, each on its own clock.", "before"),
-            Panel(time, signal, [line_a, after], f"{title} by both logs on the clock of A.", "after"),
+            Panel(
+                time,
+                signal,
+                [line_a, before],
+                f"{title} by both logs, each on its own clock.",
+                "before",
+            ),
+            Panel(
+                time, signal, [line_a, after], f"{title} by both logs on the clock of A.", "after"
+            ),
             Panel(
                 Axis("time on the clock of A", "s"),
                 Axis("offset left", "ms"),

@@ -185,7 +185,9 @@ def _nearest(places: NDArray[np.intp], lags: Array, near: float) -> int:
     nearest, second = order[:2]
     if distance[nearest] > 0.6 * distance[second]:
         listed = " and ".join(f"{1e3 * lags[place]:.6g} ms" for place in places[order[:2]])
-        problem = f"--near {1e3 * near:.6g} ms lies between two offsets that fit equally well, {listed}"
+        problem = (
+            f"--near {1e3 * near:.6g} ms lies between two offsets that fit equally well, {listed}"
+        )
         raise LogError(problem, remedy="Say more exactly where the offset is")
     return int(places[nearest])
 
@@ -230,7 +232,9 @@ def _scanned(
     y_there = np.interp(drifted, rows, y_there) > 0.99
     y = np.where(y_there, np.interp(drifted, rows, y), 0.0)
 
-    size = 1 << (x.size + y.size - 1).bit_length()  # all lags, so that no end meets the other log's beginning
+    size = (
+        1 << (x.size + y.size - 1).bit_length()
+    )  # all lags, so that no end meets the other log's beginning
 
     def spectrum(signal: Array | Mask) -> NDArray[np.complex128]:
         return np.fft.rfft(signal.astype(np.float64), size)

@@ -51,7 +51,9 @@ class Track:
         deviation = float(np.std(self.values)) or 1.0
         return (self.values - np.mean(self.values)) / deviation
 
-    def sampler(self, period: float, *, plain: bool = False) -> Callable[[Array], tuple[Array, Mask]]:
+    def sampler(
+        self, period: float, *, plain: bool = False
+    ) -> Callable[[Array], tuple[Array, Mask]]:
         """What samples the signal at given times, behind a low-pass where it is to be sampled more slowly.
 
         Args:
@@ -69,7 +71,9 @@ class Track:
         taps = low_pass_taps(period / self.period) if slower else np.ones(1)
         reach = len(taps) // 2  # rows that the filter takes from either end of a stretch
 
-        curves: list[tuple[float, float, Callable[[Array], Array]]] = []  # first and last time, and the curve
+        curves: list[
+            tuple[float, float, Callable[[Array], Array]]
+        ] = []  # first and last time, and the curve
         for start, stop in self.stretches:
             if stop - start <= 2 * reach + 4:
                 continue  # too short for a curve
@@ -126,7 +130,9 @@ def track_of(time: Array, values: Array, period: float) -> Track:
     time = time[finite]
     values = values[finite]
     if time.size < 2:
-        raise LogError(f"the column has {time.size} finite samples", remedy="Choose another column with --on")
+        raise LogError(
+            f"the column has {time.size} finite samples", remedy="Choose another column with --on"
+        )
 
     # Each sample's row: a short gap keeps its rows, a long gap none, since a stretch ends there.
     whole = np.rint(np.diff(time) / period)
@@ -138,7 +144,9 @@ def track_of(time: Array, values: Array, period: float) -> Track:
     every: Array = np.arange(int(row[-1]) + 1, dtype=np.float64)
 
     bounds: list[int] = [0, *row[1:][gaps].tolist(), every.size]
-    stretches = tuple((start, stop) for start, stop in itertools.pairwise(bounds) if stop - start > 1)
+    stretches = tuple(
+        (start, stop) for start, stop in itertools.pairwise(bounds) if stop - start > 1
+    )
     return Track(
         np.interp(every, row, time),
         np.interp(every, row, values),

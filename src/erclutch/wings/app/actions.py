@@ -15,7 +15,19 @@ from erclutch.wings.app.workspace import WorkspaceError, plain_name
 #: Signals of each device that a form asks for, in its order.
 ASKED: Mapping[str, tuple[str, ...]] = {
     "single": ("time", "field", "slip", "position", "effort", "temperature"),
-    "coaxial": ("time", "E1", "E2", "E", "theta", "theta_dot", "alpha", "alpha_dot", "alpha_raw", "T", "temperature"),
+    "coaxial": (
+        "time",
+        "E1",
+        "E2",
+        "E",
+        "theta",
+        "theta_dot",
+        "alpha",
+        "alpha_dot",
+        "alpha_raw",
+        "T",
+        "temperature",
+    ),
 }
 MEANING: Mapping[str, str] = {
     "time": "time stamps",
@@ -49,8 +61,18 @@ READING: tuple[tuple[str, str, str], ...] = (
 )
 #: What a form says of a fit: option, label, what it means, its default.
 FITTING: tuple[tuple[str, str, str, str], ...] = (
-    ("models", "More models", "names as in a ranking, with spaces between, also with other stages", ""),
-    ("lag", "Lags and memory", "auto: as far as the data ask for it; none; or stages joined by +", "auto"),
+    (
+        "models",
+        "More models",
+        "names as in a ranking, with spaces between, also with other stages",
+        "",
+    ),
+    (
+        "lag",
+        "Lags and memory",
+        "auto: as far as the data ask for it; none; or stages joined by +",
+        "auto",
+    ),
     ("test", "Held out", "share of the rows, at the end of the log", "0.3"),
     ("seed", "Seed", "the same seed gives the same figures", "0"),
 )
@@ -58,7 +80,9 @@ FITTING: tuple[tuple[str, str, str, str], ...] = (
 _NEEDED = ("time", "effort", "T")
 _OPTION = re.compile(r"--([A-Za-z][\w-]*)(?:[ =](?=[\"'A-Z0-9]|none\b|drop\b|all\b|\S*[+/]))?")
 _OPTION_AND_VALUE = re.compile(r"""(--[\w-]+) ('[^']*'|"[^"]*"|\S+)""")
-_ALL_ASKED = re.compile(rf"Give them all, with your columns in place of these: ((?:{_OPTION_AND_VALUE.pattern} ?)+)")
+_ALL_ASKED = re.compile(
+    rf"Give them all, with your columns in place of these: ((?:{_OPTION_AND_VALUE.pattern} ?)+)"
+)
 #: Of exports in C: their controllers are most often without double.
 SINGLE_TARGETS = ("c", "cpp")
 
@@ -86,7 +110,11 @@ def on_page(text: str) -> str:
 
 def _chosen_below(asked: re.Match[str]) -> str:
     """What a page asks for in place of an option for each open signal: those with a hole stay to be chosen."""
-    known = [f"{option} {value}" for option, value in _OPTION_AND_VALUE.findall(asked[1]) if "COLUMN" not in value]
+    known = [
+        f"{option} {value}"
+        for option, value in _OPTION_AND_VALUE.findall(asked[1])
+        if "COLUMN" not in value
+    ]
     likely = f", such as {' '.join(known)}" if known else ""
     return f"Choose a column for each below{likely}; the foot of this page draws them"
 
@@ -153,7 +181,9 @@ def chosen_of(form: Mapping[str, str]) -> Chosen:
     """
     device = form.get("device", "single")
     if device not in ASKED:
-        raise WorkspaceError(f"there is no device {device[:40]!r}", remedy=f"Choose {' or '.join(ASKED)}")
+        raise WorkspaceError(
+            f"there is no device {device[:40]!r}", remedy=f"Choose {' or '.join(ASKED)}"
+        )
     columns: dict[str, str] = {}
     for signal in ASKED[device]:
         column = form.get(f"column.{signal}", "")
@@ -185,7 +215,9 @@ def query_of(run: Mapping[str, Any], *, of_another_log: bool = False) -> str:
     device = str(run["device"])
     form = {f"given.{signal}": reading.get(signal.lower()) for signal in ASKED.get(device, ())}
     for option, _, _ in READING:
-        if option == "map" or (of_another_log and option in _OF_ONE_LOG):  # the mapping may have changed since
+        if option == "map" or (
+            of_another_log and option in _OF_ONE_LOG
+        ):  # the mapping may have changed since
             continue
         value = reading.get({"from": "begin", "until": "end"}.get(option, option), "")
         form[option] = value[0] if isinstance(value, list | tuple) and value else value
@@ -208,7 +240,9 @@ def label(column: str, unit: str, turned: bool) -> str:
 
 def _text(text: str) -> str:
     if not text.isprintable() or len(text) > 200:
-        raise WorkspaceError(f"{text[:40]!r} is too long or has control characters", remedy="Write a short text")
+        raise WorkspaceError(
+            f"{text[:40]!r} is too long or has control characters", remedy="Write a short text"
+        )
     return text.strip()
 
 
@@ -243,7 +277,9 @@ def _models(form: Mapping[str, str]) -> list[str]:
     ticked = [_text(name.removeprefix("model.")) for name in form if name.startswith("model.")]
     models = [*ticked, *_text(form.get("models", "")).split()] or ["all"]
     if any(model.startswith("-") for model in models):
-        raise WorkspaceError(f"{' '.join(models)[:40]!r} are no models", remedy="See erclutch laws for their names")
+        raise WorkspaceError(
+            f"{' '.join(models)[:40]!r} are no models", remedy="See erclutch laws for their names"
+        )
     return models
 
 

@@ -116,7 +116,9 @@ class Desk:
         result: str | None = None,
     ) -> Response:
         if self.jobs.full:
-            raise WorkspaceError("four commands run already", remedy="Wait for one of them, or cancel one")
+            raise WorkspaceError(
+                "four commands run already", remedy="Wait for one of them, or cancel one"
+            )
         job = self.jobs.begin(title, words, result=result, back=origin(request))
         return RedirectResponse(f"/job/{job.number}", 303)
 
@@ -139,7 +141,9 @@ class Desk:
         job = self.jobs.get(request.path_params["number"])
         if job is None:
             problem = "there is no such job: the server was started anew, or it was long ago"
-            raise NotThereError(problem, remedy="Look into the overview: what a command wrote is there")
+            raise NotThereError(
+                problem, remedy="Look into the overview: what a command wrote is there"
+            )
         return job
 
     def _kind(self, name: str) -> str:
@@ -157,7 +161,10 @@ def _communicate(process: Any) -> tuple[bytes, bytes]:
 
     timer = threading.Timer(_PATIENCE, process.kill)
     timer.start()
-    kept, process.stdin = process.stdin, None  # `communicate` would close it, and so end the command
+    kept, process.stdin = (
+        process.stdin,
+        None,
+    )  # `communicate` would close it, and so end the command
     try:
         with contextlib.suppress(subprocess.TimeoutExpired):
             return process.communicate()
@@ -184,7 +191,9 @@ def fields(text: str) -> dict[str, str]:
     try:
         return dict(parse_qsl(text, keep_blank_values=True, max_num_fields=500))
     except ValueError as error:
-        raise WorkspaceError("the form has too many fields", remedy="Go back and send fewer") from error
+        raise WorkspaceError(
+            "the form has too many fields", remedy="Go back and send fewer"
+        ) from error
 
 
 def origin(request: Request) -> str:

@@ -100,7 +100,9 @@ class Job:
         """running, done, cancelled or failed."""
         if self.code is None:
             return "running"
-        if self.code == 0 or (self.whole and self.output):  # a log that is not understood has been looked at
+        if self.code == 0 or (
+            self.whole and self.output
+        ):  # a log that is not understood has been looked at
             return "done"
         return "cancelled" if self.cancelled else "failed"
 
@@ -201,7 +203,9 @@ class Jobs:
         job = self._looks.get(key)
         if job is None or job.state in ("cancelled", "failed"):
             if sum(each.code is None and each.whole for each in self) >= _MOST_LOOKING:
-                raise WorkspaceError("four logs are being looked at", remedy="Wait for one of them, then reload")
+                raise WorkspaceError(
+                    "four logs are being looked at", remedy="Wait for one of them, then reload"
+                )
             job = self._looks[key] = self.begin(title, words, back=back, whole=True)
         for old in list(self._looks)[:-_MOST_LOOKS]:
             del self._looks[old]
@@ -226,7 +230,13 @@ def start(words: Sequence[str], folder: Path) -> subprocess.Popen[bytes]:
         "PYTHONUNBUFFERED": "1",
         "ERCLUTCH_PROGRESS": "lines",
     }
-    command = [sys.executable, "-P", "-m", "erclutch.wings.app.jobs", *words]  # -P: no module out of the folder
+    command = [
+        sys.executable,
+        "-P",
+        "-m",
+        "erclutch.wings.app.jobs",
+        *words,
+    ]  # -P: no module out of the folder
     pipe = subprocess.PIPE
     # A group of its own, so that Ctrl-C at the server reaches it through the server alone; not a session of its own, to
     # which Linux would give processor time beside that of all others.

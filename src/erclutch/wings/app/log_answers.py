@@ -67,7 +67,9 @@ class LogAnswers(Desk):
             warned=any(text.startswith("warning") for text in found["findings"]),
             signals=signals,
             checks=any(signal["check"] for signal in signals),
-            sketches={column: polyline(values["sketch"]) for column, values in found["columns"].items()},
+            sketches={
+                column: polyline(values["sketch"]) for column, values in found["columns"].items()
+            },
             # What can be filled in, and what was.
             said=actions.SAID,
             about=about,
@@ -95,7 +97,9 @@ class LogAnswers(Desk):
         try:
             return JSONResponse(json.loads(job.output)["over_time"])
         except (ValueError, KeyError):
-            return JSONResponse({"problem": actions.on_page(last_line(job)) or "this takes a while: try again"})
+            return JSONResponse(
+                {"problem": actions.on_page(last_line(job)) or "this takes a while: try again"}
+            )
 
     async def _together(self, request: Request) -> Response:
         """Whether logs can be fitted together, in a sentence where they cannot."""
@@ -123,7 +127,9 @@ class LogAnswers(Desk):
     async def _say_of_log(self, request: Request, form: Form) -> Response:
         name = self._space.path(request.path_params["name"]).name
         about = {key: form.get(f"about.{key}") for key, _, _ in actions.SAID}
-        await run_in_threadpool(self._space.keep_about, name, about_with(self._space.about(name), **about))
+        await run_in_threadpool(
+            self._space.keep_about, name, about_with(self._space.about(name), **about)
+        )
         return RedirectResponse(f"/log/{quoted(name)}?{urlencode(form)}", 303)
 
     async def _score_here(self, request: Request, form: Form) -> Response:
@@ -149,7 +155,11 @@ class LogAnswers(Desk):
         alike = None
         if older != name and set(form) <= {"known"}:
             beside = f"{older}.toml"
-            alike = f"map={quote(beside)}" if beside in mappings else self._last_reading(older, of_another_log=True)
+            alike = (
+                f"map={quote(beside)}"
+                if beside in mappings
+                else self._last_reading(older, of_another_log=True)
+            )
 
         return {
             "models": {name: title_of(name) for name in (*shown_laws(), *PAPER_NETWORKS)},
@@ -187,7 +197,13 @@ class LogAnswers(Desk):
 
     async def _keep_mapping(self, request: Request, form: Form) -> Response:
         name = self._space.path(request.path_params["name"]).name
-        words = ["inspect", name, *actions.chosen_of(form).words(), "--write-mapping", f"{name}.toml"]
+        words = [
+            "inspect",
+            name,
+            *actions.chosen_of(form).words(),
+            "--write-mapping",
+            f"{name}.toml",
+        ]
         return self._begin(request, f"Keep how {name} is read", words)
 
     async def _fit(self, request: Request, form: Form) -> Response:
@@ -196,10 +212,16 @@ class LogAnswers(Desk):
         logs = [name, *(self._space.path(other).name for other in others)]
         run = plain_name(form.get("run", "").strip())
         if self._taken(run) and run == form.get("suggested"):
-            run = self._free_run(run)  # nobody chose that name: the page was open since the fit before
+            run = self._free_run(
+                run
+            )  # nobody chose that name: the page was open since the fit before
         if self._taken(run):
-            raise WorkspaceError("there is such a run already", where=run, remedy="Go back and give another name")
-        return self._begin(request, f"Fit models to {', '.join(logs)}", actions.fit_words(form, logs, run), run)
+            raise WorkspaceError(
+                "there is such a run already", where=run, remedy="Go back and give another name"
+            )
+        return self._begin(
+            request, f"Fit models to {', '.join(logs)}", actions.fit_words(form, logs, run), run
+        )
 
     def _taken(self, run: str) -> bool:
         """Whether a run of that name is there, or is being made."""

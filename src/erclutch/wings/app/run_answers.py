@@ -102,7 +102,9 @@ class RunAnswers(Desk):
         if not made.exists():
             code, _, said = await self._asked("report", name, "--out", str(made))
             if code:
-                raise WorkspaceError(said or "no report could be written", where=name, remedy="Fit the log again")
+                raise WorkspaceError(
+                    said or "no report could be written", where=name, remedy="Fit the log again"
+                )
         whole = f"{name}-report.{ending}" if "download" in request.query_params else None
         kind = "application/pdf" if ending == "pdf" else "text/html"
         return FileResponse(
@@ -123,7 +125,9 @@ class RunAnswers(Desk):
         target = form.get("target", "")
         out = self._space.free(actions.safe_stem(f"{name}-{model}-{target}"))
         words = ["export", name, f"--model={model}", f"--to={target}", "--out", out]
-        precision = form.get("precision") or ("float32" if target in actions.SINGLE_TARGETS else "float64")
+        precision = form.get("precision") or (
+            "float32" if target in actions.SINGLE_TARGETS else "float64"
+        )
         if precision == "float32":
             words += ["--precision=float32"]
         if "alarms" in form:
@@ -143,7 +147,11 @@ class RunAnswers(Desk):
             query = actions.query_of(run.body, of_another_log=not own)
             return RedirectResponse(f"/log/{quoted(log)}?{query}&score={quoted(name)}", 303)
         if what == "score":
-            return self._begin(request, f"Score the models of {name} on {log}", ["score", log, "--run", name, "--json"])
+            return self._begin(
+                request,
+                f"Score the models of {name} on {log}",
+                ["score", log, "--run", name, "--json"],
+            )
         out = self._space.free(f"{actions.safe_stem(f'{Path(log).stem}-{name}')}-estimate.csv")
         words = ["predict", log, "--run", name, f"--model={model}", "--band", "--out", out]
         return self._begin(request, f"Estimate {log} by {model} of {name}", words, out)
@@ -156,7 +164,9 @@ class RunAnswers(Desk):
         run = await run_in_threadpool(read_run, self._space.folder / name)
         run.entry(model)  # refuses a name that the run does not have
         if reason := _not_live(run.body["units"]):
-            raise WorkspaceError(reason, where=name, remedy="Fit a log of the TWIN, or run erclutch live on your rig")
+            raise WorkspaceError(
+                reason, where=name, remedy="Fit a log of the TWIN, or run erclutch live on your rig"
+            )
         rig = "twin-brake" if run.body["device"] == "single" else "twin"
         words = ["live", "--run", name, f"--model={model}", f"--rig={rig}"]
         return self._begin(request, f"{model} live on the digital TWIN", words)
@@ -165,9 +175,13 @@ class RunAnswers(Desk):
         ticked = [entry.name for entry in self._space.runs() if f"run.{entry.name}" in form]
         chosen = [self._space.path(run).name for run in ticked]
         if len(chosen) < 2:
-            raise WorkspaceError("fewer than two runs are chosen", remedy="Tick two runs or more, then compare")
+            raise WorkspaceError(
+                "fewer than two runs are chosen", remedy="Tick two runs or more, then compare"
+            )
         out = self._space.free("comparison.html")
-        return self._begin(request, f"Compare {', '.join(chosen)}", ["compare", *chosen, "--out", out], out)
+        return self._begin(
+            request, f"Compare {', '.join(chosen)}", ["compare", *chosen, "--out", out], out
+        )
 
 
 def _not_live(units: Mapping[str, str]) -> str:
@@ -203,8 +217,14 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
         return row
     chosen = next(each for each in body["ranking"] if each["name"] == chosen_name(body))
     names = [str(log["name"]) for log in body["logs"]]
-    row["logs"] = ", ".join(names) if len(names) <= _NAMED else f"{len(names)} logs, {names[0]} ... {names[-1]}"
-    row["rows"] = " ".join(sorted(log["sha256"] for log in body["logs"]))  # runs of the same rows can be compared
+    row["logs"] = (
+        ", ".join(names)
+        if len(names) <= _NAMED
+        else f"{len(names)} logs, {names[0]} ... {names[-1]}"
+    )
+    row["rows"] = " ".join(
+        sorted(log["sha256"] for log in body["logs"])
+    )  # runs of the same rows can be compared
     reading: Mapping[str, Any] = body.get("reading") or {}
     window = [str(reading.get(key, "")) for key in ("begin", "end", "skip")]
     test = str(body.get("settings", {}).get("test"))

@@ -31,7 +31,16 @@ from erclutch.wings.app.workspace import SHOWN, Entry, NotThereError
 from erclutch.wings.live.page.access import HEADERS, Access
 from erclutch.wings.live.page.page_server import Guard
 
-_SCRIPTS = ("app", "comparison", "framed_reports", "page", "reading_form", "running_job", "signal_plots", "upload")
+_SCRIPTS = (
+    "app",
+    "comparison",
+    "framed_reports",
+    "page",
+    "reading_form",
+    "running_job",
+    "signal_plots",
+    "upload",
+)
 #: Files that pages load, with the folder of the package that holds them.
 _STATIC = {
     "app.css": ("wings/app/templates", "text/css"),
@@ -114,7 +123,9 @@ class Workbench(LogAnswers, RunAnswers):
         if most > SHOWN:
             left_out = f"Of {most:,} entries of a kind the newest {SHOWN} are shown."
         results = results[:SHOWN]
-        exports = {each.name for each in results if (space.folder / each.name / "export.json").is_file()}
+        exports = {
+            each.name for each in results if (space.folder / each.name / "export.json").is_file()
+        }
         return self._page(
             "home",
             title="Overview",
@@ -185,7 +196,9 @@ class Workbench(LogAnswers, RunAnswers):
         path = self._space.path(request.path_params["name"])
         if path.is_dir():
             packed = await run_in_threadpool(workspace.zipped, path)
-            headers = {"content-disposition": f"attachment; filename*=utf-8''{quote(path.name)}.zip"}
+            headers = {
+                "content-disposition": f"attachment; filename*=utf-8''{quote(path.name)}.zip"
+            }
             return Response(packed, media_type="application/zip", headers=headers)
         return FileResponse(path, filename=path.name, media_type="application/octet-stream")
 
@@ -197,12 +210,16 @@ class Workbench(LogAnswers, RunAnswers):
         path = self._space.path(request.path_params["name"])
         if path.suffix != ".html" or not path.is_file():
             raise NotThereError("this is no page", where=path.name, remedy="Download it")
-        return FileResponse(path, media_type="text/html", headers={"content-security-policy": ALONE})
+        return FileResponse(
+            path, media_type="text/html", headers={"content-security-policy": ALONE}
+        )
 
     async def _static(self, request: Request) -> Response:
         name = request.path_params["name"]
         if name not in _STATIC:
-            raise NotThereError("there is no such file", where=name[:80], remedy="Go back to the overview")
+            raise NotThereError(
+                "there is no such file", where=name[:80], remedy="Go back to the overview"
+            )
         folder, kind = _STATIC[name]
         content = (files("erclutch") / folder / name).read_bytes()
         return Response(content, media_type=kind)

@@ -151,10 +151,14 @@ class Workspace:
             there, link = False, None
         if link is not None:
             problem = f"the folder holds {link}, and links in a folder are not followed"
-            raise NotThereError(problem, where=name, remedy="Put the file itself in the place of the link")
+            raise NotThereError(
+                problem, where=name, remedy="Put the file itself in the place of the link"
+            )
         if there:
             return path
-        raise NotThereError("the workspace has no such file or folder", where=name, remedy="Go back to the overview")
+        raise NotThereError(
+            "the workspace has no such file or folder", where=name, remedy="Go back to the overview"
+        )
 
     def run(self, name: str) -> Path:
         """The folder of a run that is in the workspace.
@@ -164,7 +168,9 @@ class Workspace:
         """
         path = self.path(name)
         if not (path / "run.json").is_file():
-            raise NotThereError("this is no run: it holds no run.json", where=name, remedy="Go back to the overview")
+            raise NotThereError(
+                "this is no run: it holds no run.json", where=name, remedy="Go back to the overview"
+            )
         return path
 
     def free(self, name: str) -> str:
@@ -190,7 +196,9 @@ class Workspace:
 
         stem, suffix = os.path.splitext(plain_name(name))
         numbered = re.compile(re.escape(stem) + r"-\d+" + re.escape(suffix))
-        namesakes = [entry for entry in self.logs() if entry.name == name or numbered.fullmatch(entry.name)]
+        namesakes = [
+            entry for entry in self.logs() if entry.name == name or numbered.fullmatch(entry.name)
+        ]
 
         name = self.free(name)
         partial = self.folder / f".{secrets.token_hex(8)}.part"
@@ -202,7 +210,11 @@ class Workspace:
                     size += len(piece)
                     if size > LARGEST:
                         remedy = "Copy it into the folder, and use erclutch fit there"
-                        raise WorkspaceError(f"the file is larger than {LARGEST >> 30} GiB", where=name, remedy=remedy)
+                        raise WorkspaceError(
+                            f"the file is larger than {LARGEST >> 30} GiB",
+                            where=name,
+                            remedy=remedy,
+                        )
                     file.write(piece)
                     digest.update(piece)
             if not size:
@@ -240,10 +252,14 @@ class Workspace:
         every = {**self._abouts(), log: said}
         try:
             with whole_file(self.folder / _ABOUT) as partial:
-                partial.write_text(json.dumps(every, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+                partial.write_text(
+                    json.dumps(every, indent=1, ensure_ascii=False) + "\n", encoding="utf-8"
+                )
         except OSError as error:
             problem = f"what is said of the log cannot be kept ({error.strerror or error})"
-            raise WorkspaceError(problem, where=log, remedy="Check the folder's permissions") from error
+            raise WorkspaceError(
+                problem, where=log, remedy="Check the folder's permissions"
+            ) from error
 
     def _abouts(self) -> dict[str, dict[str, str]]:
         with contextlib.suppress(OSError, ValueError, AttributeError):
@@ -283,10 +299,14 @@ class Workspace:
         try:
             put_new(path, target)
         except FileExistsError as error:
-            raise WorkspaceError("there is such a name already", where=new, remedy="Choose another name") from error
+            raise WorkspaceError(
+                "there is such a name already", where=new, remedy="Choose another name"
+            ) from error
         except OSError as error:
             problem = f"the run cannot be renamed ({error.strerror or error})"
-            raise WorkspaceError(problem, where=old, remedy="Check the folder's permissions") from error
+            raise WorkspaceError(
+                problem, where=old, remedy="Check the folder's permissions"
+            ) from error
 
 
 def plain_name(name: str) -> str:
@@ -299,9 +319,13 @@ def plain_name(name: str) -> str:
     has_bad_end = name.startswith((".", "-", " ")) or name.endswith((".", " "))
     if not name or has_bad_sign or has_bad_end:
         problem = f"{name!r} cannot be the name of a file here"
-        raise WorkspaceError(problem, remedy='Use letters, digits, "-", "_", "." and spaces; no "-" or "." in front')
+        raise WorkspaceError(
+            problem, remedy='Use letters, digits, "-", "_", "." and spaces; no "-" or "." in front'
+        )
     if len(name.encode()) > _LONGEST_NAME:
-        raise WorkspaceError(f"the name has more than {_LONGEST_NAME} bytes", where=name[:40], remedy="Shorten it")
+        raise WorkspaceError(
+            f"the name has more than {_LONGEST_NAME} bytes", where=name[:40], remedy="Shorten it"
+        )
     return name
 
 

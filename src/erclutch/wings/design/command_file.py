@@ -36,7 +36,13 @@ def columns_of(
     """Names and units of the columns, and the rows, shape (n, columns)."""
     time = np.arange(commands.speed.size) / rate
     if device == "pair":
-        names = (("time", "s"), ("E1", field_unit), ("E2", field_unit), ("theta_dot", "rad/s"), ("theta", "rad"))
+        names = (
+            ("time", "s"),
+            ("E1", field_unit),
+            ("E2", field_unit),
+            ("theta_dot", "rad/s"),
+            ("theta", "rad"),
+        )
         fields = (np.maximum(commands.field, 0.0), np.maximum(-commands.field, 0.0))
     else:
         unit = motion_unit(device)

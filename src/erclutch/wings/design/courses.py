@@ -238,7 +238,9 @@ class GrowingSequence:
 
         # Braking from here must end within the stroke, the heat and the time.
         braking = size // step  # rows of full braking before the last
-        way = (braking + 1) * size - step * (braking * (braking + 1) // 2)  # sum of the speeds until rest
+        way = (braking + 1) * size - step * (
+            braking * (braking + 1) // 2
+        )  # sum of the speeds until rest
         done = self.rows + np.arange(1, number + 1)
         if bounds.half_stroke < _FAR - 1:
             position = self.position + np.cumsum(speed + speed_before)

@@ -119,7 +119,9 @@ class Sensitivity:
             elements = (first, second)
         else:
             elements = (Element(fields, speeds),)
-        usual = zip(structure.extras, self.model.reference.extras, strict=True)  # further inputs stay as usual
+        usual = zip(
+            structure.extras, self.model.reference.extras, strict=True
+        )  # further inputs stay as usual
         return Dataset(
             device=structure.device,
             elements=elements,
@@ -205,14 +207,18 @@ class Knowledge:
         if wanted is not None:
             used, cells = used[wanted], cells[wanted]
         self._use = RowsOfUse.of(used, cells, grid)
-        self._looked_at: list[tuple[Stretch, tuple[Array, Cells]]] = []  # stretches, with their derivatives and cells
+        self._looked_at: list[
+            tuple[Stretch, tuple[Array, Cells]]
+        ] = []  # stretches, with their derivatives and cells
 
     def gains(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[float]:
         """What each stretch takes off the criterion: the logarithm of what is not known."""
         now = self.criterion(self.information, self.doubt)
         of_offers = self._rows(sequence, offers)
         self._looked_at = list(zip(offers, of_offers, strict=True))
-        return [now - self._after(derivatives, cells, self.weight) for derivatives, cells in of_offers]
+        return [
+            now - self._after(derivatives, cells, self.weight) for derivatives, cells in of_offers
+        ]
 
     def take(self, sequence: GrowingSequence, stretch: Stretch) -> None:
         """The stretch will be logged: one of those just looked at, or another."""
@@ -278,7 +284,9 @@ class Knowledge:
         if self.doubt is not None:
             self.doubt = self.doubt.plus(cells, derivatives, weight)
 
-    def _rows(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[tuple[Array, Cells]]:
+    def _rows(
+        self, sequence: GrowingSequence, offers: Sequence[Stretch]
+    ) -> list[tuple[Array, Cells]]:
         """Derivatives and cells of each stretch, with the states that the sequence leaves."""
         bounds = sequence.bounds
         fields, speeds = sequence.last(round(_WARM_UP * self._rate))

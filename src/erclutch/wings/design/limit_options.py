@@ -14,7 +14,9 @@ from erclutch.cli.quantities import SECONDS, quantity
 if TYPE_CHECKING:
     from erclutch.wings.design.limits import RigLimits
 
-_LIMITS = Group("Limits of the rig, in SI units (a damper's motion in m, others' in rad)", sort_key=2)
+_LIMITS = Group(
+    "Limits of the rig, in SI units (a damper's motion in m, others' in rad)", sort_key=2
+)
 _Number = Annotated[float | None, Parameter(group=_LIMITS)]
 
 

@@ -90,7 +90,9 @@ class RigLimits:
                 allowed = f"{low:g} or more" if high == math.inf else f"{low:g} to {high:g}"
                 raise SettingError(f"{option_of(name)} {limit:g}", remedy=f"Give {allowed}")
         if self.heat < math.inf and self.effort == math.inf:
-            raise SettingError(f"--heat {self.heat:g} without an effort", remedy="Give --largest-effort")
+            raise SettingError(
+                f"--heat {self.heat:g} without an effort", remedy="Give --largest-effort"
+            )
 
     def effort_at(self, field: Array, speed: Array) -> Array:
         """The effort that the heat counts, N m or N, where a field is felt at a speed.
@@ -149,17 +151,25 @@ def limits_of_file(path: Path) -> dict[str, float]:
     try:
         body = toml_of(small_file(path))
     except (OSError, ValueError, RecursionError) as error:
-        raise SettingError(plain_words(error), where=where, remedy="Give a TOML file with a table [limits]") from error
+        raise SettingError(
+            plain_words(error), where=where, remedy="Give a TOML file with a table [limits]"
+        ) from error
     table: Any = body.get("limits")
     known = [field.name for field in fields(RigLimits)]
     if not isinstance(table, dict):
-        raise SettingError("it has no table [limits]", where=where, remedy=f"Write one with {', '.join(known)}")
+        raise SettingError(
+            "it has no table [limits]", where=where, remedy=f"Write one with {', '.join(known)}"
+        )
     limits: dict[str, float] = {}
     for name, limit in table.items():  # pyright: ignore[reportUnknownVariableType]
         if name not in known:
-            raise SettingError(f"[limits] has {name!r}", where=where, remedy=f"Names are {', '.join(known)}")
+            raise SettingError(
+                f"[limits] has {name!r}", where=where, remedy=f"Names are {', '.join(known)}"
+            )
         if isinstance(limit, bool) or not isinstance(limit, int | float):
-            raise SettingError(f"{name} = {limit!r}", where=where, remedy="Give a number in SI units")
+            raise SettingError(
+                f"{name} = {limit!r}", where=where, remedy="Give a number in SI units"
+            )
         limits[name] = float(limit)
     return limits
 

@@ -81,7 +81,9 @@ def law_of_run(folder: Path, name: str | None) -> LawOfRun:
             break
     else:
         problem = f"{laws[0]} has further inputs, and a sequence sets fields and motions alone"
-        raise SettingError(problem, where=str(folder), remedy="Name a law without them with --model")
+        raise SettingError(
+            problem, where=str(folder), remedy="Name a law without them with --model"
+        )
     kept = read_rows(run)
     rows = kept.data.take(~kept.test)
     return LawOfRun(chosen, model, outcome_of(run, chosen).estimates, rows)
@@ -117,7 +119,9 @@ class Expectation:
         kept = 1.0 - 1.0 / self.alike
         pairs: list[tuple[float, float]] = []
         shrinks: list[float] = (self.after / self.before).tolist()
-        for estimate, shrink, by_noise in zip(estimates, shrinks, self.by_noise.tolist(), strict=True):
+        for estimate, shrink, by_noise in zip(
+            estimates, shrinks, self.by_noise.tolist(), strict=True
+        ):
             half = 0.5 * (estimate.high - estimate.low)
             if not math.isfinite(half):
                 pairs.append((math.inf, math.nan))
@@ -186,7 +190,9 @@ def designed_for(
     if where is not None:
         wanted = where.rows(use)
     if not wanted.any():
-        raise SettingError("--where is a region that the limits do not reach", remedy="Give a nearer region")
+        raise SettingError(
+            "--where is a region that the limits do not reach", remedy="Give a nearer region"
+        )
     # What fills cells is chosen without knowledge, which then only says what the sequence teaches.
     of_knowledge = "I" if criterion == "fill" else criterion
     knowledge = Knowledge(law.model, law.rows, rate, of_knowledge, use, wanted)
@@ -239,7 +245,9 @@ def _by_noise(law: LawOfRun, errors: Array) -> Array:
     return QUANTILE * errors * np.array(moved)
 
 
-def cells_of_run(law: LawOfRun, limits: RigLimits, rate: float, seconds: float, *, one_way: bool) -> CellCounts:
+def cells_of_run(
+    law: LawOfRun, limits: RigLimits, rate: float, seconds: float, *, one_way: bool
+) -> CellCounts:
     """The cells that the rows of the run visit, within the limits: so counted, stretches are worth what is new."""
     cells = CellCounts(Bounds.of(limits, rate, seconds), rate, signed=law.pair, one_way=one_way)
     elements = law.rows.elements

@@ -166,7 +166,13 @@ class PaperStretches:
     """Draws stretches as section III-B draws its sequence: the field changes nearly all the time."""
 
     def __init__(
-        self, maker: StretchMaker, rng: np.random.Generator, rate: float, *, signed: bool, one_way: bool
+        self,
+        maker: StretchMaker,
+        rng: np.random.Generator,
+        rate: float,
+        *,
+        signed: bool,
+        one_way: bool,
     ) -> None:
         """Draw stretches as long as those of a maker, for its sequence."""
         self._maker = maker
@@ -204,7 +210,9 @@ def frequencies_of_paper(rate: float) -> tuple[float, float]:
     return min(2.0, 0.5 * highest), highest
 
 
-def fields_of_paper(bounds: Bounds, rng: np.random.Generator, rate: float, *, signed: bool) -> Ticks:
+def fields_of_paper(
+    bounds: Bounds, rng: np.random.Generator, rate: float, *, signed: bool
+) -> Ticks:
     """The random squares and sines of field of section III-B, for the rows of a sequence."""
     from erclutch.wings.rig.twin.excitation import FieldSettings, field_sequence
 

@@ -31,12 +31,16 @@ class Devices:
 
     def __init__(self) -> None:
         self.entered: dict[tuple[int, int], Any] = {}
-        self.before: Any = None  # what answered for user actuators before the first device was entered
+        self.before: Any = (
+            None  # what answered for user actuators before the first device was entered
+        )
 
     def add(self, device: Any) -> None:
         """Answer for a device's actuator from now on."""
         if device.key in self.entered:
-            raise ValueError(f"the actuator {device.effort!r} of this model has a device already: leave that one first")
+            raise ValueError(
+                f"the actuator {device.effort!r} of this model has a device already: leave that one first"
+            )
         if not self.entered:
             self.before = mujoco.get_mjcb_act_bias()
             mujoco.set_mjcb_act_bias(self.force)
@@ -177,7 +181,9 @@ class Actuator:
         # A millionth of a period is rounding of the time.
         if self._period is None or memory.samples <= (now - memory.start) / self._period + 1e-6:
             source = data.qpos if self._positions else data.qvel
-            values = [float(data.ctrl[i]) for i in self._fields] + [float(source[i]) for i in self._joints]
+            values = [float(data.ctrl[i]) for i in self._fields] + [
+                float(source[i]) for i in self._joints
+            ]
             memory.effort = memory.compiled.step(*values, *self.further)
             memory.flags = memory.compiled.flags
             memory.samples += 1

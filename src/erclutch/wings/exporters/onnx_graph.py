@@ -237,8 +237,12 @@ def onnx_model(step: ExportedStep, record: StepRecord) -> Any:
         emit.add("Concat", parts, "state_out", axis=0)
 
     about = printable(f"{step.model.title}: {step.model.name}. Inputs: {', '.join(step.inputs)}.")
-    graph = helper.make_graph(emit.nodes, step.name, inputs, outputs, emit.constants, doc_string=about)
-    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR_VERSION)
+    graph = helper.make_graph(
+        emit.nodes, step.name, inputs, outputs, emit.constants, doc_string=about
+    )
+    model = helper.make_model(
+        graph, opset_imports=[helper.make_opsetid("", OPSET)], ir_version=IR_VERSION
+    )
     model.producer_name = "erclutch"
     model.producer_version = __version__
     model.doc_string = about
@@ -251,7 +255,10 @@ def _unpack(emit: Emitter, record: Record) -> None:
     """The state's numbers under their names, a truth as one, and each register whole."""
     truths = [name for name, node in record.after.items() if node.kind == "truth"]
     registers = record.registers()
-    names = [f"number_{name}" if name in truths else f"before_{name}" for name in (*record.after, *registers)]
+    names = [
+        f"number_{name}" if name in truths else f"before_{name}"
+        for name in (*record.after, *registers)
+    ]
     lengths = [1] * len(record.after) + list(registers.values())
     emit.split("state", names, lengths)
     for name in truths:

@@ -97,7 +97,9 @@ class Fleet(Shown):
 
     def __repr__(self) -> str:
         most = f"most often {self.model or 'no model'}"
-        return one_line(self, self.folder.name, f"{self.devices} devices", f"{len(self.failed)} failed", most)
+        return one_line(
+            self, self.folder.name, f"{self.devices} devices", f"{len(self.failed)} failed", most
+        )
 
     def notebook_card(self) -> Card:
         """What a notebook shows: the fits of the model that is recommended most often, and who stands out."""
@@ -109,7 +111,16 @@ class Fleet(Shown):
         outlying = sorted({device for one in series for device in one.outliers})
         sentences = [f"Stands out: {named(tuple(outlying))}."] if outlying else []
         sentences += [f"{device} failed: {why}" for device, why in list(self.failed.items())[:3]]
-        header = ("device", "model", "parameters", "rmse", "rmse_low", "rmse_high", "effort_unit", "share")
+        header = (
+            "device",
+            "model",
+            "parameters",
+            "rmse",
+            "rmse_low",
+            "rmse_high",
+            "effort_unit",
+            "share",
+        )
         fits = [row for row in self.fits if row["model"] == self.model and not row["failed"]]
         columns = dict.fromkeys(key for row in self.parameters for key in row)
 
@@ -122,7 +133,9 @@ class Fleet(Shown):
             lambda: rows_as_frame(header, [[row.get(key) for key in header] for row in fits]),
             badge=badge_of_origins(self.origins),
             says=lambda: sentences,
-            frame=lambda: as_frame({key: [row.get(key) for row in self.parameters] for key in columns}),
+            frame=lambda: as_frame(
+                {key: [row.get(key) for row in self.parameters] for key in columns}
+            ),
             plots={"charts": charts},
         )
 
@@ -187,7 +200,9 @@ def fit_many(
     asked = replace(settings or Settings(), models=tuple(models), workers=1)
     files = _logs_of([logs] if isinstance(logs, str | Path) else logs)
     logs_by_device = _grouped(files, by, reading)
-    tasks = [DeviceTask(name, paths, asked, reading, device) for name, paths in logs_by_device.items()]
+    tasks = [
+        DeviceTask(name, paths, asked, reading, device) for name, paths in logs_by_device.items()
+    ]
     body = {
         "settings": asked.to_dict(),
         "reading": repr(reading),
@@ -221,10 +236,15 @@ def _fill(
 
     left = [task for task in tasks if task.name not in done]
     if left:
-        with saying_kept(done, len(tasks), f"logs are done and kept in {folder}"), task_pool(*where) as pool:
+        with (
+            saying_kept(done, len(tasks), f"logs are done and kept in {folder}"),
+            task_pool(*where) as pool,
+        ):
             for index, outcome in finished(pool, fit_device, left):
                 task = left[index]
-                if isinstance(outcome, Exception):  # its process died: it is tried again at the next start
+                if isinstance(
+                    outcome, Exception
+                ):  # its process died: it is tried again at the next start
                     outcome = _failed(task, str(outcome))
                 elif not {*_failed(task, "")} <= outcome.keys() or outcome["device"] != task.name:
                     outcome = _failed(task, "the worker gave what is not of this device")
@@ -261,7 +281,9 @@ def fit_device(task: DeviceTask) -> dict[str, Any]:
     try:
         body["sha256"] = _digests(task)
         body["modified"] = min(Path(path).stat().st_mtime for path in task.paths)
-        recordings = [recording for path in task.paths for recording in reading.read(path, task.device)]
+        recordings = [
+            recording for path in task.paths for recording in reading.read(path, task.device)
+        ]
         data = build_dataset(recordings, device=task.device, derivative=reading.derivative)
         comparison = compare(data, task.settings)
         laws = {entry.name: entry.outcome.model.law_part for entry in comparison.entries}
@@ -321,7 +343,9 @@ def _logs_of(paths: Sequence[str | Path]) -> list[Path]:
         else:
             files.append(path)
     if not files:
-        raise SettingError("there is no log", remedy=f"Give logs; they end in {', '.join(suffixes)}")
+        raise SettingError(
+            "there is no log", remedy=f"Give logs; they end in {', '.join(suffixes)}"
+        )
     return list(dict.fromkeys(path.resolve() for path in files))
 
 
@@ -372,12 +396,16 @@ def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
             held = json.loads(small_text(marker))
         except ValueError as error:
             if not force:
-                raise RunError(f"{MARKER}: {error}", where=str(folder), remedy="Give --force to begin anew") from error
+                raise RunError(
+                    f"{MARKER}: {error}", where=str(folder), remedy="Give --force to begin anew"
+                ) from error
     else:
         may_write(folder, False, MARKER, "a fleet")
     if isinstance(held, dict) and not force:
         kept = cast(dict[str, Any], held)
-        as_kept: dict[str, Any] = json.loads(json.dumps(body))  # lists for tuples, as they come back from the file
+        as_kept: dict[str, Any] = json.loads(
+            json.dumps(body)
+        )  # lists for tuples, as they come back from the file
         other = [key for key in body if kept.get(key) != as_kept[key]]
         if other:
             raise RunError(
@@ -414,7 +442,9 @@ def _kept(folder: Path, task: DeviceTask) -> dict[str, Any] | None:
     try:
         body = json.loads(small_text(_file(folder, task.name)))
         same = body["device"] == task.name and body["sha256"] == _digests(task)
-        unforeseen = str(body["failed"]).startswith("unforeseen")  # a defect of ours, which may be mended by now
+        unforeseen = str(body["failed"]).startswith(
+            "unforeseen"
+        )  # a defect of ours, which may be mended by now
         return body if same and not unforeseen else None
     except (OSError, ValueError, KeyError, TypeError):
         return None

@@ -49,7 +49,9 @@ def not_compared(series: Sequence[FleetSeries]) -> str:
     if not apart:
         return ""
     fields = next(iter(apart.values()))
-    logs = ", ".join(f"{device} ({reached:.3g})" for device, reached in list(fields.items())[:_NAMED])
+    logs = ", ".join(
+        f"{device} ({reached:.3g})" for device, reached in list(fields.items())[:_NAMED]
+    )
     more = f" and {len(fields) - _NAMED} more" if len(fields) > _NAMED else ""
     numbers = ", ".join(apart)
     return f"{numbers}: at the largest field that was fitted; not compared there, with another field: {logs}{more}."
@@ -111,5 +113,7 @@ def write_fleet_report(fleet: Fleet, path: Path) -> Path:
     """
     text = fleet_html(fleet)
     with placed(path) as partial:
-        partial.write_text(text, encoding="utf-8", errors="backslashreplace")  # names may be no text
+        partial.write_text(
+            text, encoding="utf-8", errors="backslashreplace"
+        )  # names may be no text
     return path

@@ -19,7 +19,14 @@ from erclutch.files import whole_file
 from erclutch.fit.choice.standing import standing_of_run
 from erclutch.runs.written_run import unwritable
 from erclutch.signals.array import Array
-from erclutch.wings.fleet.fleet_statistics import OUTLYING, RMSE, FleetSeries, control_chart, outlier_scores, trend
+from erclutch.wings.fleet.fleet_statistics import (
+    OUTLYING,
+    RMSE,
+    FleetSeries,
+    control_chart,
+    outlier_scores,
+    trend,
+)
 
 Rows = list[dict[str, Any]]
 
@@ -62,7 +69,10 @@ class FleetTables:
             names = dict.fromkeys(key for row in rows for key in row)
             columns = {key: [row.get(key) for row in rows] for key in names}
             table = pa.table(columns)
-            with whole_file(folder / f"{name}.parquet", unwritable) as partial, partial.open("wb") as file:
+            with (
+                whole_file(folder / f"{name}.parquet", unwritable) as partial,
+                partial.open("wb") as file,
+            ):
                 pq.write_table(table, file)
 
 
@@ -85,7 +95,10 @@ def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) ->
         about = {**place, "logs": "; ".join(body["logs"]), "modified": modified}
         # A number of the name may be called as a column is, such as {device}.
         taken = (*about, *_NO_FIT, "failed")
-        about |= {f"{key} in name" if key in taken else key: number for key, number in body["values"].items()}
+        about |= {
+            f"{key} in name" if key in taken else key: number
+            for key, number in body["values"].items()
+        }
         run = body.get("run")
         if run is None:
             fits.append({**about, **_NO_FIT, "failed": body["failed"]})
@@ -116,7 +129,9 @@ def _order_of(devices: Sequence[Mapping[str, Any]], over: str) -> list[float]:
     if not any(over in body["values"] for body in devices):
         remedy = f"Give --name-pattern with {{{over}}} in it, or --over name, or --over mtime"
         failed = next((body["failed"] for body in devices if body["failed"]), "")
-        raise SettingError(f"no log has a number {over!r}{f'; {failed}' if failed else ''}", remedy=remedy)
+        raise SettingError(
+            f"no log has a number {over!r}{f'; {failed}' if failed else ''}", remedy=remedy
+        )
     return [float(body["values"].get(over, np.nan)) for body in devices]
 
 

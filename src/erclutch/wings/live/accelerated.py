@@ -25,7 +25,9 @@ from erclutch.wings.rig.twin.twin import PERIOD, substeps
 
 _WORDS = FRAME.itemsize // 8
 #: Where a sample's and a command's members lie, in words of 8 bytes.
-_SEQ, _TIME, _THETA, _ALPHA, _TORQUE = word_places(SAMPLE, "seq", "time_ns", "theta", "alpha", "torque")
+_SEQ, _TIME, _THETA, _ALPHA, _TORQUE = word_places(
+    SAMPLE, "seq", "time_ns", "theta", "alpha", "torque"
+)
 _FIELD1, _FIELD2, _MOTOR = word_places(COMMAND, "field1", "field2", "motor_torque")
 
 

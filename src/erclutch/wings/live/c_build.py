@@ -20,7 +20,18 @@ SOURCES = Path(__file__).parent / "c"
 #: No -ffast-math, ever: it would delete the guards against NaN.
 FLAGS = ("-std=c11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wconversion")
 #: Only what has no input or output: for tests, accelerated runs and comparison.
-_PARTS = ("core", "config", "sensors", "turned", "plausible", "control", "torque", "inverse", "interlock", "packet")
+_PARTS = (
+    "core",
+    "config",
+    "sensors",
+    "turned",
+    "plausible",
+    "control",
+    "torque",
+    "inverse",
+    "interlock",
+    "packet",
+)
 CORE = tuple(f"erc_{part}.c" for part in _PARTS)
 
 
@@ -125,7 +136,9 @@ def cached(target: Path, make: Callable[[Path], Path]) -> Path:
             os.replace(note, _digest_of(target))
     except OSError as error:
         raise CompilerError(
-            f"cannot compile: {error}", where=str(target.parent), remedy="Set ERCLUTCH_CACHE to a folder for it"
+            f"cannot compile: {error}",
+            where=str(target.parent),
+            remedy="Set ERCLUTCH_CACHE to a folder for it",
         ) from error
     return target
 

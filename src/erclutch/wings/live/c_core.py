@@ -32,11 +32,15 @@ class _Model:
             ]
             reset = library.erc_model_reset
         except (OSError, AttributeError) as error:
-            raise RunError(f"no compiled model: {error}", where=str(path), remedy="Export the model again") from error
+            raise RunError(
+                f"no compiled model: {error}", where=str(path), remedy="Export the model again"
+            ) from error
         self._memory = np.zeros(size + 16, np.uint8)
         state = ctypes.c_void_p((self._memory.ctypes.data + 15) & ~15)
         reset(state)
-        self.pointers = (ctypes.c_void_p * 5)(step, inverse, back, state.value, steady)  # ``erc_model``
+        self.pointers = (ctypes.c_void_p * 5)(
+            step, inverse, back, state.value, steady
+        )  # ``erc_model``
 
 
 @cache

@@ -59,7 +59,9 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
         self.page: PageProcess | None = None
         if page:
             limits = CommandLimits(tuple(name for name, *_ in programs), motor_limit)
-            texts = [{"name": name, "text": text, "reference": unit} for name, text, unit in programs]
+            texts = [
+                {"name": name, "text": text, "reference": unit} for name, text, unit in programs
+            ]
             shown = {"programs": texts, "stroke": stroke, "lead": lead}
             self.page = PageProcess(str(ring), limits, port=port, shown=shown)
         self._thread = threading.Thread(target=self._look_after, daemon=True)

@@ -54,9 +54,12 @@ def _main(step: ExportedStep, rows: int, plain: bool) -> str:
     n = step.name
     p = step.precision
     form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
-    given = "\n".join(f"        input.{name} = number(samples[i][{place}]);" for place, name in enumerate(INPUTS))
+    given = "\n".join(
+        f"        input.{name} = number(samples[i][{place}]);" for place, name in enumerate(INPUTS)
+    )
     compared = "\n".join(
-        f"        good &= is_same(output.{name}, answers[i][{place}]);" for place, name in enumerate(OUTPUTS)
+        f"        good &= is_same(output.{name}, answers[i][{place}]);"
+        for place, name in enumerate(OUTPUTS)
     )
     shown = ", ".join(f"bits_of(output.{name})" for name in OUTPUTS)
     every, turns, tuned = rows, "", ""
@@ -64,7 +67,9 @@ def _main(step: ExportedStep, rows: int, plain: bool) -> str:
         every = rows // 4
         turns = f"settings.observer = 1u + (i / {every}u) % 3u;"
         values = {"gain_rate": "2", "integral_rate": "5", "drive_inertia": f"1 / ({n}_real)4096"}
-        tuned = "\n".join(f"    settings.{name} = ({n}_real){value};" for name, value in values.items())
+        tuned = "\n".join(
+            f"    settings.{name} = ({n}_real){value};" for name, value in values.items()
+        )
     return f"""int main(void)
 {{
     static {n}_controller controller;

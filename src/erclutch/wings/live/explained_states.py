@@ -93,7 +93,10 @@ def events_of(settings: LoopSettings = _PUSH) -> dict[str, tuple[Period, ...]]:
         "the rig's watchdog acted": (Period(status=CONSTANTS["ERC_STATUS_WATCHDOG"]),),
         "order: zero fields": (_ordered(Order.ZERO),),
         "order: reset": (_ordered(Order.RESET),),
-        "order: reset, without a sample since": (Period(good=False), _ordered(Order.RESET, good=False)),
+        "order: reset, without a sample since": (
+            Period(good=False),
+            _ordered(Order.RESET, good=False),
+        ),
         "order: run a program": (_ordered(Order.PROGRAM),),
         "order: run a program that is not there": (_ordered(Order.PROGRAM, 9.0),),
         "order: stop, a signal, or the parent is gone": (_ordered(Order.STOP),),

@@ -50,7 +50,9 @@ def _structs() -> dict[str, np.dtype[Any]]:
         for kind, names in _MEMBERS.findall(body):
             for member in names.split(", "):
                 name, _, length = member.rstrip("]").partition("[")
-                count = CONSTANTS[length] if length in CONSTANTS else int(length or 0)  # 0: no array
+                count = (
+                    CONSTANTS[length] if length in CONSTANTS else int(length or 0)
+                )  # 0: no array
                 if kind == "char":
                     fields.append((name, f"S{count}"))
                 elif count:
@@ -87,13 +89,18 @@ class SettingNote:
     @property
     def wanted(self) -> str:
         """How it may be, in words."""
-        least = {"ABOVE_ZERO": "a number above 0", "FROM_ZERO": "0 or a number above", "SIGNED": "a finite number"}
+        least = {
+            "ABOVE_ZERO": "a number above 0",
+            "FROM_ZERO": "0 or a number above",
+            "SIGNED": "a finite number",
+        }
         return f"{least[self.kind]}, at most {MOST:g}"
 
 
 #: The numbers that a loop is set by, in the order of the configuration.
 SETTINGS: dict[str, SettingNote] = {
-    name: SettingNote(kind, unit, meaning) for kind, name, unit, meaning in _SETTING.findall(_SETTINGS)
+    name: SettingNote(kind, unit, meaning)
+    for kind, name, unit, meaning in _SETTING.findall(_SETTINGS)
 }
 #: No setting is larger, and none that has to be above zero is smaller.
 MOST = float(re.findall(r"#define ERC_MOST (\S+)", _HEADER)[0])
@@ -137,7 +144,9 @@ def frames_of(channels: Sequence[LiveChannel]) -> np.dtype[Any]:
     places = [*first, *(channel.slot for channel in channels), *last]
     formats = [members[place][0] for place in places]
     offsets = [members[place][1] for place in places]
-    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": FRAME.itemsize})
+    return np.dtype(
+        {"names": names, "formats": formats, "offsets": offsets, "itemsize": FRAME.itemsize}
+    )
 
 
 def sealed(record: np.ndarray[Any, np.dtype[Any]]) -> bytes:

@@ -49,8 +49,12 @@ def live_model(
     for name in ("effort", "field", "slip"):
         own, of_rig = (getattr(each, name) for each in (model.units, units or model.units))
         if own != of_rig and UNKNOWN not in (own, of_rig):
-            problem = f"the model's {name} is in {own or '1'}, and that of the rig in {of_rig or '1'}"
-            remedy = "Give a model of the rig's device, or play the model's log: --rig replay --log LOG"
+            problem = (
+                f"the model's {name} is in {own or '1'}, and that of the rig in {of_rig or '1'}"
+            )
+            remedy = (
+                "Give a model of the rig's device, or play the model's log: --rig replay --log LOG"
+            )
             raise SettingError(problem, where=str(path), remedy=remedy)
     from erclutch.export import ExportOptions, step_of
 

@@ -72,7 +72,9 @@ def standard_programs(
         return tuple(programs)
 
     if device == "single":
-        held = min(motor, _as_shown(_HELD * effort))  # by motor and brake: a stronger motor runs away
+        held = min(
+            motor, _as_shown(_HELD * effort)
+        )  # by motor and brake: a stronger motor runs away
         programs += _torques(held, _SWING * held, _SWING * held, held)
         # The motor is the hand: it pushes into the wall and pulls back by less, so that it comes again.
         rows = 2000
@@ -141,9 +143,17 @@ def _trackings(rig: RigParameters, motor: float) -> tuple[LoopProgram, ...]:
         )
 
     return (
-        tracking("tracking-slow", Waveform.SINE, angle * 1.0, 0.4, f"{mm:.0f} mm at 0.4 Hz, equation 23"),
+        tracking(
+            "tracking-slow", Waveform.SINE, angle * 1.0, 0.4, f"{mm:.0f} mm at 0.4 Hz, equation 23"
+        ),
         tracking("tracking-fast", Waveform.SINE, angle * 0.2, 2.0, f"{0.2 * mm:.0f} mm at 2 Hz"),
-        tracking("step", Waveform.SQUARE, angle * 0.125, 0.5, f"steps of {0.25 * mm:.0f} mm about where it is"),
+        tracking(
+            "step",
+            Waveform.SQUARE,
+            angle * 0.125,
+            0.5,
+            f"steps of {0.25 * mm:.0f} mm about where it is",
+        ),
     )
 
 
@@ -164,7 +174,9 @@ def _excitations(
         soft: float,
         meaning: str,
     ) -> LoopProgram:
-        return LoopProgram(name, Mode.FIELDS, Waveform.TABLE, table=table, soft=soft, repeat=True, meaning=meaning)
+        return LoopProgram(
+            name, Mode.FIELDS, Waveform.TABLE, table=table, soft=soft, repeat=True, meaning=meaning
+        )
 
     sines = field_table(rig, rows, seed, motor=motor, sines=1.0)
     squares = field_table(rig, rows, seed, sines=0.0)
@@ -172,7 +184,9 @@ def _excitations(
         for table in (sines, squares):
             table[:, 0] += table[:, 1]
             table[:, 1] = 0.0
-            table[:, 2] = drive * both_ways_torque(rows, np.random.default_rng(seed))  # else it runs away
+            table[:, 2] = drive * both_ways_torque(
+                rows, np.random.default_rng(seed)
+            )  # else it runs away
     if not drive:
         return (
             repeated("sine", sines, 0.0, "random sines of field, IV-B"),
@@ -182,7 +196,12 @@ def _excitations(
     return (
         repeated("sine", sines, soft, f"random sines of field at {how} motor torque, IV-B"),
         repeated("square", squares, soft, "random squares of field and of motor torque, IV-B"),
-        repeated("zero-field", half_sine_table(rig, rows, seed), 0.0, "no field, half sines of motor torque, IV-D"),
+        repeated(
+            "zero-field",
+            half_sine_table(rig, rows, seed),
+            0.0,
+            "no field, half sines of motor torque, IV-D",
+        ),
     )
 
 
@@ -227,7 +246,10 @@ def starting_with(programs: Sequence[LoopProgram], name: str) -> tuple[LoopProgr
     first = [program for program in programs if program.name == name]
     others = [program for program in programs if program.name != name]
     if not first:
-        known = [*(program.name for program in programs), "learn"]  # rounds, which the command plays itself
+        known = [
+            *(program.name for program in programs),
+            "learn",
+        ]  # rounds, which the command plays itself
         remedy = f"{did_you_mean(name, known)}Choose one of {', '.join(known)}"
         raise SettingError(f"there is no program {name!r}", remedy=remedy)
     return (*first, *others)
@@ -235,10 +257,19 @@ def starting_with(programs: Sequence[LoopProgram], name: str) -> tuple[LoopProgr
 
 def recorded(commands: Array) -> LoopProgram:
     """The commands of a recording again, each with its own row: fields and motor torque, shape (n, 3)."""
-    return LoopProgram("recording", Mode.FIELDS, Waveform.TABLE, table=commands, by_sample=True, meaning="as recorded")
+    return LoopProgram(
+        "recording",
+        Mode.FIELDS,
+        Waveform.TABLE,
+        table=commands,
+        by_sample=True,
+        meaning="as recorded",
+    )
 
 
-def field_table(rig: RigParameters, rows: int, seed: int, *, motor: float | None = None, **changes: float) -> Array:
+def field_table(
+    rig: RigParameters, rows: int, seed: int, *, motor: float | None = None, **changes: float
+) -> Array:
     """Random fields of section IV-B and motor torque: E1, E2, N m, shape (rows, 3).
 
     Args:
@@ -269,7 +300,9 @@ def shaft_angle(rig: RigParameters, share: float) -> float:
     return share * stroke_end(rig)
 
 
-def rig_settings(rig: RigParameters, programs: Sequence[LoopProgram], **changes: Any) -> LoopSettings:
+def rig_settings(
+    rig: RigParameters, programs: Sequence[LoopProgram], **changes: Any
+) -> LoopSettings:
     """Settings with the limits of a rig's supply and drive, and with how its healthy sides can move.
 
     Args:

@@ -15,7 +15,11 @@ from erclutch.wings.rig.rig_plugins import GROUP
 
 if TYPE_CHECKING:
     from erclutch.cli.options import LogOptions
-    from erclutch.wings.live.command_line.live_options import ControlOptions, LoopOptions, RigOptions
+    from erclutch.wings.live.command_line.live_options import (
+        ControlOptions,
+        LoopOptions,
+        RigOptions,
+    )
     from erclutch.wings.live.session import RigChoice
     from erclutch.wings.live.settings import LoopProgram
     from erclutch.wings.rig.interface import SteppedRig

@@ -21,7 +21,13 @@ from erclutch.errors import SettingError
 
 Kind = Literal["zero", "reset", "program", "motor", "record"]
 #: Each command, and the one key that it has beside it.
-_KEYS: Mapping[str, str] = {"zero": "", "reset": "", "program": "name", "motor": "torque", "record": "on"}
+_KEYS: Mapping[str, str] = {
+    "zero": "",
+    "reset": "",
+    "program": "name",
+    "motor": "torque",
+    "record": "on",
+}
 #: Longest message in bytes.
 LONGEST = 256
 
@@ -99,7 +105,10 @@ def _value(key: str, given: Any, limits: CommandLimits) -> float:
             raise CommandError("a motor torque that is no number", remedy="Send N m")
         # An integer of any length compares exactly; only what is in range becomes a float.
         if not -limits.motor <= given <= limits.motor:
-            raise CommandError("a motor torque out of range", remedy=f"Send at most {limits.motor:g} N m either way")
+            raise CommandError(
+                "a motor torque out of range",
+                remedy=f"Send at most {limits.motor:g} N m either way",
+            )
         return float(given)
     if key == "on" and not isinstance(given, bool):
         raise CommandError("'on' is neither true nor false", remedy="Send true or false")

@@ -35,7 +35,11 @@ _NAME = re.compile(r"[a-z][a-z0-9_]{0,22}")
 _REMEDY = "Give the ring of a session of this version of erclutch"
 _NO_CHANNELS = "its table of channels is none"
 _HEAD_AT = (HEADER.fields or {})["head"][1]
-_SENSORS = {"torque-doubted": "torque meter", "theta-doubted": "drive encoder", "alpha-doubted": "output encoder"}
+_SENSORS = {
+    "torque-doubted": "torque meter",
+    "theta-doubted": "drive encoder",
+    "alpha-doubted": "output encoder",
+}
 _FAULTS = {
     "sample-invalid": "gives no number",
     "out-of-range": "reads what cannot be",
@@ -52,7 +56,9 @@ def doubt_in_words(trip: str) -> str:
     faults = [fault for name, fault in _FAULTS.items() if name in names]
     if not sensors:
         return ""
-    if {"torque-doubted", "alpha-doubted", "disagrees"} <= {*names}:  # torque and motion of the output are compared
+    if {"torque-doubted", "alpha-doubted", "disagrees"} <= {
+        *names
+    }:  # torque and motion of the output are compared
         return "The torque meter and the output encoder contradict each other, and one of them is wrong"
     fault = " or ".join(faults) or "is in doubt"
     sentence = f"{' or '.join(sensors)} {fault}"
@@ -190,7 +196,12 @@ class RingReader:
     def _checked(self) -> RingInfo:
         header = self._header[0]
         size = HEADER.itemsize + int(header["capacity"]) * FRAME.itemsize
-        marks = (int(header["magic"]), int(header["version"]), int(header["frame_size"]), len(self._map))
+        marks = (
+            int(header["magic"]),
+            int(header["version"]),
+            int(header["frame_size"]),
+            len(self._map),
+        )
         if marks != (_MAGIC, _VERSION, FRAME.itemsize, size) or int(header["capacity"]) < 2:
             raise RingError(
                 f"this is no ring of version {_VERSION} (magic, version, size of a frame, bytes: {marks})",
@@ -213,14 +224,21 @@ class RingReader:
             raise RingError(_NO_CHANNELS, where=str(self.path), remedy=_REMEDY)
         channels: list[LiveChannel] = []
         for entry in table[:count]:
-            texts = {name: bytes(entry[name]).decode(errors="replace") for name in table.dtype.names}
+            texts = {
+                name: bytes(entry[name]).decode(errors="replace") for name in table.dtype.names
+            }
             channels.append(LiveChannel(**texts))
         try:
             frames_of(channels)
         except ValueError as error:  # a slot that is none, or a name twice
             raise RingError(_NO_CHANNELS, where=str(self.path), remedy=_REMEDY) from error
         for channel in channels:
-            named = _NAME.fullmatch(channel.name) and channel.name not in (*_FIXED, "time", "lateness", "step")
+            named = _NAME.fullmatch(channel.name) and channel.name not in (
+                *_FIXED,
+                "time",
+                "lateness",
+                "step",
+            )
             if not named or channel.role not in ROLES or not is_written_well(channel.unit):
                 raise RingError(_NO_CHANNELS, where=str(self.path), remedy=_REMEDY)
         return tuple(channels)
@@ -323,10 +341,14 @@ def _mapped(path: Path) -> mmap.mmap:
     try:
         with open(path, "rb") as file:
             if os.fstat(file.fileno()).st_size < HEADER.itemsize:
-                raise RingError("too short for a ring", where=str(path), remedy="Give the ring of a session")
+                raise RingError(
+                    "too short for a ring", where=str(path), remedy="Give the ring of a session"
+                )
             return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise RingError(
-            f"the ring cannot be opened: {reason}", where=str(path), remedy="Is the session still running?"
+            f"the ring cannot be opened: {reason}",
+            where=str(path),
+            remedy="Is the session still running?",
         ) from error

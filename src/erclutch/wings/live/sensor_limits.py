@@ -42,7 +42,12 @@ _BREAKS_AWAY = 1.3 * 1.06
 _SLOWEST_METER = 200.0
 #: s: a loop that reads its meter more seldom does not see what the torque does meanwhile where a clutch locks.
 _LONGEST_PERIOD = 1.5e-3
-_NOT_COMPARED: dict[str, float] = {"load_inertia": 0.0, "load_friction": 0.0, "load_drag": 0.0, "load_band": 0.0}
+_NOT_COMPARED: dict[str, float] = {
+    "load_inertia": 0.0,
+    "load_friction": 0.0,
+    "load_drag": 0.0,
+    "load_band": 0.0,
+}
 
 
 def torque_limits(effort: float, band: float, period: float) -> dict[str, float]:
@@ -66,7 +71,11 @@ def free_output(
     Then torque and motion tell of each other. A hand, a spring or a weight on the output needs no sensor to be wrong.
     Nor does a table that is loose on its screw, a slow meter, or one that is seldom read: there nothing is compared.
     """
-    if rig.value("screw.backlash") > rig.value("sensors.table_step") or _is_slow(rig) or period > _LONGEST_PERIOD:
+    if (
+        rig.value("screw.backlash") > rig.value("sensors.table_step")
+        or _is_slow(rig)
+        or period > _LONGEST_PERIOD
+    ):
         return _NOT_COMPARED
     acceleration = acceleration_noise(derivative or USUAL_FILTER, period)
     return _free_load(rig, "screw", rig.value("screw.load_inertia"), alpha_count(rig), acceleration)
@@ -144,9 +153,15 @@ def sensor_limits(
     Returns:
         Names of `LoopSettings` and their numbers, 0 where neither device nor model says a limit.
     """
-    limits = torque_limits(0.0, 0.0, period) if model is None else torque_limits(model.effort, model.band, period)
+    limits = (
+        torque_limits(0.0, 0.0, period)
+        if model is None
+        else torque_limits(model.effort, model.band, period)
+    )
     if rig is not None:
-        clutches = ("rated_torque_1", "rated_torque_2") if device == "coaxial" else ("rated_torque_1",)
+        clutches = (
+            ("rated_torque_1", "rated_torque_2") if device == "coaxial" else ("rated_torque_1",)
+        )
         limits["torque_limit"] = PEAK * sum(rig.value(f"clutch.{name}") for name in clutches)
         limits["torque_rate"] = _CROSSES * limits["torque_limit"] / period
         limits |= motion_limits(rig, device, derivative or USUAL_FILTER, period)

@@ -138,7 +138,8 @@ class Session(contextlib.AbstractContextManager["Session"]):
             raise LiveError("erclutch live does not run on Windows", remedy="Use Linux or macOS")
         if model and model.period not in (None, settings.period):
             problem = (
-                f"the model {model.name} is made for a period of {model.period:g} s, the loop has {settings.period:g} s"
+                f"the model {model.name} is made for a period of {model.period:g} s, the loop has "
+                f"{settings.period:g} s"
             )
             raise LiveError(problem, remedy="Give both the same period")
         if model and model.adapts and settings.observer != "off":
@@ -201,7 +202,13 @@ class Session(contextlib.AbstractContextManager["Session"]):
         if isinstance(self.rig, LibraryRig):
             return ["--library", str(self.rig.path), self.rig.options]
         if isinstance(self.rig, UdpRig):
-            return ["--udp", self.rig.host, str(self.rig.port), str(self.rig.local_port), str(self.rig.session)]
+            return [
+                "--udp",
+                self.rig.host,
+                str(self.rig.port),
+                str(self.rig.local_port),
+                str(self.rig.session),
+            ]
         session = secrets.randbits(32)
         about = {**self.rig.spec, "session": session, "device": self.settings.device}
         self._rig, port = start_rig(about)
@@ -224,7 +231,10 @@ class Session(contextlib.AbstractContextManager["Session"]):
             while reader.head == 0 and self.running and time.monotonic() < limit:
                 time.sleep(0.005)
             if reader.head == 0:
-                raise LiveError(f"the loop did not start: {self.said() or 'it says nothing'}", remedy="See its message")
+                raise LiveError(
+                    f"the loop did not start: {self.said() or 'it says nothing'}",
+                    remedy="See its message",
+                )
 
     @property
     def running(self) -> bool:
@@ -245,7 +255,9 @@ class Session(contextlib.AbstractContextManager["Session"]):
     def said(self) -> str:
         """What the loop wrote to its standard error."""
         with contextlib.suppress(OSError):
-            return self._messages.read_text(errors="replace").strip().removeprefix("erclutch-loop: ")
+            return (
+                self._messages.read_text(errors="replace").strip().removeprefix("erclutch-loop: ")
+            )
         return ""
 
     def order(self, order: Order, value: float = 0.0) -> bool:
@@ -324,8 +336,12 @@ def _own_folder() -> tuple[Path, int]:
             lock = os.open(folder, os.O_RDONLY)
         except FileNotFoundError:  # removed as below
             continue
-        with contextlib.suppress(OSError):  # a file system without locks: nobody can take the folder for left over
+        with contextlib.suppress(
+            OSError
+        ):  # a file system without locks: nobody can take the folder for left over
             fcntl.flock(lock, fcntl.LOCK_EX)
-        if folder.exists():  # a session that starts at the same moment may have removed it, unlocked as it was
+        if (
+            folder.exists()
+        ):  # a session that starts at the same moment may have removed it, unlocked as it was
             return folder, lock
         os.close(lock)

@@ -109,7 +109,10 @@ class LoopProgram:
         for name in ("frequency", "soft"):
             _require(self, name, lambda value: value >= 0, "0 or a number above", where)
         if (self.shape is Waveform.TABLE) != (self.table is not None):
-            raise SettingError(f"program {self.name!r} and its table do not fit", remedy="Give a table for shape TABLE")
+            raise SettingError(
+                f"program {self.name!r} and its table do not fit",
+                remedy="Give a table for shape TABLE",
+            )
         if self.table is None:
             return
         rows_of_three = self.table.ndim == 2 and self.table.shape[1] == 3
@@ -196,17 +199,22 @@ class LoopSettings:
         for name, note in SETTINGS.items():
             value = getattr(self, name)
             if not note.least <= value <= MOST:
-                raise SettingError(f"{name} is {value}", remedy=f"Give {note.wanted}: {note.meaning}")
+                raise SettingError(
+                    f"{name} is {value}", remedy=f"Give {note.wanted}: {note.meaning}"
+                )
         if not (math.isfinite(self.late_trip) and self.late_trip > 0.0):
             raise SettingError(f"late_trip is {self.late_trip}", remedy="Give a number above 0")
         if not 0.0 < self.period < 1e9:
             raise SettingError(f"period is {self.period}", remedy="Give 0.1 ms to 1 s")
         if not 1 <= len(self.programs) <= MOST_PROGRAMS:
-            raise SettingError(f"{len(self.programs)} programs", remedy=f"Give 1 to {MOST_PROGRAMS}")
+            raise SettingError(
+                f"{len(self.programs)} programs", remedy=f"Give 1 to {MOST_PROGRAMS}"
+            )
         names = [program.name for program in self.programs]
         if len(set(names)) != len(names):
             raise SettingError(
-                f"two programs of one name among {', '.join(names)}", remedy="Give each program a name of its own"
+                f"two programs of one name among {', '.join(names)}",
+                remedy="Give each program a name of its own",
             )
 
 
@@ -241,7 +249,9 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
     for at, program in zip(config["list"], settings.programs, strict=False):
         at["mode"] = program.mode
         at["shape"] = program.shape
-        at["flags"] = sum(CONSTANTS[f"ERC_{name.upper()}"] for name in _SWITCHES if getattr(program, name))
+        at["flags"] = sum(
+            CONSTANTS[f"ERC_{name.upper()}"] for name in _SWITCHES if getattr(program, name)
+        )
         _copy_numbers(program, at)
         if program.table is not None:
             at["first"] = first
@@ -276,6 +286,9 @@ def _copy_numbers(source: object, record: Any) -> None:
 
 
 _NUMBERS = "\n".join(
-    f"        {name}: {note.meaning}{f' [{note.unit}]' if note.unit else ''}." for name, note in SETTINGS.items()
+    f"        {name}: {note.meaning}{f' [{note.unit}]' if note.unit else ''}."
+    for name, note in SETTINGS.items()
 )
-LoopSettings.__doc__ = str(LoopSettings.__doc__).replace("\n    Raises:", f"{_NUMBERS}\n\n    Raises:", 1)
+LoopSettings.__doc__ = str(LoopSettings.__doc__).replace(
+    "\n    Raises:", f"{_NUMBERS}\n\n    Raises:", 1
+)

@@ -7,7 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.report.plots.plot_description import PAGE, Axis, Line, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.report.plots.plot_description import (
+    PAGE,
+    Axis,
+    Line,
+    Panel,
+    Plot,
+    PlotTable,
+    ReferenceLine,
+)
 from erclutch.signals.array import Array
 from erclutch.wings.live.loop_margins import TunedLoop
 
@@ -27,7 +35,9 @@ def describe_loops(loops: Sequence[TunedLoop]) -> Plot:
         gain: Array = 20.0 * np.log10(np.abs(response))
         turned = np.unwrap(np.angle(response))
         phase: Array = np.degrees(turned)
-        phase -= 360.0 * round((float(phase[0]) + 180.0) / 360.0)  # it begins within half a turn of -180 degrees
+        phase -= 360.0 * round(
+            (float(phase[0]) + 180.0) / 360.0
+        )  # it begins within half a turn of -180 degrees
         sensitivity: Array = 1.0 / np.abs(1.0 + response)
         gains.append(Line(frequency, gain, style, tuned.name))
         phases.append(Line(frequency, phase, style, tuned.name))
@@ -43,7 +53,12 @@ def describe_loops(loops: Sequence[TunedLoop]) -> Plot:
     panels = [
         Panel(hertz, Axis("gain", "dB", -40.0, 40.0), gains, title="gain of the loop"),
         Panel(hertz, Axis("phase", "deg", -360.0, 0.0), phases, title="phase of the loop"),
-        Panel(hertz, Axis("sensitivity", "", 0.0, 2.5), sensitivities, title="sensitivity |1 / (1 + L)|"),
+        Panel(
+            hertz,
+            Axis("sensitivity", "", 0.0, 2.5),
+            sensitivities,
+            title="sensitivity |1 / (1 + L)|",
+        ),
         Panel(
             seconds,
             Axis("step", "", -0.2, 1.6),

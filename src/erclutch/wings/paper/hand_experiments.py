@@ -15,7 +15,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.report.plots.plot_description import PAGE, Axis, Line, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.report.plots.plot_description import (
+    PAGE,
+    Axis,
+    Line,
+    Panel,
+    Plot,
+    PlotTable,
+    ReferenceLine,
+)
 from erclutch.signals.array import Array
 from erclutch.wings.live.accelerated import AcceleratedRun
 from erclutch.wings.live.offered_programs import rig_settings, standard_programs, starting_with

@@ -64,7 +64,9 @@ def memory_table(
     )
     networks = replace(plain, models=PAPER_NETWORKS)
     makers: dict[str, Callable[[], dict[str, Figures]]] = {}
-    makers["as in the paper"] = partial(_as_in_the_paper, runs, (*laws, *PAPER_NETWORKS), seed, polish)
+    makers["as in the paper"] = partial(
+        _as_in_the_paper, runs, (*laws, *PAPER_NETWORKS), seed, polish
+    )
     if is_pair:
         makers["sign of the slip"] = partial(_scored, data, replace(plain, models=laws_by_slip))
     with_memory = replace(plain, lag=stages)

@@ -25,7 +25,13 @@ from erclutch.signals.device import elements_of
 from erclutch.signals.speed import Derivative, live
 from erclutch.wings.live.accelerated import AcceleratedRun
 from erclutch.wings.live.layout import EVENT_BITS
-from erclutch.wings.live.offered_programs import SOFT, field_table, half_sine_table, rig_settings, shaft_angle
+from erclutch.wings.live.offered_programs import (
+    SOFT,
+    field_table,
+    half_sine_table,
+    rig_settings,
+    shaft_angle,
+)
 from erclutch.wings.live.orders import Order
 from erclutch.wings.live.session import LiveModel, ServedRig, Session, SessionOptions
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
@@ -102,12 +108,29 @@ _HALVES = "no field, half sines of motor torque: IV-D, figure 11"
 EXPERIMENTS: Mapping[str, Experiment] = {
     e.name: e
     for e in (
-        Experiment("sine", "random sines of field, constant motor torque: IV-B, figure 7", 30.0, _SINE),
-        Experiment("square", "random squares of field and motor torque: IV-B, figure 8", 30.0, _SQUARE),
+        Experiment(
+            "sine", "random sines of field, constant motor torque: IV-B, figure 7", 30.0, _SINE
+        ),
+        Experiment(
+            "square", "random squares of field and motor torque: IV-B, figure 8", 30.0, _SQUARE
+        ),
         Experiment("tracking", _TWO, 1200.0, _tracked(0.4, 2.0)),
         Experiment("zero-field", _HALVES, 20.0, _zero_field, speed=1.0, rivals=True),
-        Experiment("zero-motion", "output shaft held: IV-E, figure 12", 20.0, _held, locked=True, rivals=True),
-        Experiment("encoders", "linear and rotary encoder: V, figure 13", 15.0, _tracked(0.4), encoders=True),
+        Experiment(
+            "zero-motion",
+            "output shaft held: IV-E, figure 12",
+            20.0,
+            _held,
+            locked=True,
+            rivals=True,
+        ),
+        Experiment(
+            "encoders",
+            "linear and rotary encoder: V, figure 13",
+            15.0,
+            _tracked(0.4),
+            encoders=True,
+        ),
     )
 }
 

@@ -4,14 +4,30 @@ from __future__ import annotations
 
 import numpy as np
 
-from erclutch.report.plots.plot_description import COLUMN, PAGE, Axis, Line, Panel, Plot, PlotTable, ReferenceLine
+from erclutch.report.plots.plot_description import (
+    COLUMN,
+    PAGE,
+    Axis,
+    Line,
+    Panel,
+    Plot,
+    PlotTable,
+    ReferenceLine,
+)
 from erclutch.signals.array import Array
 from erclutch.wings.paper.online import OnlineTrace, trial
 from erclutch.wings.paper.section_figures import compared, lively
 from erclutch.wings.rig.twin.twin import PERIOD
 
 #: Figure of the first program of each experiment.
-FIGURE_OF = {"sine": 7, "square": 8, "tracking": 9, "zero-field": 11, "zero-motion": 12, "encoders": 13}
+FIGURE_OF = {
+    "sine": 7,
+    "square": 8,
+    "tracking": 9,
+    "zero-field": 11,
+    "zero-motion": 12,
+    "encoders": 13,
+}
 _SECONDS = {7: 1.0, 8: 1.0, 9: 5.0, 10: 2.0, 11: 2.0, 12: 1.0, 13: 5.0}
 
 

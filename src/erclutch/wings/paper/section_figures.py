@@ -19,7 +19,14 @@ from erclutch.wings.paper.published import APPROACHES
 from erclutch.wings.paper.tables import Row
 
 #: Approaches of figure 6, the plainest first, each on a panel of its own: curves this near hide each other.
-COMPARED = ("bingham/forward", "seo-seo/forward", "hem/forward", "rbfm-10/forward", "rbfn-50", "fnn-16")
+COMPARED = (
+    "bingham/forward",
+    "seo-seo/forward",
+    "hem/forward",
+    "rbfm-10/forward",
+    "rbfn-50",
+    "fnn-16",
+)
 _SECONDS = 1.0
 _STYLES = ("series0", "series1")
 
@@ -51,7 +58,9 @@ def draw_estimates(
     units = {"field": test.units.field, "slip": test.units.slip}
     for quantity, unit in units.items():
         lines: list[Line] = []
-        for number, (element, style) in enumerate(zip(test.elements, _STYLES, strict=False), start=1):
+        for number, (element, style) in enumerate(
+            zip(test.elements, _STYLES, strict=False), start=1
+        ):
             channel = f"CH{number}"
             signal = getattr(element, quantity)[section]
             columns[f"{quantity} {channel}"] = signal

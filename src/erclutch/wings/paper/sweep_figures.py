@@ -57,7 +57,9 @@ def draw_rbfn_sweep(sweep: Mapping[str, Any], folder: Path, label: str) -> list[
     for spread, of_sizes in zip(spreads, on_centroids, strict=True):
         for size, error in zip(neurons, of_sizes, strict=True):
             rows.append((float(spread), int(size), float(error), "", ""))
-    for spread, size, train_error, test_error in zip(best_spreads, neurons, train, test, strict=True):
+    for spread, size, train_error, test_error in zip(
+        best_spreads, neurons, train, test, strict=True
+    ):
         rows.append((float(spread), int(size), "", float(train_error), float(test_error)))
     header = ["spread", "neurons", "train_mse_on_centroids", "train_mse", "test_mse"]
     plot = Plot(panels, PlotTable(header, rows), height=3.9)

@@ -50,7 +50,9 @@ class Points:
             if whole != text:
                 path.write_text(whole, encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
-            raise RunError(f"cannot be read: {error}", where=str(path), remedy="Delete it") from error
+            raise RunError(
+                f"cannot be read: {error}", where=str(path), remedy="Delete it"
+            ) from error
         for line in whole.splitlines():
             self._take(line)
 
@@ -63,7 +65,9 @@ class Points:
                 self.others += 1
         except (ValueError, KeyError, TypeError) as error:
             remedy = "Delete it, or give another --out"
-            raise RunError(f"this is no {self._kind}", where=str(self.path), remedy=remedy) from error
+            raise RunError(
+                f"this is no {self._kind}", where=str(self.path), remedy=remedy
+            ) from error
 
     def get(self, key: str, make: Callable[[], Any]) -> Any:
         """The result for a key: the kept one, or a new one that is kept before it is returned.
@@ -112,5 +116,7 @@ class Points:
                     file.write(line + "\n")
             except OSError as error:
                 problem = f"cannot be written: {error.strerror}"
-                raise RunError(problem, where=str(self.path), remedy="Give another --out") from error
+                raise RunError(
+                    problem, where=str(self.path), remedy="Give another --out"
+                ) from error
         self._known[key] = value

@@ -192,7 +192,9 @@ def rbfn_sweep(
     sizes: dict[str, SweepTask] = {}
     for neurons, spread in zip(RBFN_NEURONS, best_spreads.tolist(), strict=True):
         sizes[f"neurons {neurons!r}"] = SweepTask(runs, seed, neurons, spread)
-    errors = points.fill(pool, _rbfn_errors, sizes, lambda done, key: report(len(SPREADS) + done, total, key))
+    errors = points.fill(
+        pool, _rbfn_errors, sizes, lambda done, key: report(len(SPREADS) + done, total, key)
+    )
     train_errors, test_errors = np.array(errors).T
     return {
         "spreads": SPREADS,
@@ -238,7 +240,9 @@ def fnn_sweep(
     tasks: dict[str, SweepTask] = {}
     for size in neurons:
         tasks[f"neurons {size!r}"] = SweepTask(runs, seed, size, restarts=restarts)
-    of_sizes = points.fill(pool, _fnn_errors, tasks, lambda done, key: report(done, len(neurons), key))
+    of_sizes = points.fill(
+        pool, _fnn_errors, tasks, lambda done, key: report(done, len(neurons), key)
+    )
     train_errors, test_errors = np.array([errors["best"] for errors in of_sizes]).T
     of_restarts = np.array([errors["all"] for errors in of_sizes])
     return {
@@ -291,7 +295,9 @@ def kernel_sweep(
     tasks: dict[str, SweepTask] = {}
     for kernels in KERNELS:
         tasks[f"kernels {kernels!r}"] = SweepTask(runs, seed, kernels)
-    errors = points.fill(pool, _kernel_errors, tasks, lambda done, key: report(done, len(KERNELS), key))
+    errors = points.fill(
+        pool, _kernel_errors, tasks, lambda done, key: report(done, len(KERNELS), key)
+    )
     train_errors, test_errors = np.array(errors).T
     return {
         "kernels": KERNELS,

@@ -58,8 +58,18 @@ _STAGES: Mapping[str, Any] = {"torque_lead": 1.5e-3, "least_slip": 5.0}
 KNOWS: Mapping[str, Mapping[str, Any]] = {
     "inverse alone": {},
     "stages": {**_STAGES, "observer": "none"},
-    "stages, motion": {**_STAGES, "observer": "motion", "observer_bandwidth": 20.0, "gain_rate": 0.2},
-    "stages, sensor": {**_STAGES, "observer": "sensor", "observer_bandwidth": 30.0, "torque_lag": 1e-3},
+    "stages, motion": {
+        **_STAGES,
+        "observer": "motion",
+        "observer_bandwidth": 20.0,
+        "gain_rate": 0.2,
+    },
+    "stages, sensor": {
+        **_STAGES,
+        "observer": "sensor",
+        "observer_bandwidth": 30.0,
+        "torque_lag": 1e-3,
+    },
 }
 #: What a run is called -> what differs in the TWIN; the models do not know it.
 WITHHELD: Mapping[str, tuple[float, float]] = {
@@ -74,7 +84,10 @@ _ROWS = 10_000
 _LOG_ROWS = 120_000
 _FREE_ROWS = 12_000
 _PARTS = 4  # of the log, each with a held and a free output, so that each fold of a fit has both
-_PUSH = 0.05, 0.4  # N m: the motor turns faster than in any run, so a network knows the speeds of a warm device
+_PUSH = (
+    0.05,
+    0.4,
+)  # N m: the motor turns faster than in any run, so a network knows the speeds of a warm device
 _EACH = 500  # rows of one largest field
 _FASTEST = 150.0  # Hz
 #: Edges of the frequencies in which errors of the chirp are counted, in Hz.
@@ -117,7 +130,9 @@ def kept_runs(
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise RunError(f"cannot be made: {error.strerror}", where=str(folder), remedy="Give another --out") from error
+        raise RunError(
+            f"cannot be made: {error.strerror}", where=str(folder), remedy="Give another --out"
+        ) from error
     # A finished run counts only where all that it depends on is the same, the loop's C too.
     sources = [file.read_bytes() for file in sorted(SOURCES.glob("*.[ch]"))]
     about: dict[str, Any] = {
@@ -125,7 +140,18 @@ def kept_runs(
         "inverses": INVERSES,
         "knows": KNOWS,
         "withheld": WITHHELD,
-        "runs": (AMPLITUDE, _MOTOR, _ROWS, SETTLING, _LOG_ROWS, _FREE_ROWS, _PARTS, *_PUSH, _EACH, LOCK),
+        "runs": (
+            AMPLITUDE,
+            _MOTOR,
+            _ROWS,
+            SETTLING,
+            _LOG_ROWS,
+            _FREE_ROWS,
+            _PARTS,
+            *_PUSH,
+            _EACH,
+            LOCK,
+        ),
         "core": hashlib.sha256(b"\0".join(sources)).hexdigest(),
     }
     about |= asked or {}
@@ -133,14 +159,19 @@ def kept_runs(
 
 
 def control_runs(
-    seeds: int, rig: RigParameters, points: Points, report: Callable[[float, float | None, str], None]
+    seeds: int,
+    rig: RigParameters,
+    points: Points,
+    report: Callable[[float, float | None, str], None],
 ) -> list[ControlRun]:
     """Torque control by all models with all controllers; see `seeded_runs`.
 
     Raises:
         SettingError: no seeds.
     """
-    return seeded_runs(seeds, KNOWS, partial(fitted_models, rig), partial(_figures, rig), points, report)
+    return seeded_runs(
+        seeds, KNOWS, partial(fitted_models, rig), partial(_figures, rig), points, report
+    )
 
 
 def seeded_runs(
@@ -170,10 +201,14 @@ def seeded_runs(
     total = seeds * len(INVERSES) * len(known)
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(seeds):
-            fitted = cache(partial(fit, seed, Path(folder)))  # once, and only if a run of the seed is not finished
+            fitted = cache(
+                partial(fit, seed, Path(folder))
+            )  # once, and only if a run of the seed is not finished
             for model, knows in product(INVERSES, known):
                 key = f"{seed}, {model}, {knows}"
-                made = points.get(key, lambda of=fitted, m=model, k=knows, s=seed: figures(of(), m, k, s))
+                made = points.get(
+                    key, lambda of=fitted, m=model, k=knows, s=seed: figures(of(), m, k, s)
+                )
                 runs.append(ControlRun(seed, model, knows, made))
                 report(len(runs), total, key)
     return runs
@@ -182,7 +217,9 @@ def seeded_runs(
 # --- models -----------------------------------------------------------------------------------------------------------
 
 
-def fitted_models(rig: RigParameters, seed: int, folder: Path) -> tuple[dict[str, LiveModel], dict[str, float]]:
+def fitted_models(
+    rig: RigParameters, seed: int, folder: Path
+) -> tuple[dict[str, LiveModel], dict[str, float]]:
     """The models of a log of the TWIN, ready for the loop, and what the log says of the drive.
 
     Args:
@@ -219,7 +256,9 @@ def _log(rig: RigParameters, seed: int, rows: int, *, held: bool) -> Any:
     """Frames of random fields and motor torques. A network needs an output that moves at times."""
     rng = np.random.default_rng([seed, held])
     # Fields in the first two columns, the motor's torque in the third.
-    table = field_table(rig, rows, seed + 10_000 * held, motor=_MOTOR, peakedness=1.0, lowest=0.5, highest=50.0)
+    table = field_table(
+        rig, rows, seed + 10_000 * held, motor=_MOTOR, peakedness=1.0, lowest=0.5, highest=50.0
+    )
     table[:, 2] = torque_sequence(rows, rng, *_PUSH, settings=FieldSettings(highest=20.0))
     of_stretches = rng.uniform(0.2, 1.0, rows // _EACH + 1)
     sizes = np.repeat(of_stretches, _EACH)[:rows]
@@ -325,7 +364,11 @@ def _sine(phase: Array, omega: Array, motor: float) -> Array:
 
 
 def _figures(
-    rig: RigParameters, fitted: tuple[dict[str, LiveModel], dict[str, float]], model: str, knows: str, seed: int
+    rig: RigParameters,
+    fitted: tuple[dict[str, LiveModel], dict[str, float]],
+    model: str,
+    knows: str,
+    seed: int,
 ) -> Figures:
     """The figures of a `ControlRun`."""
     models, drive = fitted
@@ -339,7 +382,9 @@ def _figures(
     def run(table: Array, on: RigParameters = rig) -> Any:
         program = LoopProgram("torque", Mode.TORQUE, Waveform.TABLE, table=table)
         own = rig_settings(rig, [program], **settings)
-        twin = AcceleratedRun(own, models[model].library, on, seed=seed + 100, speed=speed, locked=True)
+        twin = AcceleratedRun(
+            own, models[model].library, on, seed=seed + 100, speed=speed, locked=True
+        )
         frames, *_ = twin.frames(len(table))
         return frames
 
@@ -375,7 +420,9 @@ def _figures(
 
     figures: dict[str, Any] = {
         "chirp": error_share(chirp),
-        "bands": [share_of_range(off[(band == number) & settled]) for number in range(EDGES.size - 1)],
+        "bands": [
+            share_of_range(off[(band == number) & settled]) for number in range(EDGES.size - 1)
+        ],
         "steps": error_share(steps),
         "random": error_share(random),
         "bandwidth": bandwidth,

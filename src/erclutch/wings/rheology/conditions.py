@@ -37,7 +37,9 @@ _MOST_LEVELS = 50  # that are the same number in all their rows
 _MOST_GROUPS = 20  # of measured levels
 _APART = 0.05  # of the range, by which measured levels are apart at least
 _WIDEST = 0.02  # of the range, which a measured level spans at most
-_WOBBLE = 0.01  # of its level, by which a regulated temperature wanders and is one level all the same
+_WOBBLE = (
+    0.01  # of its level, by which a regulated temperature wanders and is one level all the same
+)
 _STEADY = 0.5  # K: a regulated temperature wanders by less
 _WIDEST_IN_KELVIN = 3.0  # which one regulated temperature spans at most
 RATES_OF_A_SWEEP = 3  # at least
@@ -81,13 +83,19 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
         lowest = table.columns[name][parting[name] == 0][0]
         each = f"--sheet {shell_word(f'{name}={EACH}')}"
         one = f"--sheet {shell_word(f'{name}={lowest:.15g}')}"
-        problem = f"column {name} parts the points into {parting[name].max() + 1} sweeps of the rate"
-        raise MappingError(problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}")
+        problem = (
+            f"column {name} parts the points into {parting[name].max() + 1} sweeps of the rate"
+        )
+        raise MappingError(
+            problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}"
+        )
     if not parting:
         return _sweeps(table, plan)
 
     names = list(parting)
-    levels_of_rows = np.column_stack([parting[name] for name in names])  # shape (rows, parting columns)
+    levels_of_rows = np.column_stack(
+        [parting[name] for name in names]
+    )  # shape (rows, parting columns)
     known = np.all(levels_of_rows >= 0, axis=1)
     conditions: list[Condition] = []
     for levels in np.unique(levels_of_rows[known], axis=0):
@@ -130,17 +138,26 @@ def _sweeps(table: Table, plan: FlowPlan) -> list[Condition]:
         if abs(mean_sign) < _ONE_WAY:
             return whole  # such as a course in time, with noise about a rest
 
-    are_parted = all(any(before < line <= start for line in table.breaks) for before, start in pairwise(starts))
+    are_parted = all(
+        any(before < line <= start for line in table.breaks) for before, start in pairwise(starts)
+    )
     differ = any(_differ(table, plan, first, second) for first, second in pairwise(sweeps))
     if not are_parted and not differ:
         return whole
-    return [Condition(f"sweep {number}", _rows_of(table, sweep)) for number, sweep in enumerate(sweeps, start=1)]
+    return [
+        Condition(f"sweep {number}", _rows_of(table, sweep))
+        for number, sweep in enumerate(sweeps, start=1)
+    ]
 
 
-def _differ(table: Table, plan: FlowPlan, first: NDArray[np.intp], second: NDArray[np.intp]) -> bool:
+def _differ(
+    table: Table, plan: FlowPlan, first: NDArray[np.intp], second: NDArray[np.intp]
+) -> bool:
     """Whether the stresses of two sweeps, as rows, are apart by more than one fluid's are at the same rates."""
     for curve in plan.curves:
-        points: list[tuple[Array, Array]] = []  # ln(rate), ln(stress or viscosity), sorted by the rate
+        points: list[
+            tuple[Array, Array]
+        ] = []  # ln(rate), ln(stress or viscosity), sorted by the rate
         for rows in (first, second):
             rate = np.abs(table.columns[curve.rate.name][rows])
             value = np.abs(table.columns[curve.stress.name][rows])
@@ -276,7 +293,9 @@ def _are_far_apart(values: Array, levels: NDArray[np.intp]) -> bool:
     for level in range(int(levels.max()) + 1):
         at_level = values[levels == level]
         ranges.append((float(at_level.min()), float(at_level.max())))
-    return all(low - high_before > _WIDEST_IN_KELVIN for (_, high_before), (low, _) in pairwise(ranges))
+    return all(
+        low - high_before > _WIDEST_IN_KELVIN for (_, high_before), (low, _) in pairwise(ranges)
+    )
 
 
 def _meaning(table: Table, name: str) -> str:
@@ -287,7 +306,9 @@ def _meaning(table: Table, name: str) -> str:
     try:
         is_set = unit is not None and (units.is_temperature(unit) or units.fits(unit, _SET))
     except UnitError:
-        return "no condition"  # such as a pressure in PSIg, which nobody sets: a rheometer measured it
+        return (
+            "no condition"  # such as a pressure in PSIg, which nobody sets: a rheometer measured it
+        )
     if is_set:
         return "condition"
     if not unit and _TEMPERATURE.search(plain_name(name)):

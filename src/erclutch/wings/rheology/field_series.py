@@ -21,7 +21,9 @@ _UNITS = ("V", "V/m", "A", "T", "A/m")
 #: What flows through a fluid in a field, and what a sensor or an amplifier has, is set by nobody.
 _NO_FIELD = re.compile(r"leak|leck|fuite|fuga|density.*\ba\b|sensor|offset|漏", re.IGNORECASE)
 #: A name whose end is a unit for sure: an A behind another word may be a sample's.
-_SAYS_A_FIELD = re.compile(r"(?:current|voltage|field|strom|spannung|flux|e_?field|[IUBHE])(?:_|$)", re.IGNORECASE)
+_SAYS_A_FIELD = re.compile(
+    r"(?:current|voltage|field|strom|spannung|flux|e_?field|[IUBHE])(?:_|$)", re.IGNORECASE
+)
 _IN_A_LABEL = re.compile(
     rf"(?<![A-Za-z\d.])({NUMBER}) ?([kM]?V/mm|kV/cm|[kM]?V/m|k?A/m|kOe|Oe|G|{'|'.join(FIELD_UNITS)})(?![A-Za-z0-9/])"
 )
@@ -164,10 +166,17 @@ def series_of(fitted: Sequence[tuple[FlowCurve, Sequence[FlowFit]]]) -> FieldSer
         for fit in fits:
             by_law.setdefault(fit.law, []).append(fit)
     # Over all curves at once: in one curve alone an end that is left out and tells an exponent would decide.
-    errors: dict[str, float] = {}  # standard deviation of log10(stress) about the law, over all curves
+    errors: dict[
+        str, float
+    ] = {}  # standard deviation of log10(stress) about the law, over all curves
     for law, fits in by_law.items():
-        squares = sum(curve.rate.size * fit.log_rmse**2 for (curve, _), fit in zip(fitted, fits, strict=True))
-        spare = sum(curve.rate.size - len(fit.estimates) for (curve, _), fit in zip(fitted, fits, strict=True))
+        squares = sum(
+            curve.rate.size * fit.log_rmse**2 for (curve, _), fit in zip(fitted, fits, strict=True)
+        )
+        spare = sum(
+            curve.rate.size - len(fit.estimates)
+            for (curve, _), fit in zip(fitted, fits, strict=True)
+        )
         errors[law] = float(np.sqrt(squares / spare)) if spare > 0 else np.inf
     near = [law for law in by_law if errors[law] <= NEAR * min(errors.values())]
 
@@ -186,7 +195,9 @@ def _growth(by_field: Sequence[tuple[FlowCurve, FlowFit]]) -> Growth | None:
     """The power law through the yield stresses above no field, by least squares of logarithms; None for too few."""
     from scipy.special import stdtrit
 
-    shown = [(curve.field, yield_stress_of(fit).value) for curve, fit in by_field if fit.yield_shown]
+    shown = [
+        (curve.field, yield_stress_of(fit).value) for curve, fit in by_field if fit.yield_shown
+    ]
     points: Array = np.array([pair for pair in shown if pair[0] > 0.0]).reshape(-1, 2)
     fields = int(np.unique(points[:, 0]).size)
     if fields < _FEWEST_FIELDS:

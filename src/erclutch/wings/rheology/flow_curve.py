@@ -130,7 +130,9 @@ def _described(curve: FlowCurve, fits: Sequence[FlowFit]) -> Plot:
     lines: list[Line] = []
     for place, fit in enumerate(fits):
         style = f"series{place + 1}"
-        lines.append(Line(curve.rate[order], fit.predicted[order], style, fit.law, dashed=place > 0))
+        lines.append(
+            Line(curve.rate[order], fit.predicted[order], style, fit.law, dashed=place > 0)
+        )
     dots = Dots(curve.rate, curve.stress, "series0", curve.label if lines else "", 2.4)
     x = Axis("shear rate", "1/s", log=True)
     y = Axis("shear stress", "Pa", log=True)
@@ -157,7 +159,9 @@ def fit_flow_curve(curve: FlowCurve, law_name: str) -> FlowFit:
         if bad.any():
             point = int(np.argmax(bad)) + 1
             problem = f"the {name} of point {point} is {values[bad][0]:g}, it must be above 0"
-            raise CheckError(problem, where=curve.label, remedy="Remove the point, or give magnitudes")
+            raise CheckError(
+                problem, where=curve.label, remedy="Remove the point, or give magnitudes"
+            )
 
     law = FlowLaw.of(law_name, curve.rate)
     minimum = law.fit(curve.rate, curve.stress, Effort.whole(len(law.shapes)))

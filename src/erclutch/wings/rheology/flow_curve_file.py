@@ -13,7 +13,15 @@ from pathlib import Path
 
 import numpy as np
 
-from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, listed, placed, shell_word
+from erclutch.errors import (
+    ErclutchError,
+    LogError,
+    MappingError,
+    SettingError,
+    listed,
+    placed,
+    shell_word,
+)
 from erclutch.logs import read_table, recordings_in
 from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.columns.row_groups import EACH, group_of, rows_of, wants_each
@@ -144,7 +152,9 @@ class _Gathered:
     curves: list[FlowCurve] = field(default_factory=list[FlowCurve])
     fields: list[dict[str, Level]] = field(default_factory=list[dict[str, Level]])
     notes: list[tuple[str, str]] = field(default_factory=list[tuple[str, str]])
-    refused: list[tuple[_Speaking, ErclutchError]] = field(default_factory=list[tuple[_Speaking, ErclutchError]])
+    refused: list[tuple[_Speaking, ErclutchError]] = field(
+        default_factory=list[tuple[_Speaking, ErclutchError]]
+    )
 
     def refuse(self, test: str, speaking: _Speaking, error: ErclutchError, note: str) -> None:
         """Go on without a test, with a note."""
@@ -181,7 +191,9 @@ class _Gathered:
         self.curves += curves
         self.fields += [levels_in(condition.table)] * len(curves)
         for note in left_out:
-            is_behind_its_test = note.startswith(f"{test}: ")  # the label of a test's only curve is the test
+            is_behind_its_test = note.startswith(
+                f"{test}: "
+            )  # the label of a test's only curve is the test
             self.notes.append(("" if is_behind_its_test else test, note))
 
     def as_file(self) -> FlowFile:
@@ -194,9 +206,13 @@ class _Gathered:
             if self.refused:
                 _, likeliest = max(self.refused, key=lambda pair: pair[0])
                 raise likeliest
-            raise LogError("the file holds no flow curve", remedy="Give shear rates and shear stresses")
+            raise LogError(
+                "the file holds no flow curve", remedy="Give shear rates and shear stresses"
+            )
         curves, of_fields = with_fields(self.curves, self.fields)
-        tests_of: dict[str, list[str]] = {}  # by the note: what is told of several tests is said once
+        tests_of: dict[
+            str, list[str]
+        ] = {}  # by the note: what is told of several tests is said once
         for test, note in self.notes:
             tests_of.setdefault(note, []).append(test)
         said: list[str] = []
@@ -243,7 +259,9 @@ def _chosen(
         if name not in names:
             numbered = [f"{number} {known}" for number, known in enumerate(names, start=1)]
             there = ", ".join(numbered) or "none: leave --sheet out"
-            raise SettingError(f"there is no test {test!r}", where="--sheet", remedy=f"Choose from {there}")
+            raise SettingError(
+                f"there is no test {test!r}", where="--sheet", remedy=f"Choose from {there}"
+            )
         chosen.append(name)
     return chosen
 
@@ -285,7 +303,11 @@ def _plan_of(
             raise
         sheets = f"--sheet {shell_word(f'{parting[0]}={EACH}')}"
         # Where the remedy has two answers, the rows are the same by both.
-        remedy = f"{error.remedy}; with {sheets}" if ", or " in error.remedy else f"{error.remedy} {sheets}"
+        remedy = (
+            f"{error.remedy}; with {sheets}"
+            if ", or " in error.remedy
+            else f"{error.remedy} {sheets}"
+        )
         raise type(error)(error.problem, where=error.where, remedy=remedy) from None
 
 
@@ -320,7 +342,9 @@ def _several_samples(table: Table, name: str, column: WordColumn) -> MappingErro
     one = f"--sheet {shell_word(f'{name}={column.words[0]}')}"
     each = f"--sheet {shell_word(f'{name}={EACH}')}"
     problem = f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}"
-    return MappingError(problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}")
+    return MappingError(
+        problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}"
+    )
 
 
 def _parts_whole(table: Table, column: WordColumn) -> bool:
@@ -340,10 +364,14 @@ def _of_each_word(
     column: WordColumn,
 ) -> FlowFile:
     """The curves of a file in which a column of words parts the rows: each word has its own, so none is mixed."""
-    of_words = read_flow_curves(path, shear_rate=shear_rate, stress=stress, sheet=[f"{name}={EACH}"])
+    of_words = read_flow_curves(
+        path, shear_rate=shear_rate, stress=stress, sheet=[f"{name}={EACH}"]
+    )
     one = f"--sheet {shell_word(f'{name}={column.words[0]}')}"
     parted = f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}"
-    return FlowFile(of_words.curves, (f"{parted}: each is a curve ({one} takes one)", *of_words.notes))
+    return FlowFile(
+        of_words.curves, (f"{parted}: each is a curve ({one} takes one)", *of_words.notes)
+    )
 
 
 def curves_of(

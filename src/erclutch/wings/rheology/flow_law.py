@@ -20,14 +20,33 @@ from erclutch.fit.laws.law_starts import scan_points
 from erclutch.fit.solver.intervals import uncertainty
 from erclutch.fit.solver.levenberg_marquardt import Linearisation, Minimum, Problem, minimise
 from erclutch.fit.solver.outcome import Estimate
-from erclutch.fit.solver.variable_projection import Separable, coordinates, parameters, project, stack, triangle_of
-from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, at_one_field, ladder, law_from_name
+from erclutch.fit.solver.variable_projection import (
+    Separable,
+    coordinates,
+    parameters,
+    project,
+    stack,
+    triangle_of,
+)
+from erclutch.models.laws import (
+    Dimension,
+    Gain,
+    Law,
+    ShapeParameter,
+    at_one_field,
+    ladder,
+    law_from_name,
+)
 from erclutch.signals.array import Array
 
 _STIFF = 1e-9  # width of the sign, in normalised rates: all rates are positive, so the sign is no parameter
 _FAINTEST = 1e-6  # of the smallest stress: the least that a gain may add
-_LEAST_INDEX = 0.02  # a gel's stress may hardly grow with the rate: lower than the flow index of a clutch
-_LARGEST_INDEX = 6.0  # a jamming paste turns up at its highest rates: higher than the flow index of a clutch
+_LEAST_INDEX = (
+    0.02  # a gel's stress may hardly grow with the rate: lower than the flow index of a clutch
+)
+_LARGEST_INDEX = (
+    6.0  # a jamming paste turns up at its highest rates: higher than the flow index of a clutch
+)
 _HUGE = 1e200  # Pa: more than a column at the edge of its shapes counts for
 #: Unit of a parameter, by its dimension in stress and in rate.
 _UNITS = {
@@ -109,13 +128,17 @@ class FlowLaw:
         named = law_from_name(name)
         if named.name not in flow_laws():
             known = ", ".join(flow_laws())
-            raise SettingError(f"{name} is no law of shear stress at one field", remedy=f"Choose from {known}")
+            raise SettingError(
+                f"{name} is no law of shear stress at one field", remedy=f"Choose from {known}"
+            )
         law = law_from_name(f"{named.name}/square")
         reference = float(rate.min())
         highest = float((rate / reference).max())
         shapes: list[ShapeParameter] = []
         for shape in law.shape[1:]:  # without that of the transition
-            if shape.dimension == Dimension(slip=-1):  # a time: as wide as the normalised rates, 1 to the highest
+            if shape.dimension == Dimension(
+                slip=-1
+            ):  # a time: as wide as the normalised rates, 1 to the highest
                 shape = replace(shape, lower=1e-3 / highest, upper=1e3)
             elif shape.name == "m":
                 shape = replace(shape, lower=_LEAST_INDEX, upper=_LARGEST_INDEX)
@@ -176,16 +199,22 @@ class FlowLaw:
         """The best points of a scan of the shape, with the gains that minimise the relative residual there."""
         x = rate / self.reference
         field = np.ones_like(x)
-        size = float(stress.max())  # [Pa], that a gain of 1 stands for: a column of small numbers counts as dead
+        size = float(
+            stress.max()
+        )  # [Pa], that a gain of 1 stands for: a column of small numbers counts as dead
 
         def relative_columns(shape: Sequence[Any]) -> list[Any]:
-            return [column * (size / stress) for column in self.law.columns(field, x, _STIFF, *shape)]
+            return [
+                column * (size / stress) for column in self.law.columns(field, x, _STIFF, *shape)
+            ]
 
         relative = Separable(relative_columns, np.ones_like(x), self.shapes, self.law.gains)
         scanned = [np.zeros(0)]  # a law without a shape has one
         if self.shapes:
             scanned = list(scan_points(*relative.bounds, effort.points))
-        projected = [(project(relative, parameters(self.shapes, shape)), tuple(shape)) for shape in scanned]
+        projected = [
+            (project(relative, parameters(self.shapes, shape)), tuple(shape)) for shape in scanned
+        ]
         projected.sort(key=lambda pair: pair[0].cost)
 
         faintest = 10.0 * self._faintest_gains(x, stress)  # a gain of zero has no logarithm
@@ -291,7 +320,9 @@ class FlowLaw:
             )
         return tuple(estimates)
 
-    def _consistency_at_one(self, place: int, point: Array, covariance: Array) -> tuple[float, float]:
+    def _consistency_at_one(
+        self, place: int, point: Array, covariance: Array
+    ) -> tuple[float, float]:
         """Logarithm of the consistency at 1 1/s in place of the reference rate, and its variance.
 
         The stress is the same by both, so ln K_1 = ln K - m ln(reference).

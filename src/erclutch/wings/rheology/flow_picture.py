@@ -6,7 +6,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from erclutch.report.plots.plot_description import COLUMN, PAGE, Axis, Dots, Line, Mark, Panel, Plot, PlotTable
+from erclutch.report.plots.plot_description import (
+    COLUMN,
+    PAGE,
+    Axis,
+    Dots,
+    Line,
+    Mark,
+    Panel,
+    Plot,
+    PlotTable,
+)
 from erclutch.signals.array import Array
 from erclutch.wings.rheology.field_series import FieldSeries
 from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, yield_stress_of
@@ -16,7 +26,15 @@ _SERIES = 8  # colours of curves without a field; the next as many curves are da
 _HEIGHT = 2.8  # inches
 _MOST_INSIDE = 5  # names that have room beside the curves
 _NAME_ABOVE = 0.16  # inches, of a name above the curves
-_HEADER = ("curve", "field", "unit of the field", "shear rate [1/s]", "stress [Pa]", "law", "stress by the law [Pa]")
+_HEADER = (
+    "curve",
+    "field",
+    "unit of the field",
+    "shear rate [1/s]",
+    "stress [Pa]",
+    "law",
+    "stress by the law [Pa]",
+)
 
 
 def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries | None) -> Plot:
@@ -36,11 +54,21 @@ def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries 
         order = np.argsort(curve.rate, kind="stable")
         marks.append(Dots(curve.rate, curve.stress, style, size=2.0))
         is_repeated = series is None and place // _SERIES % 2 == 1
-        marks.append(Line(curve.rate[order], fit.predicted[order], style, label, dashed=is_repeated))
+        marks.append(
+            Line(curve.rate[order], fit.predicted[order], style, label, dashed=is_repeated)
+        )
         field = curve.field if curve.field_unit else ""
         for rate, stress, by_law in zip(curve.rate, curve.stress, fit.predicted, strict=True):
             rows.append(
-                (curve.label, field, curve.field_unit, float(rate), float(stress), fit.law, float(by_law)),
+                (
+                    curve.label,
+                    field,
+                    curve.field_unit,
+                    float(rate),
+                    float(stress),
+                    fit.law,
+                    float(by_law),
+                ),
             )
 
     law = series.law if series else "the chosen laws"
@@ -54,7 +82,9 @@ def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries 
     beside = [] if series is None else _yield_panel(series)
     panels = [flow, *beside]
     is_crowded = len(shown) > _MOST_INSIDE
-    names_above = 0 if series or not is_crowded else len(shown)  # a line each: a field's are short and share lines
+    names_above = (
+        0 if series or not is_crowded else len(shown)
+    )  # a line each: a field's are short and share lines
     return Plot(
         panels,
         PlotTable(_HEADER, rows),
@@ -78,7 +108,9 @@ def _yield_panel(series: FieldSeries) -> list[Panel]:
     field, stress, low, high = (numbers[:, column] for column in range(4))
     marks: list[Mark] = []
     for at, lowest, highest in zip(field, low, high, strict=True):
-        if np.isfinite([lowest, highest]).all():  # a band between the fields would tell of fields that nobody measured
+        if np.isfinite(
+            [lowest, highest]
+        ).all():  # a band between the fields would tell of fields that nobody measured
             marks.append(Line(np.array([at, at]), np.array([lowest, highest]), "measured"))
     marks.append(Dots(field, stress, "measured", f"by {series.law}", 2.4))
     if series.growth is not None:

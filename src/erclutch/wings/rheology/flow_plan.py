@@ -15,7 +15,13 @@ import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.columns.rheometer_names import Quantity, Role, of_oscillation, plain_name, said_by_name
+from erclutch.logs.columns.rheometer_names import (
+    Quantity,
+    Role,
+    of_oscillation,
+    plain_name,
+    said_by_name,
+)
 from erclutch.logs.table import Table
 from erclutch.signals.array import Mask
 from erclutch.signals.units import parse
@@ -31,9 +37,18 @@ from erclutch.wings.rheology.flow_questions import (
 from erclutch.wings.rheology.flow_units import SI, in_plain_units, said_by_unit, unit_of
 from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn, labelled_pairs
 
-_CALLED: Mapping[Quantity, str] = {"rate": "shear rate", "stress": "shear stress", "viscosity": "viscosity"}
+_CALLED: Mapping[Quantity, str] = {
+    "rate": "shear rate",
+    "stress": "shear stress",
+    "viscosity": "viscosity",
+}
 _PASCAL = parse("Pa").factor
-_MEANING = {"rate": "a shear rate", "stress": "a shear stress", "viscosity": "a viscosity", "other": "neither"}
+_MEANING = {
+    "rate": "a shear rate",
+    "stress": "a shear stress",
+    "viscosity": "a viscosity",
+    "other": "neither",
+}
 
 #: What was wanted, or what a law gives, beside what was measured.
 _NOT_MEASURED = re.compile(
@@ -227,7 +242,11 @@ def _role(table: Table, name: str) -> Role:
     named = said_by_name(name)
     measured = said_by_unit(unit)
     if named == "unknown":
-        return "other" if measured == "stress" and _NORMAL_STRESS.fullmatch(plain_name(name)) else measured
+        return (
+            "other"
+            if measured == "stress" and _NORMAL_STRESS.fullmatch(plain_name(name))
+            else measured
+        )
     if measured in ("unknown", named):
         return named
     if "other" in (named, measured):
@@ -272,7 +291,9 @@ def _without_mean(table: Table, names: Sequence[str]) -> list[str]:
     """Columns without the mean of all others, which somebody wrote beside the runs: it is no further run."""
     for name in names:
         others = [table.columns[other] for other in names if other != name]
-        if len(others) > 1 and np.allclose(table.columns[name], np.mean(others, axis=0), rtol=2e-3, atol=0.0):
+        if len(others) > 1 and np.allclose(
+            table.columns[name], np.mean(others, axis=0), rtol=2e-3, atol=0.0
+        ):
             return [other for other in names if other != name]
     return list(names)
 
@@ -337,7 +358,11 @@ def _flow_column(
     unit_asked = _unit_asked(name, asked)
     unit = unit_asked or unit_of(table, name)
     if unit is None and role == "viscosity" and name not in asked:
-        unknown = [other for other in table.columns if _role(table, other) == "viscosity" and not unit_of(table, other)]
+        unknown = [
+            other
+            for other in table.columns
+            if _role(table, other) == "viscosity" and not unit_of(table, other)
+        ]
         raise of_unknown_unit(table, name, unknown)
     if unit is None:
         require_no_unit_above(table, name, role)

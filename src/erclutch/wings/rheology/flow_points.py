@@ -22,7 +22,9 @@ _MOST_ON_THE_WAY = 0.05  # of the points
 _FEW_POINTS = 5  # of which one with a wrong sign is an oversight
 _STEADY = 0.1  # of its last stress, by which a step of one rate may begin off it
 _FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
-ONE_FLUID = 0.15  # ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be
+ONE_FLUID = (
+    0.15  # ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be
+)
 RESTING = 1e-3  # of the largest rate: a rate below it is noise about a rest
 
 
@@ -75,7 +77,9 @@ def points_of(
         raise LogError(problem, where=f"{table.name}, {label}", remedy="Check the columns")
 
     rate = table.columns[curve.rate.name][is_point] * curve.rate.factor  # [1/s]
-    stress = table.columns[curve.stress.name][is_point] * curve.stress.factor  # [Pa], or a viscosity in Pa s
+    stress = (
+        table.columns[curve.stress.name][is_point] * curve.stress.factor
+    )  # [Pa], or a viscosity in Pa s
     if curve.times_rate:
         # Viscosities that are all positive are magnitudes, so their stresses are magnitudes too.
         are_magnitudes = (stress > 0).all()
@@ -215,8 +219,12 @@ def _leave_noise_out(points: _Points) -> None:
 
     # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.
     if is_faint.any() and 2 * int(points.against.sum()) <= points.rate.size:
-        left_out = f"{int(is_faint.sum())} points left out: a stress of the other sign than its rate"
-        points.notes.append(f"{left_out}, below {percent(_FAINT)} of the largest stress, as noise is")
+        left_out = (
+            f"{int(is_faint.sum())} points left out: a stress of the other sign than its rate"
+        )
+        points.notes.append(
+            f"{left_out}, below {percent(_FAINT)} of the largest stress, as noise is"
+        )
         points.leave_out(is_faint)
 
 

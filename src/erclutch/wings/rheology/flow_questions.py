@@ -10,14 +10,23 @@ import numpy as np
 
 from erclutch.errors import MappingError, UnitError, listed, shell_word
 from erclutch.logs.columns.powers_of_ten import both_ways, power_beside
-from erclutch.logs.columns.rheometer_names import Quantity, Role, of_oscillation, plain_name, said_by_name
+from erclutch.logs.columns.rheometer_names import (
+    Quantity,
+    Role,
+    of_oscillation,
+    plain_name,
+    said_by_name,
+)
 from erclutch.logs.table import Table
 from erclutch.signals.units import is_temperature, parse
 from erclutch.wings.rheology.flow_units import SI, said_by_unit, unit_or_end, units_above
 from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn
 from erclutch.wings.rheology.rotor_speeds import speed_in_place_of_rate
 
-_WANTED: Mapping[str, Sequence[Role]] = {"shear rate": ("rate",), "shear stress": ("stress", "viscosity")}
+_WANTED: Mapping[str, Sequence[Role]] = {
+    "shear rate": ("rate",),
+    "shear stress": ("stress", "viscosity"),
+}
 #: A stress and a viscosity of one row that differ by more than this share have a wrong unit.
 _AGREE = 0.2
 #: Units that a stress without a unit may have in place of Pa, and a viscosity beside it.
@@ -58,7 +67,9 @@ def missing_column(table: Table, roles: dict[str, Role], rates: Sequence[str]) -
         is_other = is_temperature(unit) or said_by_unit(unit) == "other"
         if role == "unknown" and "%" not in table.label(name) and not counts and not is_other:
             candidates.append(name)
-    unreadable = [problem for name, problem in table.unreadable.items() if said_by_name(name) in _WANTED[what]]
+    unreadable = [
+        problem for name, problem in table.unreadable.items() if said_by_name(name) in _WANTED[what]
+    ]
     if unreadable:
         return MappingError(
             f"no column is surely the {what}: {unreadable[0]}",
@@ -94,7 +105,11 @@ def of_unknown_unit(table: Table, name: str, unknown: Sequence[str]) -> UnitErro
     def named(unit: str) -> str:
         return "--stress " + " ".join(shell_word(f"{other} [{unit}]") for other in unknown)
 
-    columns = f"the column {name!r} has" if len(unknown) == 1 else f"the columns {listed(unknown, 6)} have"
+    columns = (
+        f"the column {name!r} has"
+        if len(unknown) == 1
+        else f"the columns {listed(unknown, 6)} have"
+    )
     return UnitError(
         f"{columns} no unit: viscosities are written in Pa s, and as often in mPa s or cP",
         where=table.name,
@@ -120,7 +135,9 @@ def require_no_unit_above(table: Table, name: str, role: Quantity) -> None:
     )
 
 
-def require_no_logarithms(table: Table, curves: Sequence[CurvePlan], asked: Mapping[str, str]) -> None:
+def require_no_logarithms(
+    table: Table, curves: Sequence[CurvePlan], asked: Mapping[str, str]
+) -> None:
     """Refuse columns that hold logarithms or roots by their names.
 
     Raises:
@@ -138,14 +155,19 @@ def require_no_logarithms(table: Table, curves: Sequence[CurvePlan], asked: Mapp
             )
 
 
-def require_plain_heads(table: Table, curves: Sequence[CurvePlan], asked: Mapping[str, str]) -> None:
+def require_plain_heads(
+    table: Table, curves: Sequence[CurvePlan], asked: Mapping[str, str]
+) -> None:
     """Ask about a column whose head has a power of ten beside its name, or a unit in brackets that nobody knows.
 
     Raises:
         UnitError: such a column, which no option names.
     """
     for curve in curves:
-        for column, option, si in ((curve.rate, "--shear-rate", "1/s"), (curve.stress, "--stress", "Pa")):
+        for column, option, si in (
+            (curve.rate, "--shear-rate", "1/s"),
+            (curve.stress, "--stress", "Pa"),
+        ):
             if column.name in asked:
                 continue
             name = column.name
@@ -182,7 +204,9 @@ def require_fitting_units(table: Table, curve: CurvePlan, viscosity: str) -> Non
     known &= (rate > 0) & (stress > 0) & (shown > 0)
     if not known.any():
         return
-    of_one = shown[known] * rate[known] / stress[known]  # viscosity at a stress and a rate of 1, in the file's units
+    of_one = (
+        shown[known] * rate[known] / stress[known]
+    )  # viscosity at a stress and a rate of 1, in the file's units
     usual = np.median(of_one)
     scatter = np.median(np.abs(np.log(of_one / usual)))
     if scatter > np.log1p(_AGREE):
@@ -202,7 +226,9 @@ def require_fitting_units(table: Table, curve: CurvePlan, viscosity: str) -> Non
     if not fitting:
         problem = f"{beside}, and their numbers are not of Pa beside Pa s or mPa s"
         options = f"{rate_option} --stress {shell_word(f'{curve.stress.name} [Pa]')}"
-        raise UnitError(problem, where=table.name, remedy=f"Name the stress with its unit, such as {options}")
+        raise UnitError(
+            problem, where=table.name, remedy=f"Name the stress with its unit, such as {options}"
+        )
     stress_unit, viscosity_unit = fitting[0]
     are_of = f"{stress_unit} beside {viscosity_unit}, not of Pa beside Pa s or mPa s"
     options = f"{rate_option} --stress {shell_word(f'{curve.stress.name} [{stress_unit}]')}"
@@ -232,7 +258,8 @@ def compare_with_viscosity(table: Table, curve: CurvePlan, viscosity: FlowColumn
     shear_stress = curve.stress
     product = f"{viscosity.name!r} [{viscosity.unit}] x {shear_rate.name!r} [{shear_rate.unit}]"
     options = (
-        f"--shear-rate {shell_word(f'{shear_rate.name} [1/s]')} --stress {shell_word(f'{shear_stress.name} [Pa]')}"
+        f"--shear-rate {shell_word(f'{shear_rate.name} [1/s]')} --stress "
+        f"{shell_word(f'{shear_stress.name} [Pa]')}"
     )
     raise UnitError(
         f"{shear_stress.name!r} [{shear_stress.unit}] is {ratio:.4g} times {product}: one of these units is wrong",

@@ -13,10 +13,14 @@ from erclutch.wings.rheology.flow_plan import FlowPlan
 from erclutch.wings.rheology.flow_points import FEWEST_RATES, RESTING, rates_held
 from erclutch.wings.rheology.flow_units import unit_or_end
 
-_HOLDS = re.compile(r"(peak hold|creep(?: recovery)?|stress (?:relaxation|growth))(?: ?-? ?\d+)?", re.IGNORECASE)
+_HOLDS = re.compile(
+    r"(peak hold|creep(?: recovery)?|stress (?:relaxation|growth))(?: ?-? ?\d+)?", re.IGNORECASE
+)
 _SECONDS = ("s", "ms", "min", "h")
 ONE_RATE = 1.2  # times the lowest rate: what stays below is measured at one rate
-_ONE_STRESS = 1.002  # times the lowest stress: what stays below was controlled, as no fluid keeps its stress
+_ONE_STRESS = (
+    1.002  # times the lowest stress: what stays below was controlled, as no fluid keeps its stress
+)
 _FEWEST_STRESSES = 5  # points
 _MOST_OF_A_TEST = 0.95  # of its time: a motor reaches its rate within the rest
 
@@ -61,7 +65,9 @@ def require_several_rates(plan: FlowPlan, table: Table) -> None:
     if all(rate.size and rates_held(rate) < FEWEST_RATES for rate in turning):
         ends = f"{turning[0].min():.4g} and {turning[0].max():.4g} {unit}"
         problem = f"all points have one of two shear rates, {ends}, which is no flow curve"
-        raise MappingError(problem, where=table.name, remedy="Give a test with three shear rates or more")
+        raise MappingError(
+            problem, where=table.name, remedy="Give a test with three shear rates or more"
+        )
 
     if any(curve.times_rate for curve in plan.curves):
         return
@@ -76,7 +82,9 @@ def require_several_rates(plan: FlowPlan, table: Table) -> None:
         stress = np.abs(table.columns[first.name])
         held_stress = stress[np.isfinite(stress) & (stress > 0)][0]
         problem = f"all points have the shear stress {held_stress:.4g} {first.unit}, which is no flow curve"
-        raise MappingError(problem, where=table.name, remedy="Give a test with several stresses; this is a creep")
+        raise MappingError(
+            problem, where=table.name, remedy="Give a test with several stresses; this is a creep"
+        )
 
 
 def _times(table: Table) -> Array:

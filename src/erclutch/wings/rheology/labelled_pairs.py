@@ -77,7 +77,9 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
             return ()
         labels = [f"{number:g}" for number in numbers]
     else:
-        for number, (name, is_unnamed) in enumerate(zip(over_rates, unnamed[::2], strict=True), start=1):
+        for number, (name, is_unnamed) in enumerate(
+            zip(over_rates, unnamed[::2], strict=True), start=1
+        ):
             says_by_name = said_by_name(name) != "unknown"
             says_by_unit = said_by_unit(unit_of(table, name)) != "unknown"
             if says_by_name or says_by_unit:
@@ -86,7 +88,9 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
     reason = "a label stands over its pair of columns"
     quantity = said_by_unit(unit or "Pa")
     if quantity not in ("stress", "viscosity"):
-        raise UnitError(f"{unit!r} is no unit of a stress or a viscosity", remedy="Give such as Pa or mPa*s")
+        raise UnitError(
+            f"{unit!r} is no unit of a stress or a viscosity", remedy="Give such as Pa or mPa*s"
+        )
     factor = parse(unit or "Pa").factor / parse("Pa").factor
     pairs: list[CurvePlan] = []
     for label, rates, stresses in zip(labels, over_rates, names[1::2], strict=True):

@@ -78,14 +78,18 @@ def chosen_table(source: LogSource, blocks: Sequence[Block], what: str) -> Table
         LogError: the file holds no table, or several and none was named.
     """
     if not blocks:
-        raise LogError("the export holds no table of numbers", remedy="Export the table of measured points")
+        raise LogError(
+            "the export holds no table of numbers", remedy="Export the table of measured points"
+        )
     by_name: dict[str, Block] = {}
     counts: Counter[str] = Counter()
     for block in blocks:
         counts[block.name] += 1
         count = counts[block.name]
         by_name[f"{block.name} ({count})" if count > 1 else block.name] = block
-    name, block = found_recordings.choose(by_name, source.variable, what, "the export holds no test")
+    name, block = found_recordings.choose(
+        by_name, source.variable, what, "the export holds no test"
+    )
     table = _table(source, block)
     if len(blocks) == 1:
         return table
@@ -133,4 +137,6 @@ def reader_of_blocks(
     def read(source: LogSource) -> Table:
         return chosen_table(source, blocks_of(decode(source.data)), what)
 
-    return LogReader((), claims, read, recordings=found_recordings.names_by(read), tells_damage=DAMAGE)
+    return LogReader(
+        (), claims, read, recordings=found_recordings.names_by(read), tells_damage=DAMAGE
+    )

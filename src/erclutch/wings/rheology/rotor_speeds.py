@@ -16,11 +16,17 @@ from erclutch.errors import MappingError, listed, shell_word
 from erclutch.logs.columns.rheometer_names import plain_name, said_by_name
 from erclutch.logs.table import Table
 
-_SPEED = re.compile(r"\brpm\b|\brotor speed\b|^speed\b|drehzahl|vitesse de rotation|velocidad de giro|转速|回転|ротор")
+_SPEED = re.compile(
+    r"\brpm\b|\brotor speed\b|^speed\b|drehzahl|vitesse de rotation|velocidad de giro|转速|回転|ротор"
+)
 _TURNS = ("rpm", "r/min", "rev/min", "1/min", "об/мин", "U/min", "tr/min")
-_READING = re.compile(r"\bdial\b|\breading|deflection|deflex|deflect|\blectura|\bleitura|\btheta\b|θ|读数")
+_READING = re.compile(
+    r"\bdial\b|\breading|deflection|deflex|deflect|\blectura|\bleitura|\btheta\b|θ|读数"
+)
 #: A reading at one speed of a mud's viscometer: ``R600``, ``Theta 300``, ``6 rpm``.
-_AT_A_SPEED = re.compile(r"(?:r|theta|teta|θ|φ|phi|dial|fann|l)? ?(600|300|200|100|60|30|6|3)(?: ?rpm)?")
+_AT_A_SPEED = re.compile(
+    r"(?:r|theta|teta|θ|φ|phi|dial|fann|l)? ?(600|300|200|100|60|30|6|3)(?: ?rpm)?"
+)
 _TORQUE = re.compile(r"torque|drehmoment|\bcouple\b|\bpar\b|扭矩|トルク")
 _FEWEST_SPEEDS = 3
 _RATE_OF_R1_B1 = 1.7023  # 1/s for 1 rpm
@@ -79,14 +85,20 @@ def speed_in_place_of_rate(table: Table) -> MappingError | None:
     geometry = "R1 and B1"
     readings = [name for name in table.columns if _READING.search(plain_name(name))]
     has_values = any(said_by_name(name) in ("stress", "viscosity") for name in table.columns)
-    torques = [name for name in table.columns if _TORQUE.search(plain_name(name)) and "%" not in table.label(name)]
+    torques = [
+        name
+        for name in table.columns
+        if _TORQUE.search(plain_name(name)) and "%" not in table.label(name)
+    ]
     if not readings and not has_values and torques:
         of_geometry = f"--shear-rate {shell_word(f'{speeds[0]} [FACTOR 1/s]')}"
         of_geometry += f" --stress {shell_word(f'{torques[0]} [FACTOR Pa]')}"
         remedy = f"Give the shear rate and the stress that 1 of each stands for in this geometry: {of_geometry}"
         return MappingError(problem, where=table.name, remedy=remedy)
     if not readings and not has_values:
-        return MappingError(problem, where=table.name, remedy="Give shear rates, and shear stresses or viscosities")
+        return MappingError(
+            problem, where=table.name, remedy="Give shear rates, and shear stresses or viscosities"
+        )
     if readings and not has_values:
         of_each = (shell_word(f"{reading} [{_STRESS_OF_R1_B1_F1} Pa]") for reading in readings)
         options += f" --stress {' '.join(of_each)}"

@@ -40,7 +40,10 @@ def without_summary_rows(table: Table) -> Table:
             columns={name: column[:left] for name, column in table.columns.items()},
             clock=None if table.clock is None else table.clock[:left],
             breaks=tuple(row for row in table.breaks if row < left),
-            words={name: replace(column, of_row=column.of_row[:left]) for name, column in table.words.items()},
+            words={
+                name: replace(column, of_row=column.of_row[:left])
+                for name, column in table.words.items()
+            },
             notes=(*table.notes, note),
         )
     return table

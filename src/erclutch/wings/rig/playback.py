@@ -72,8 +72,12 @@ def at_period(
     lasts = min((len(values) - 1) * log.period, seconds)
     if lasts / period > _MOST_ROWS:
         most = f"{_MOST_ROWS * period:.0f}"
-        problem = f"a replay of {lasts:.0f} s has more than {_MOST_ROWS:,} rows at {1 / period:.0f} Hz"
-        raise SettingError(problem, where=log.name, remedy=f"Give --seconds {most} or fewer, or a shorter log")
+        problem = (
+            f"a replay of {lasts:.0f} s has more than {_MOST_ROWS:,} rows at {1 / period:.0f} Hz"
+        )
+        raise SettingError(
+            problem, where=log.name, remedy=f"Give --seconds {most} or fewer, or a shorter log"
+        )
     if abs(log.period / period - 1.0) < 1e-4:
         return values[: int(lasts / period + 0.5) + 1]
     at = np.arange(int(lasts / period) + 1) * (period / log.period)

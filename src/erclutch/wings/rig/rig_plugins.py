@@ -44,10 +44,14 @@ class RigDevice:
 
     def __post_init__(self) -> None:
         if self.device not in DEVICES:
-            raise SettingError(f"device {self.device!r}", remedy=f"Give one of {', '.join(DEVICES)}")
+            raise SettingError(
+                f"device {self.device!r}", remedy=f"Give one of {', '.join(DEVICES)}"
+            )
         _ = self.named
         if self.field_limit is not None and not 0.0 < self.field_limit < float("inf"):
-            raise SettingError(f"a field limit of {self.field_limit}", remedy="Give a number above zero")
+            raise SettingError(
+                f"a field limit of {self.field_limit}", remedy="Give a number above zero"
+            )
 
     @property
     def named(self) -> NamedChannels | None:
@@ -82,7 +86,9 @@ class UdpRig(RigDevice):
         ports_fit = 0 < self.port < 65536 and 0 <= self.local_port < 65536
         if not ports_fit or not 0 <= self.session < 1 << 32:
             given = f"port {self.port}, local port {self.local_port}, session {self.session}"
-            raise SettingError(given, remedy="Give ports from 1 to 65535 and a session from 0 to 2^32 - 1")
+            raise SettingError(
+                given, remedy="Give ports from 1 to 65535 and a session from 0 to 2^32 - 1"
+            )
 
 
 @dataclass(frozen=True)
@@ -118,7 +124,9 @@ def hardware(name: str) -> UdpRig | LibraryRig:
     with plugin.working():
         rig = make()
     if not isinstance(rig, UdpRig | LibraryRig):
-        raise plugin.fault(f"returns a {type(rig).__name__}; it must return a UdpRig or a LibraryRig")
+        raise plugin.fault(
+            f"returns a {type(rig).__name__}; it must return a UdpRig or a LibraryRig"
+        )
     return rig
 
 
@@ -130,6 +138,10 @@ def udp_rig(text: str, session: int = 0, device: DeviceName = "coaxial") -> UdpR
     """
     host, colon, port = text.rpartition(":")
     if not colon or not port.isdecimal():
-        problem = f"{text!r} is no address of a rig" if text else "the address of the rig is missing"
-        raise SettingError(problem, remedy="Give --address HOST:PORT, for example --address 192.168.1.10:5005")
+        problem = (
+            f"{text!r} is no address of a rig" if text else "the address of the rig is missing"
+        )
+        raise SettingError(
+            problem, remedy="Give --address HOST:PORT, for example --address 192.168.1.10:5005"
+        )
     return UdpRig(text, host, int(port), session, device=device)

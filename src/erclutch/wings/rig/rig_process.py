@@ -30,7 +30,9 @@ class RigStartError(ErclutchError):
     """A rig's process did not come up."""
 
 
-def start_rig(spec: Mapping[str, Any], *, timeout: float = 120.0) -> tuple[subprocess.Popen[str], int]:
+def start_rig(
+    spec: Mapping[str, Any], *, timeout: float = 120.0
+) -> tuple[subprocess.Popen[str], int]:
     """Start a rig's process.
 
     Args:
@@ -58,7 +60,9 @@ def start_rig(spec: Mapping[str, Any], *, timeout: float = 120.0) -> tuple[subpr
         process.kill()
         process.wait()
         raise RigStartError(
-            f"the rig's process did not start within {timeout:g} s", where=str(spec["kind"]), remedy="See its message"
+            f"the rig's process did not start within {timeout:g} s",
+            where=str(spec["kind"]),
+            remedy="See its message",
         )
     return process, int(line.split()[1])
 

@@ -170,10 +170,14 @@ class RigServer:
     def _answer(self) -> None:
         self._seq += 1
         m = self.rig.sense()
-        status = (WATCHDOG if self._zeroed else 0) | (FAULT if getattr(self.rig, "fault", False) else 0)
+        status = (WATCHDOG if self._zeroed else 0) | (
+            FAULT if getattr(self.rig, "fault", False) else 0
+        )
         alpha = m.alpha_raw * self._turns
         now = time.monotonic_ns()
-        packet = SensorPacket(self._session, self._seq, now, m.theta, alpha, m.torque, status, self._device)
+        packet = SensorPacket(
+            self._session, self._seq, now, m.theta, alpha, m.torque, status, self._device
+        )
         assert self._loop is not None
         try:
             self._socket.sendto(pack_sensors(packet), self._loop)

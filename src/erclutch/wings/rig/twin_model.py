@@ -59,12 +59,16 @@ def twin_models(
     code = hashlib.sha256()
     for source in sorted(sources, key=str):
         code.update(source.read_bytes())
-    about = json.dumps([_version.__version__, code.hexdigest(), _SECONDS, device, rig.to_dict()], sort_keys=True)
+    about = json.dumps(
+        [_version.__version__, code.hexdigest(), _SECONDS, device, rig.to_dict()], sort_keys=True
+    )
     digest = hashlib.sha256(about.encode()).hexdigest()[:16]
     files = {name: cache_folder() / f"twin-{file_name(name)}-{digest}.json" for name in names}
     missing = tuple(name for name, file in files.items() if not file.exists())
     if missing:
-        output.print(f"TWIN: fitting {', '.join(missing)} to {_SECONDS:.0f} s of it, once ...", markup=False)
+        output.print(
+            f"TWIN: fitting {', '.join(missing)} to {_SECONDS:.0f} s of it, once ...", markup=False
+        )
         for name, text in _fitted(rig, missing, device).items():
             files[name].parent.mkdir(parents=True, exist_ok=True)
             with whole_file(files[name], _UNWRITABLE) as partial:
@@ -92,9 +96,13 @@ def _fitted(
         seed=1,
     )
     with tempfile.TemporaryDirectory() as folder:
-        log = write_log(Path(folder) / "twin.parquet", run.names, run.chunks(), run.about(), rows=run.rows)
+        log = write_log(
+            Path(folder) / "twin.parquet", run.names, run.chunks(), run.about(), rows=run.rows
+        )
         # Speeds by the filter that runs live: the models then know its delay and its noise.
-        data = build_dataset(read(log, device=device), device=device, derivative=Derivative("kalman"))
+        data = build_dataset(
+            read(log, device=device), device=device, derivative=Derivative("kalman")
+        )
     texts: dict[str, str] = {}
     for entry in compare(data, Settings(models=names, lag="none")).entries:
         texts[entry.name] = json.dumps(entry.outcome.model.to_dict(), indent=1) + "\n"

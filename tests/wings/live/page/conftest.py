@@ -47,7 +47,11 @@ class Loop:
     def __init__(self, folder: Path, frames: Any, ring_writer: Any, **info: Any) -> None:
         self.path = folder / "ring"
         self.info = RingInfo(
-            model="fnn-16", digest="ab" * 32, start_ns=time.monotonic_ns(), start_unix_ns=time.time_ns(), **info
+            model="fnn-16",
+            digest="ab" * 32,
+            start_ns=time.monotonic_ns(),
+            start_unix_ns=time.time_ns(),
+            **info,
         )
         make_ring(self.path, self.info)
         self.writer = ring_writer(self.path)

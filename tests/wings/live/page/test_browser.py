@@ -20,7 +20,13 @@ from erclutch.wings.live.ring import State
 
 CHROMIUM = Path("/usr/bin/chromium")
 # Nothing but the page: no GPU, and none of the browser's own traffic.
-_FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"]
+_FLAGS = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+]
 _FLAGS += ["--disable-component-update", "--disable-sync"]
 PROGRAMS = [
     ("tracking", "a sine", "position"),
@@ -64,11 +70,16 @@ pytestmark = [pytest.mark.slow, pytest.mark.timed]
 class Seen:
     """A page in a browser, its session, and all that went wrong or left the machine."""
 
-    def __init__(self, page: Any, observers: Observers, commands: list[PageCommand], loop: Any) -> None:
+    def __init__(
+        self, page: Any, observers: Observers, commands: list[PageCommand], loop: Any
+    ) -> None:
         self.page, self.observers, self.commands, self.loop = page, observers, commands, loop
         self.errors: list[str] = []
         self.requests: list[str] = []
-        page.on("console", lambda message: self.errors.append(message.text) if message.type == "error" else None)
+        page.on(
+            "console",
+            lambda message: self.errors.append(message.text) if message.type == "error" else None,
+        )
         page.on("pageerror", lambda error: self.errors.append(str(error)))
         page.on("request", lambda request: self.requests.append(request.url))
         page.goto(observers.url)
@@ -110,7 +121,12 @@ def seen(chromium: Any, start_loop: Callable[..., Any], tmp_path: Path) -> Gener
     loop = start_loop()
     commands: list[PageCommand] = []
     with Observers(
-        loop.path, commands.append, programs=PROGRAMS, motor_limit=0.95, folder=tmp_path / "recordings", lead=0.01
+        loop.path,
+        commands.append,
+        programs=PROGRAMS,
+        motor_limit=0.95,
+        folder=tmp_path / "recordings",
+        lead=0.01,
     ) as observers:
         context = chromium.new_context(viewport={"width": 1440, "height": 900})
         yield Seen(context.new_page(), observers, commands, loop)
@@ -121,16 +137,23 @@ def test_one_device_has_nothing_of_a_second_clutch(
     chromium: Any, start_loop: Callable[..., Any], tmp_path: Path
 ) -> None:
     """A damper without a drive: its own units, one field under its own name, a piston."""
-    words = named("single", {"position": "stroke [m]", "effort": "force [N]", "field": "<b>coil</b> [A]"})
+    words = named(
+        "single", {"position": "stroke [m]", "effort": "force [N]", "field": "<b>coil</b> [A]"}
+    )
     loop = start_loop(channels=words.of(channels_of("single", words.units, motor=words.motor)))
-    with Observers(loop.path, lambda command: None, programs=PROGRAMS, folder=tmp_path) as observers:
+    with Observers(
+        loop.path, lambda command: None, programs=PROGRAMS, folder=tmp_path
+    ) as observers:
         context = chromium.new_context(viewport={"width": 1440, "height": 900})
         seen = Seen(context.new_page(), observers, [], loop)
         seen.until(f"Math.min(...({_INK})()) > 150")
         titles = "[...document.querySelectorAll('.chart h2')].map(title => title.firstChild.textContent).join()"
         assert seen.page.evaluate(titles) == "Force [N],Residual [N],Field [A],Slip [m/s]"
         shown = seen.page.evaluate("document.body.innerText")
-        assert not any(word in shown for word in ("CH1", "CH2", "Clutches", "Motor", "N m", "Torque", "Zero fields"))
+        assert not any(
+            word in shown
+            for word in ("CH1", "CH2", "Clutches", "Motor", "N m", "Torque", "Zero fields")
+        )
         assert "<b>coil</b>" in shown
         assert seen.page.evaluate("erclutch.picture.texts")[1].endswith(" m/s")
         assert not seen.errors
@@ -163,7 +186,9 @@ def test_it_draws_what_the_ring_holds(seen: Seen) -> None:
     assert [url for url in seen.requests if not url.startswith(own)] == []
 
 
-def test_the_reference_and_the_tracking_error_are_shown_while_something_is_tracked(seen: Seen) -> None:
+def test_the_reference_and_the_tracking_error_are_shown_while_something_is_tracked(
+    seen: Seen,
+) -> None:
     """What follows 5 sin(wt) 20 ms late errs by 10/sqrt(2) sin(0.02 pi) = 0.444 rad, with a lead of 10 mm 0.71 mm."""
     shown = "[...document.querySelectorAll('.chart:not([hidden]) .key:not([hidden])')].map(e => e.textContent).join()"
     seen.until("document.getElementById('error').textContent === '0.444 rad · 0.71 mm'")
@@ -189,7 +214,9 @@ def test_an_event_has_one_line(seen: Seen) -> None:
     seen.loop.events = 1 << 15
     seen.until("document.querySelector('#events .what') !== null")
     text = "document.querySelector('#events .what')"
-    assert seen.page.evaluate(f"{text}.scrollWidth <= {text}.clientWidth && {text}.clientHeight < 24")
+    assert seen.page.evaluate(
+        f"{text}.scrollWidth <= {text}.clientWidth && {text}.clientHeight < 24"
+    )
 
 
 def test_buttons_send_commands(seen: Seen) -> None:
@@ -229,7 +256,10 @@ def test_keys(seen: Seen) -> None:
         page.keyboard.press("Tab")
         name = page.evaluate("document.activeElement.id || document.activeElement.tagName")
         reached.append(name)
-        assert name == "BODY" or page.evaluate("getComputedStyle(document.activeElement).outlineStyle") != "none", name
+        assert (
+            name == "BODY"
+            or page.evaluate("getComputedStyle(document.activeElement).outlineStyle") != "none"
+        ), name
     assert {"freeze", "zero", "record", "step", "program", "motor", "events"} <= set(reached)
 
 
@@ -258,11 +288,17 @@ def test_recording_freezing_and_the_alarm(seen: Seen) -> None:
     seen.until(
         "/^drift: the torque left the band.*; wide band: /.test(document.getElementById('coverage').textContent)"
     )
-    assert page.evaluate("(e => e.scrollWidth <= e.clientWidth)(document.getElementById('coverage').parentElement)")
-    assert page.evaluate("document.getElementById('coverage').offsetHeight") > 20, "alarms are read whole, over lines"
+    assert page.evaluate(
+        "(e => e.scrollWidth <= e.clientWidth)(document.getElementById('coverage').parentElement)"
+    )
+    assert page.evaluate("document.getElementById('coverage').offsetHeight") > 20, (
+        "alarms are read whole, over lines"
+    )
     page.click("#record")
     seen.until("document.getElementById('recording').hidden")
-    seen.until("[...document.querySelectorAll('#events .what')].some(e => e.textContent.includes('is complete'))")
+    seen.until(
+        "[...document.querySelectorAll('#events .what')].some(e => e.textContent.includes('is complete'))"
+    )
     assert len(seen.observers.recordings.files) == 1
     assert seen.errors == []
 
@@ -272,10 +308,16 @@ def test_trips_and_silence_are_shown(seen: Seen) -> None:
     seen.until("document.getElementById('banner').textContent.includes('Tripped by sample-lost')")
     seen.page.click("#reset")
     assert seen.command() == PageCommand("reset")
-    seen.page.click("#program-form button")  # not while it is tripped: no command goes out, and the page says why
-    seen.until("document.getElementById('said').textContent.includes('tripped by sample-lost. Reset it first')")
+    seen.page.click(
+        "#program-form button"
+    )  # not while it is tripped: no command goes out, and the page says why
+    seen.until(
+        "document.getElementById('said').textContent.includes('tripped by sample-lost. Reset it first')"
+    )
     seen.loop.writer.put(state=State.READY)
-    seen.until("document.getElementById('banner').textContent.includes('nothing moves until a program is run')")
+    seen.until(
+        "document.getElementById('banner').textContent.includes('nothing moves until a program is run')"
+    )
     assert seen.page.locator("#reset").is_hidden()
     assert seen.page.get_attribute("#banner", "data-calm") == "true", "a reset loop is no alarm"
     seen.page.click("#program-form button")
@@ -284,7 +326,9 @@ def test_trips_and_silence_are_shown(seen: Seen) -> None:
     seen.until("document.getElementById('banner').hidden")
     seen.loop.stop()
     seen.until("document.getElementById('banner').textContent.includes('No frame from the loop')")
-    painted = seen.page.evaluate("erclutch.painted")  # what is shown goes on by the page's clock, but never beyond data
+    painted = seen.page.evaluate(
+        "erclutch.painted"
+    )  # what is shown goes on by the page's clock, but never beyond data
     seen.page.wait_for_timeout(500)
     assert seen.page.evaluate("erclutch.painted") == painted
 
@@ -293,7 +337,9 @@ def test_it_comes_back_after_its_server(seen: Seen) -> None:
     page = seen.page
     assert seen.observers.page is not None
     os.kill(seen.observers.page.pid, signal.SIGKILL)
-    seen.until("document.getElementById('banner').textContent.includes('connection to the session is lost')")
+    seen.until(
+        "document.getElementById('banner').textContent.includes('connection to the session is lost')"
+    )
     seen.until("erclutch.connections === 2")
     before = page.evaluate("erclutch.samples")
     seen.until(f"erclutch.samples > {before + 300}")
@@ -306,7 +352,10 @@ def test_an_ended_session_is_said_to_be(seen: Seen) -> None:
     assert seen.observers.page is not None
     seen.observers.page._process.stdin.close()  # type: ignore[union-attr]  # as the session does at its end
     seen.until("document.getElementById('banner').textContent.includes('The session has ended')")
-    assert [seen.page.locator(f"#{name}").is_disabled() for name in ("zero", "record", "program", "freeze")] == [
+    assert [
+        seen.page.locator(f"#{name}").is_disabled()
+        for name in ("zero", "record", "program", "freeze")
+    ] == [
         *(True, True, True),
         False,
     ]

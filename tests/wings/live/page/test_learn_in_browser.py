@@ -76,12 +76,27 @@ def reset(page: Any) -> None:
     limit = time.monotonic() + _PATIENCE
     while "nothing moves until" not in page.text_content("#banner"):
         assert time.monotonic() < limit, page.text_content("#banner")
-        page.evaluate("const button = document.getElementById('reset'); if (!button.hidden) button.click();")
+        page.evaluate(
+            "const button = document.getElementById('reset'); if (!button.hidden) button.click();"
+        )
         page.wait_for_timeout(200)
 
 
-def test_run_on_the_page_goes_on_with_the_next_round(chromium: Any, failing_rig: int, tmp_path: Path) -> None:  # noqa: F811
-    rig = ("--rig", "udp", "--address", f"127.0.0.1:{failing_rig}", "--session", "7", "--device", "single")
+def test_run_on_the_page_goes_on_with_the_next_round(
+    chromium: Any,  # noqa: F811
+    failing_rig: int,
+    tmp_path: Path,
+) -> None:
+    rig = (
+        "--rig",
+        "udp",
+        "--address",
+        f"127.0.0.1:{failing_rig}",
+        "--session",
+        "7",
+        "--device",
+        "single",
+    )
     rounds = ("--program", "learn", "--seconds", "4", "--round", "2", "--folder", "logs")
     words = [sys.executable, "-m", "erclutch", "live", *rig, *rounds]
     shown = {**os.environ, "PYTHONUNBUFFERED": "1"}
@@ -92,7 +107,10 @@ def test_run_on_the_page_goes_on_with_the_next_round(chromium: Any, failing_rig:
         try:
             page = chromium.new_context().new_page()
             opened(page, told.after("page of round 1:"))
-            until(page, "/zero field until a reset/i.test(document.getElementById('banner').textContent)")
+            until(
+                page,
+                "/zero field until a reset/i.test(document.getElementById('banner').textContent)",
+            )
             reset(page)
             page.click("#program-form button")
             opened(page, told.after("page of round 2:"))

@@ -29,7 +29,13 @@ from erclutch.wings.live.layout import EVENT_BITS
 from erclutch.wings.live.page.access import TOKEN_HEADER, Access
 from erclutch.wings.live.page.page_process import PageError, PageProcess
 from erclutch.wings.live.page.wire import pack, wire_of
-from erclutch.wings.live.page_commands import LONGEST, CommandError, CommandLimits, PageCommand, parse
+from erclutch.wings.live.page_commands import (
+    LONGEST,
+    CommandError,
+    CommandLimits,
+    PageCommand,
+    parse,
+)
 from erclutch.wings.live.ring import RingInfo, State
 from tests.support.examples import examples
 
@@ -74,7 +80,9 @@ def test_what_is_no_command_is_refused(message: bytes) -> None:
         parse(message, LIMITS)
 
 
-_WORDS = st.sampled_from(["command", "zero", "reset", "program", "motor", "record", "name", "torque", "on", "step"])
+_WORDS = st.sampled_from(
+    ["command", "zero", "reset", "program", "motor", "record", "name", "torque", "on", "step"]
+)
 _VALUES: Any = st.recursive(
     _WORDS | st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(_WORDS, inner, max_size=3),
@@ -84,7 +92,8 @@ _VALUES: Any = st.recursive(
 
 @settings(max_examples=examples(200), deadline=None)
 @given(
-    st.binary(max_size=300) | st.dictionaries(_WORDS, _VALUES, max_size=4).map(lambda body: json.dumps(body).encode())
+    st.binary(max_size=300)
+    | st.dictionaries(_WORDS, _VALUES, max_size=4).map(lambda body: json.dumps(body).encode())
 )
 @example(b'{"command": "motor", "torque": -0.0}')
 def test_nothing_but_commands_in_range_gets_through(message: bytes) -> None:
@@ -108,7 +117,9 @@ def test_frames_on_the_wire(frames: Any) -> None:
     some["torque"][4] = 1e300
     info = RingInfo(start_ns=10**12)
     message, wire = pack(some, info, 7), wire_of(info)
-    row = np.dtype([(name, "<u4" if name in ("flags", "events") else "<f4") for name in wire["columns"]])
+    row = np.dtype(
+        [(name, "<u4" if name in ("flags", "events") else "<f4") for name in wire["columns"]]
+    )
     assert len(message) == wire["head"] + 30 * row.itemsize
     assert np.frombuffer(message, "<u4", 2).tolist() == [0, 7]
     assert np.frombuffer(message, "<f8", 2, 8).tolist() == [pytest.approx(0.1), 100.0]
@@ -136,7 +147,11 @@ def test_frames_on_the_wire(frames: Any) -> None:
         ([("host", "127.0.0.1:81")], False, False),
         ([("host", "127.0.0.1")], False, False),
         ([("host", "127.0.0.1:80"), ("host", "evil.example:80")], False, False),
-        ([("host", "127.0.0.1:80"), ("origin", "http://127.0.0.1:80"), ("origin", "null")], False, False),
+        (
+            [("host", "127.0.0.1:80"), ("origin", "http://127.0.0.1:80"), ("origin", "null")],
+            False,
+            False,
+        ),
         ([("origin", "http://127.0.0.1:80")], False, False),
     ],
 )
@@ -165,7 +180,11 @@ class Site:
         self.loop = loop
         self.commands: list[PageCommand] = []
         self.observers = Observers(
-            loop.path, self.commands.append, programs=PROGRAMS, motor_limit=0.95, folder=folder / "recordings"
+            loop.path,
+            self.commands.append,
+            programs=PROGRAMS,
+            motor_limit=0.95,
+            folder=folder / "recordings",
         )
         assert self.observers.page is not None
         self.page = self.observers.page
@@ -173,18 +192,28 @@ class Site:
         self.cookie = self.access.set_cookie().partition(";")[0]
 
     def get(
-        self, path: str, *, token: bool = True, method: str = "GET", bare: bool = False, **headers: Any
+        self,
+        path: str,
+        *,
+        token: bool = True,
+        method: str = "GET",
+        bare: bool = False,
+        **headers: Any,
     ) -> tuple[int, bytes, Any]:
         connection = http.client.HTTPConnection("127.0.0.1", self.access.port, timeout=10)
         own = {"Cookie": self.cookie} if token else {}
         try:
-            connection.request(method, path if bare else self.access.base + path, headers={**own, **headers})
+            connection.request(
+                method, path if bare else self.access.base + path, headers={**own, **headers}
+            )
             answer = connection.getresponse()
             return answer.status, answer.read(), answer.headers
         finally:
             connection.close()
 
-    def connect(self, *, cookie: str | None = None, host: str = "", origin: str | None = "own") -> ClientConnection:
+    def connect(
+        self, *, cookie: str | None = None, host: str = "", origin: str | None = "own"
+    ) -> ClientConnection:
         address = f"127.0.0.1:{self.access.port}"
         headers = {"Cookie": self.cookie if cookie is None else f"{self.access.cookie}={cookie}"}
         with socket.create_connection(("127.0.0.1", self.access.port)) as raw:
@@ -240,8 +269,15 @@ def test_no_answer_without_the_token(site: Site) -> None:
     right = site.access.token
     right_header: dict[str, Any] = {TOKEN_HEADER: right}
     for wrong in ("wrong", right[:-1], right + "x", ""):
-        assert site.get("/enter", method="POST", bare=True, token=False, **{**own, TOKEN_HEADER: wrong})[0] == 403
-    assert site.get("/enter", method="POST", bare=True, token=False, **right_header)[0] == 403  # no Origin
+        assert (
+            site.get(
+                "/enter", method="POST", bare=True, token=False, **{**own, TOKEN_HEADER: wrong}
+            )[0]
+            == 403
+        )
+    assert (
+        site.get("/enter", method="POST", bare=True, token=False, **right_header)[0] == 403
+    )  # no Origin
     good = site.cookie.partition("=")[2]
     for cookie in ("wrong", good[:-1], good + "x", right):
         with pytest.raises(InvalidStatus, match="403"):
@@ -250,13 +286,22 @@ def test_no_answer_without_the_token(site: Site) -> None:
 
 def test_the_token_gives_a_cookie_for_one_path_alone(site: Site) -> None:
     """A browser sends a cookie to all ports of a host; to a path that no other server knows, it is never asked for."""
-    own: dict[str, Any] = {"Origin": f"http://127.0.0.1:{site.access.port}", TOKEN_HEADER: site.access.token}
+    own: dict[str, Any] = {
+        "Origin": f"http://127.0.0.1:{site.access.port}",
+        TOKEN_HEADER: site.access.token,
+    }
     status, body, headers = site.get("/enter", method="POST", bare=True, token=False, **own)
     assert (status, json.loads(body)) == (200, {"to": f"{site.access.base}/"})
     cookie = headers["set-cookie"]
-    assert {"HttpOnly", "SameSite=Strict", f"Path={site.access.base}/"} <= {part.strip() for part in cookie.split(";")}
+    assert {"HttpOnly", "SameSite=Strict", f"Path={site.access.base}/"} <= {
+        part.strip() for part in cookie.split(";")
+    }
     assert cookie.startswith(f"erclutch-{site.access.port}=")
-    secrets = [cookie.partition("=")[2].partition(";")[0], site.access.base.partition("-")[2], site.access.token]
+    secrets = [
+        cookie.partition("=")[2].partition(";")[0],
+        site.access.base.partition("-")[2],
+        site.access.token,
+    ]
     assert len(set(secrets)) == 3
     for path, bare in (("/", True), ("/enter.js", True), ("/", False)):
         status, body, headers = site.get(path, bare=bare)
@@ -278,7 +323,10 @@ def test_nothing_for_a_page_of_another_port(site: Site, site_of: str) -> None:
     assert site.get("/", **fetched("same-origin"))[0] == 200
     assert site.get("/", **fetched("none"))[0] == 200
     assert site.get("/", **fetched(site_of))[0] == 403
-    own: dict[str, Any] = {"Origin": f"http://127.0.0.1:{site.access.port}", TOKEN_HEADER: site.access.token}
+    own: dict[str, Any] = {
+        "Origin": f"http://127.0.0.1:{site.access.port}",
+        TOKEN_HEADER: site.access.token,
+    }
     assert site.get("/enter", method="POST", bare=True, **own, **fetched(site_of))[0] == 403
 
 
@@ -286,7 +334,12 @@ def test_nothing_for_a_foreign_host_or_origin(site: Site) -> None:
     assert site.get("/", Host="evil.example")[0] == 403
     assert site.get("/", Host=f"evil.example:{site.access.port}")[0] == 403
     assert site.get("/", Origin="http://evil.example")[0] == 403
-    for host, origin in (("evil.example", "own"), ("", "http://evil.example"), ("", "null"), ("", None)):
+    for host, origin in (
+        ("evil.example", "own"),
+        ("", "http://evil.example"),
+        ("", "null"),
+        ("", None),
+    ):
         with pytest.raises(InvalidStatus, match="403"):
             site.connect(host=host, origin=origin)
 
@@ -309,8 +362,14 @@ def test_nothing_can_be_changed_by_a_request(site: Site) -> None:
 
 
 def test_it_listens_on_this_machine_only(site: Site) -> None:
-    mine = [line for line in Path("/proc/net/tcp").read_text(encoding="ascii").splitlines() if line.split()[3] == "0A"]
-    bound = [line.split()[1] for line in mine if line.split()[1].endswith(f":{site.access.port:04X}")]
+    mine = [
+        line
+        for line in Path("/proc/net/tcp").read_text(encoding="ascii").splitlines()
+        if line.split()[3] == "0A"
+    ]
+    bound = [
+        line.split()[1] for line in mine if line.split()[1].endswith(f":{site.access.port:04X}")
+    ]
     assert bound == [f"0100007F:{site.access.port:04X}"]
 
 
@@ -329,14 +388,21 @@ def test_frames_and_state_arrive(site: Site) -> None:
             if isinstance(message, bytes):
                 messages += 1
                 first = int(np.frombuffer(message, "<f8", 1, 16)[0])
-                seqs += range(first, first + (len(message) - wire["head"]) // (4 * len(wire["columns"])))
+                seqs += range(
+                    first, first + (len(message) - wire["head"]) // (4 * len(wire["columns"]))
+                )
         assert seqs == list(range(seqs[0], seqs[0] + len(seqs)))
         assert messages > 5  # 60 a second where the machine is free: the study measures
         site.loop.events = EVENT_BITS["overrun"] | EVENT_BITS["trip"]
         lines = [line for status in texts(client, "status", 4) for line in status["lines"]]
-        assert {(line["name"], line["level"]) for line in lines} >= {("overrun", "warning"), ("trip", "alarm")}
+        assert {(line["name"], line["level"]) for line in lines} >= {
+            ("overrun", "warning"),
+            ("trip", "alarm"),
+        }
         seen: list[Any] = []
-        assert wait_for(lambda: bool(seen.extend(texts(client, "status")) or seen[-1]["state"] == "running"))
+        assert wait_for(
+            lambda: bool(seen.extend(texts(client, "status")) or seen[-1]["state"] == "running")
+        )
         assert seen[-1]["lateness"]["p50"] == pytest.approx(31, abs=2)
         assert seen[-1]["counts"] == {"overrun": 1, "trip": 1}
 
@@ -418,9 +484,19 @@ def test_a_client_that_sends_too_much_is_hung_up_on(site: Site) -> None:
 def test_raw_noise_does_not_bring_the_server_down(site: Site) -> None:
     random = np.random.default_rng(1)
     for k in range(50):
-        with suppress(OSError), socket.create_connection(("127.0.0.1", site.access.port), timeout=2) as raw:
-            raw.sendall(random.bytes(200) if k % 2 else b"GET / HTTP/1.1\r\n" + random.bytes(100) + b"\r\n\r\n")
-    with suppress(OSError), socket.create_connection(("127.0.0.1", site.access.port), timeout=2) as raw:
+        with (
+            suppress(OSError),
+            socket.create_connection(("127.0.0.1", site.access.port), timeout=2) as raw,
+        ):
+            raw.sendall(
+                random.bytes(200)
+                if k % 2
+                else b"GET / HTTP/1.1\r\n" + random.bytes(100) + b"\r\n\r\n"
+            )
+    with (
+        suppress(OSError),
+        socket.create_connection(("127.0.0.1", site.access.port), timeout=2) as raw,
+    ):
         raw.sendall(b"GET / HTTP/1.1\r\nX: " + b"a" * 100_000)
     assert site.get("/")[0] == 200
     assert site.page.restarts == 0
@@ -432,7 +508,9 @@ def test_half_open_connections_turn_no_page_away_and_are_dropped(site: Site) -> 
     with ExitStack() as stack:
         strangers: list[socket.socket] = []
         for k in range(300):
-            raw = stack.enter_context(socket.create_connection(("127.0.0.1", site.access.port), timeout=5))
+            raw = stack.enter_context(
+                socket.create_connection(("127.0.0.1", site.access.port), timeout=5)
+            )
             strangers.append(raw)
             with suppress(OSError):
                 raw.sendall(b"GET / HTTP/1.1\r\nHost: " if k % 2 else b"")
@@ -528,6 +606,7 @@ def test_no_text_becomes_markup_or_code_in_the_page() -> None:
         for file in package.joinpath(folder).iterdir():
             if file.name.endswith(".js"):
                 found = re.findall(
-                    r"(?:inner|outer)HTML|insertAdjacent|document\.write|\beval\(|new Function", file.read_text()
+                    r"(?:inner|outer)HTML|insertAdjacent|document\.write|\beval\(|new Function",
+                    file.read_text(),
                 )
                 assert not found, file.name

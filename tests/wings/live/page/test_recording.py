@@ -30,7 +30,12 @@ from erclutch.logs import read, read_table
 from erclutch.signals.channels import channels_of
 from erclutch.signals.device import Units
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, HEADER
-from erclutch.wings.live.recording.mcap_file import FrameFile, RecordingError, finish_torn, partial_of
+from erclutch.wings.live.recording.mcap_file import (
+    FrameFile,
+    RecordingError,
+    finish_torn,
+    partial_of,
+)
 from erclutch.wings.live.recording.recorder import FrameRecorder
 from erclutch.wings.live.recording.recordings import Recordings
 from erclutch.wings.live.ring import RingError, RingInfo, RingReader, State, make_ring
@@ -39,7 +44,9 @@ from tests.support.examples import examples
 
 pytestmark = pytest.mark.timed
 
-INFO = RingInfo(model="fnn-16", digest="ab" * 32, start_ns=10**12, start_unix_ns=1_700_000_000 * 10**9)
+INFO = RingInfo(
+    model="fnn-16", digest="ab" * 32, start_ns=10**12, start_unix_ns=1_700_000_000 * 10**9
+)
 
 
 def write(path: Path, frames: Any, info: RingInfo = INFO, each: int = 40) -> Path:
@@ -74,7 +81,11 @@ def test_a_recording_of_one_device_is_a_log_of_one_device(tmp_path: Path, ring_w
     channels = channels_of("single", Units("N", "V", "m/s"), motor=False)
     ring = make_ring(tmp_path / "ring", RingInfo(origin="HARDWARE", capacity=64, channels=channels))
     writer, frames = ring_writer(ring), np.zeros(60, FRAME)
-    frames["theta_dot"], frames["field1"], frames["torque"] = 0.1 * np.sin(np.arange(60)), 2.0, -900.0
+    frames["theta_dot"], frames["field1"], frames["torque"] = (
+        0.1 * np.sin(np.arange(60)),
+        2.0,
+        -900.0,
+    )
     frames["time_ns"] = 10**12 + np.arange(60) * 1_000_000
     for frame in frames:
         writer.write(frame)
@@ -98,9 +109,15 @@ assert HEADER.fields is not None
 _TABLE = HEADER.fields["channel"][1]
 
 
-@settings(max_examples=examples(60), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=examples(60),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
 @given(at=st.integers(_TABLE - 8, _TABLE + 300), put=st.binary(min_size=1, max_size=24))
-def test_a_damaged_table_of_channels_is_refused_or_sound(tmp_path: Path, at: int, put: bytes) -> None:
+def test_a_damaged_table_of_channels_is_refused_or_sound(
+    tmp_path: Path, at: int, put: bytes
+) -> None:
     path = tmp_path / "ring"
     path.unlink(missing_ok=True)
     make_ring(path, RingInfo(capacity=4))
@@ -153,7 +170,13 @@ def test_it_reads_as_the_same_data_from_parquet(tmp_path: Path, frames: Any) -> 
     names = ("field1", "field2", "theta_dot", "alpha_dot", "torque")
     columns = {name: frames[name] for name in names} | {"time": np.arange(4000) * 1e-3}
     pq.write_table(pa.table(columns), tmp_path / "a.parquet")
-    labels = {"E1": "field1", "E2": "field2", "theta_dot": "theta_dot", "alpha_dot": "alpha_dot", "T": "torque"}
+    labels = {
+        "E1": "field1",
+        "E2": "field2",
+        "theta_dot": "theta_dot",
+        "alpha_dot": "alpha_dot",
+        "T": "torque",
+    }
     one = read(write(tmp_path / "a.mcap", frames), device="coaxial")
     two = read(tmp_path / "a.parquet", labels, device="coaxial")
     assert (one.uniform, one.segments, one.origin) == (True, ((0, 4000),), "TWIN")
@@ -187,19 +210,35 @@ def test_fit_and_inspect_take_a_recording(tmp_path: Path) -> None:
 
     columns = {name: values for name, (_, values) in prepare("test", seconds=8).columns().items()}
     frames = np.zeros(8000, FRAME)
-    names = {"E1": "field1", "E2": "field2", "theta_dot": "theta_dot", "alpha_dot": "alpha_dot", "T": "torque"}
-    for theirs, ours in zip(("E1", "E2", "true_theta_dot", "true_alpha_dot", "T"), names.values(), strict=True):
+    names = {
+        "E1": "field1",
+        "E2": "field2",
+        "theta_dot": "theta_dot",
+        "alpha_dot": "alpha_dot",
+        "T": "torque",
+    }
+    for theirs, ours in zip(
+        ("E1", "E2", "true_theta_dot", "true_alpha_dot", "T"), names.values(), strict=True
+    ):
         frames[ours] = columns[theirs]
     frames["seq"] = np.arange(8000)
     frames["time_ns"] = 10**12 + frames["seq"] * 1_000_000
     write(tmp_path / "a.mcap", frames)
-    table = pa.table({"time": np.arange(8000) * 1e-3, **{theirs: frames[ours] for theirs, ours in names.items()}})
+    table = pa.table(
+        {"time": np.arange(8000) * 1e-3, **{theirs: frames[ours] for theirs, ours in names.items()}}
+    )
     pq.write_table(table, tmp_path / "b.parquet")
     found: list[Any] = []
     for name in ("a.mcap", "b.parquet"):
         run = tmp_path / f"{name}.run"
-        for words in (["inspect"], ["fit", "--models", "bingham", "--lag", "lag", "--out", str(run)]):
-            app([words[0], str(tmp_path / name), "--device", "coaxial", *words[1:]], exit_on_error=False)
+        for words in (
+            ["inspect"],
+            ["fit", "--models", "bingham", "--lag", "lag", "--out", str(run)],
+        ):
+            app(
+                [words[0], str(tmp_path / name), "--device", "coaxial", *words[1:]],
+                exit_on_error=False,
+            )
         found.append(read_run(run))
     assert found[0].body["logs"][0]["origin"] == "TWIN"
     one, two = (run.body["ranking"][0] for run in found)
@@ -216,7 +255,11 @@ def whole(tmp_path_factory: pytest.TempPathFactory, frames: Any) -> bytes:
 
 
 @pytest.mark.slow
-@settings(max_examples=examples(25), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=examples(25),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)
 @given(share=st.floats(0.02, 0.95))
 def test_a_torn_file_keeps_every_whole_chunk(tmp_path: Path, whole: bytes, share: float) -> None:
     """As it is read, and as the session finishes it after its recorder was killed."""
@@ -257,7 +300,9 @@ def test_nothing_whole_is_said(tmp_path: Path, whole: bytes) -> None:
 # --- the recorder -----------------------------------------------------------------------------------------------------
 
 
-def test_no_frame_is_lost_between_ring_and_file(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
+def test_no_frame_is_lost_between_ring_and_file(
+    tmp_path: Path, start_loop: Callable[..., Any]
+) -> None:
     loop = start_loop()
     recorder = FrameRecorder(loop.path, tmp_path / "a.mcap", loop.head - 1)
     limit = time.monotonic() + 1.0
@@ -272,7 +317,9 @@ def test_no_frame_is_lost_between_ring_and_file(tmp_path: Path, start_loop: Call
     assert recorder.progress.lost == 0
 
 
-def test_a_recorder_that_came_too_late_says_what_it_lost(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
+def test_a_recorder_that_came_too_late_says_what_it_lost(
+    tmp_path: Path, start_loop: Callable[..., Any]
+) -> None:
     loop = start_loop(capacity=300)
     first = loop.head
     recorder = FrameRecorder(loop.path, tmp_path / "a.mcap", first - 1)
@@ -318,13 +365,21 @@ def test_the_recorder_says_that_the_disk_is_full_and_the_loop_goes_on(
 ) -> None:
     """A file may grow to 40 kB (the system's own limit, set for the recorder's process)."""
     loop = start_loop()
-    words = [sys.executable, "-m", "erclutch.wings.live.recording.recorder", str(loop.path), str(tmp_path / "a.mcap")]
+    words = [
+        sys.executable,
+        "-m",
+        "erclutch.wings.live.recording.recorder",
+        str(loop.path),
+        str(tmp_path / "a.mcap"),
+    ]
 
     def small() -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000))
 
-    done = subprocess.run(words, capture_output=True, text=True, timeout=30, preexec_fn=small, check=False)
+    done = subprocess.run(
+        words, capture_output=True, text=True, timeout=30, preexec_fn=small, check=False
+    )
     assert done.returncode == 3, done.stderr
     assert "it could not be written: File too large" in done.stdout.splitlines()[-1]
     assert sequence(tmp_path / "a.mcap").size > 100
@@ -354,11 +409,23 @@ def small_recordings(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("small_recordings")
 def test_a_session_whose_recording_was_cut_does_not_end_as_if_all_were_well(tmp_path: Path) -> None:
     done = run(
-        "live", "--no-model", "--headless", "--seconds", "4", "--record", "--json", "--folder", "logs", cwd=tmp_path
+        "live",
+        "--no-model",
+        "--headless",
+        "--seconds",
+        "4",
+        "--record",
+        "--json",
+        "--folder",
+        "logs",
+        cwd=tmp_path,
     )
     assert done.code == 3
     assert json.loads(done.out)["exit"] == 3
-    assert "was ended by the disk: it could not be written: File too large" in done.error.splitlines()[-1]
+    assert (
+        "was ended by the disk: it could not be written: File too large"
+        in done.error.splitlines()[-1]
+    )
     (kept,) = (tmp_path / "logs").iterdir()
     assert sequence(kept).size > 100
 
@@ -366,7 +433,18 @@ def test_a_session_whose_recording_was_cut_does_not_end_as_if_all_were_well(tmp_
 @pytest.mark.slow
 @pytest.mark.usefixtures("small_recordings")
 def test_rounds_whose_log_was_cut_do_not_go_on(tmp_path: Path) -> None:
-    words = ("--program", "learn", "--round", "4", "--seconds", "30", "--headless", "--json", "--folder", "logs")
+    words = (
+        "--program",
+        "learn",
+        "--round",
+        "4",
+        "--seconds",
+        "30",
+        "--headless",
+        "--json",
+        "--folder",
+        "logs",
+    )
     done = run("live", *words, cwd=tmp_path)
     assert done.code == 3
     body = json.loads(done.out)
@@ -375,7 +453,9 @@ def test_rounds_whose_log_was_cut_do_not_go_on(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_recording_that_lacks_frames_is_told(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
+def test_a_recording_that_lacks_frames_is_told(
+    tmp_path: Path, start_loop: Callable[..., Any]
+) -> None:
     loop = start_loop(capacity=20)  # no recorder starts within 20 ms
     said: list[str] = []
     recordings = Recordings(loop.path, tmp_path, lambda text, level: said.append(text))
@@ -394,7 +474,13 @@ def test_a_recorder_that_ends_by_itself_is_not_killed_by_a_late_request(
     for number in range(3):
         loop = start_loop()
         path = tmp_path / f"{number}.mcap"
-        words = [sys.executable, "-m", "erclutch.wings.live.recording.recorder", str(loop.path), str(path)]
+        words = [
+            sys.executable,
+            "-m",
+            "erclutch.wings.live.recording.recorder",
+            str(loop.path),
+            str(path),
+        ]
         process = subprocess.Popen(words, stdout=subprocess.PIPE)
         assert process.stdout is not None
         process.stdout.readline()
@@ -412,7 +498,13 @@ def test_a_recorder_that_ends_by_itself_is_not_killed_by_a_late_request(
 @pytest.mark.parametrize("end", ["SIGTERM", "stopped", "dead"])
 def test_a_recorder_ends_its_file(tmp_path: Path, start_loop: Callable[..., Any], end: str) -> None:
     loop = start_loop()
-    words = [sys.executable, "-m", "erclutch.wings.live.recording.recorder", str(loop.path), str(tmp_path / "a.mcap")]
+    words = [
+        sys.executable,
+        "-m",
+        "erclutch.wings.live.recording.recorder",
+        str(loop.path),
+        str(tmp_path / "a.mcap"),
+    ]
     process = subprocess.Popen(words, stdout=subprocess.PIPE)
     assert process.stdout is not None
     while json.loads(process.stdout.readline())["frames"] <= 50:
@@ -437,7 +529,13 @@ def _lost_by_a_kill(path: Path, loop: Any, delay: float) -> int:
 
     Whatever the machine does meanwhile: what the recorder had said to have written is in the file, without a gap.
     """
-    words = [sys.executable, "-m", "erclutch.wings.live.recording.recorder", str(loop.path), str(path)]
+    words = [
+        sys.executable,
+        "-m",
+        "erclutch.wings.live.recording.recorder",
+        str(loop.path),
+        str(path),
+    ]
     process = subprocess.Popen(words, stdout=subprocess.PIPE)
     assert process.stdout is not None
     # A recorder that has not begun has nothing to lose: the description of the messages alone is some 3 kB.
@@ -465,13 +563,17 @@ def test_kill_9_of_the_recorder_costs_less_than_a_tenth_of_a_second(
     paths = [tmp_path / f"{k}.mcap" for k in range(len(delays))]
     with ThreadPoolExecutor(2) as pool:
         lost = list(pool.map(_lost_by_a_kill, paths, repeat(loop), delays))
-    print(f"kill -9 of the recorder, 100 times: frames lost, median {np.median(lost):g}, largest {max(lost)}")
+    print(
+        f"kill -9 of the recorder, 100 times: frames lost, median {np.median(lost):g}, largest {max(lost)}"
+    )
     # What the machine takes from the recorder is no loss of its own: the study counts each of 100.
     assert np.median(lost) <= 100, lost
 
 
 @pytest.mark.slow
-def test_another_recorder_goes_on_where_one_was_killed(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
+def test_another_recorder_goes_on_where_one_was_killed(
+    tmp_path: Path, start_loop: Callable[..., Any]
+) -> None:
     """All parts together hold every frame from the first to the last."""
     loop = start_loop()
     said: list[str] = []
@@ -498,7 +600,9 @@ def test_another_recorder_goes_on_where_one_was_killed(tmp_path: Path, start_loo
     assert not list(tmp_path.glob("*.partial"))
 
 
-def test_a_recording_that_ends_at_once_is_whole(tmp_path: Path, start_loop: Callable[..., Any]) -> None:
+def test_a_recording_that_ends_at_once_is_whole(
+    tmp_path: Path, start_loop: Callable[..., Any]
+) -> None:
     """Its process may not even run yet: the ring keeps the frames for it."""
     loop = start_loop()
     recordings = Recordings(loop.path, tmp_path)

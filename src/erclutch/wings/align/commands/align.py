@@ -63,7 +63,9 @@ def align(
             remedy="Give --picture a name of its own that ends in .png, .svg or .pdf",
         )
     if len(time) > 2 or len(rate) > 2:
-        raise SettingError("more than two values", where="--time, --rate", remedy="Give one for both logs, or two")
+        raise SettingError(
+            "more than two values", where="--time, --rate", remedy="Give one for both logs, or two"
+        )
     may_write_file(image, force, "picture")
     may_write_file(numbers, force, "picture")
 

@@ -43,18 +43,28 @@ def app(
         from erclutch.wings.app.workbench_server import Workbench
         from erclutch.wings.live.page.page_server import counted_connection
     except ImportError as error:
-        raise SettingError(f"{error.name} is not installed", remedy='Run: pip install "erclutch[live]"') from error
+        raise SettingError(
+            f"{error.name} is not installed", remedy='Run: pip install "erclutch[live]"'
+        ) from error
     from erclutch.cli import terminal
     from erclutch.wings.live.page.access import Access, new_token
 
     if folder.is_file():
-        raise SettingError("this is a file", where=str(folder), remedy="Give the folder that it lies in")
+        raise SettingError(
+            "this is a file", where=str(folder), remedy="Give the folder that it lies in"
+        )
     if not folder.is_dir():
-        raise SettingError("there is no such folder", where=str(folder), remedy="Make it first, or give another one")
+        raise SettingError(
+            "there is no such folder",
+            where=str(folder),
+            remedy="Make it first, or give another one",
+        )
     try:
         listening = socket.create_server(("127.0.0.1", port), backlog=64)
     except (OSError, OverflowError) as error:
-        raise SettingError(f"port {port} cannot be had ({error})", remedy="Give another --port") from error
+        raise SettingError(
+            f"port {port} cannot be had ({error})", remedy="Give another --port"
+        ) from error
     access = Access(listening.getsockname()[1], new_token())
     with listening, tempfile.TemporaryDirectory(prefix="erclutch-") as scratch:
         bench = Workbench(folder, access, Path(scratch))
@@ -70,7 +80,9 @@ def app(
             h11_max_incomplete_event_size=16384,
             timeout_graceful_shutdown=1,
         )
-        terminal.say(f"{access.url}\nOpen this address in a browser on this machine. Ctrl-C ends it.")
+        terminal.say(
+            f"{access.url}\nOpen this address in a browser on this machine. Ctrl-C ends it."
+        )
         if open_:
             webbrowser.open(access.url)
         try:

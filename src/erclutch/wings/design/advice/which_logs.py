@@ -16,7 +16,9 @@ ADVICE = "which logs teach nothing new, and what no log has"
 _FIELD_BANDS, _SLIP_BANDS = 4, 6
 _MOST_LINES = 4  # about what is missing
 _NAMES = 8  # of logs that repeat
-_MOST_ROWS = 1_000_000  # beyond, every so many rows are looked at for what is missing, and no law is fitted
+_MOST_ROWS = (
+    1_000_000  # beyond, every so many rows are looked at for what is missing, and no law is fitted
+)
 _FEWEST_ROWS = 200
 _STEADY = 0.02  # share of the largest field below which a log's field does not change
 

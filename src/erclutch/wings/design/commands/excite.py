@@ -51,7 +51,10 @@ def excite(
     criterion: Annotated[Literal["D", "A", "I", "fill"] | None, Parameter(group=_RUN)] = None,
     lowest: Annotated[float, HERTZ, Parameter(group=_PAPER)] = 2.0,
     highest: Annotated[float, HERTZ, Parameter(group=_PAPER)] = 100.0,
-    torque: Annotated[tuple[float, float], TORQUE, Parameter(group=_PAPER, negative=())] = (0.04, 0.15),
+    torque: Annotated[tuple[float, float], TORQUE, Parameter(group=_PAPER, negative=())] = (
+        0.04,
+        0.15,
+    ),
 ) -> None:
     """Write references of field and motion within limits: what to log next.
 
@@ -91,13 +94,16 @@ def excite(
         require(0.001, min(1e6, 1e7 / seconds), " Hz", rate=rate)
         if limits != replace(NO_LIMITS, largest=limits.largest) or run is not None:
             raise SettingError(
-                "--sequence paper looks at no run and no limits but --largest", remedy="Leave them out, or take fill"
+                "--sequence paper looks at no run and no limits but --largest",
+                remedy="Leave them out, or take fill",
             )
         largest = 0.5 if limits.largest is None else limits.largest
         _papers_commands(out, _Draw(rate, seconds, seed), largest, (lowest, highest), torque, force)
         return
     if run is None and (model, where, criterion) != (None, None, None):
-        raise SettingError("--model, --where and --criterion are about a run", remedy="Give --run too")
+        raise SettingError(
+            "--model, --where and --criterion are about a run", remedy="Give --run too"
+        )
     from erclutch.wings.design.command_file import motion_unit
     from erclutch.wings.design.information import region_of
     from erclutch.wings.design.run_design import law_of_run
@@ -164,7 +170,9 @@ def _designed(
     signed = device == "pair"
     one_way = options.one_way or signed
     known = options.limits({} if law is None else law.limits, pair=signed)
-    Bounds.of(known, rate, seconds)  # refuses what leaves no sequence, before a file's name is taken
+    Bounds.of(
+        known, rate, seconds
+    )  # refuses what leaves no sequence, before a file's name is taken
     may_write_file(out, force)
     expected = None
     if law is None:
@@ -199,12 +207,16 @@ def _designed(
         covers = {"file": str(path), **coverage}
         teaches: dict[str, Any] = {}
         if law is not None and expected is not None:
-            teaches = expected.to_dict(law.estimates) | {"logs": lessons_of(law.model, law.rows).to_dict()}
+            teaches = expected.to_dict(law.estimates) | {
+                "logs": lessons_of(law.model, law.rows).to_dict()
+            }
         terminal.say_json({**about, **covers, **teaches})
         return
     _tell(commands, known, device, draw, field_unit, coverage)
     if law is not None and criterion != "fill":
-        terminal.tell(f"Criterion {criterion} asks what the law does not know; --criterion fill asks for empty cells")
+        terminal.tell(
+            f"Criterion {criterion} asks what the law does not know; --criterion fill asks for empty cells"
+        )
     if law is not None and expected is not None:
         _tell_expected(law, expected)
         lessons = lessons_of(law.model, law.rows)
@@ -217,7 +229,9 @@ def _designed(
     terminal.say(path)
 
 
-def _coverage(commands: Commands, known: RigLimits, draw: _Draw, law: LawOfRun | None) -> dict[str, float]:
+def _coverage(
+    commands: Commands, known: RigLimits, draw: _Draw, law: LawOfRun | None
+) -> dict[str, float]:
     """Share of the cells that the commands visit, and the paper's draws; with a run's rows, where there is a run."""
     from erclutch.wings.design.fill import coverage_share, papers_sequence
     from erclutch.wings.design.run_design import cells_of_run
@@ -229,7 +243,9 @@ def _coverage(commands: Commands, known: RigLimits, draw: _Draw, law: LawOfRun |
     papers = papers_sequence(known, rate, seconds, draw.rng, signed=signed, one_way=one_way)
     shares: dict[str, float] = {}
     for name, sequence in (("coverage", commands), ("coverage_of_paper", papers)):
-        shares[name] = coverage_share(sequence, known, rate, seconds, signed=signed, one_way=one_way)
+        shares[name] = coverage_share(
+            sequence, known, rate, seconds, signed=signed, one_way=one_way
+        )
         if law is not None:
             cells = cells_of_run(law, known, rate, seconds, one_way=one_way)
             shares["coverage_of_run"] = cells.share()
@@ -280,7 +296,9 @@ def _tell(
         f"COMMANDS for a {device}, seed {draw.seed}: {rows}; nothing was measured",
         f"Limits: {known.line(unit, field_unit)}",
         *(f"Note: {note}" for note in Bounds.of(known, draw.rate, draw.seconds).notes),
-        terminal.coverage(commands.field, commands.speed, " of the commands", (field_unit, f"{unit}/s")),
+        terminal.coverage(
+            commands.field, commands.speed, " of the commands", (field_unit, f"{unit}/s")
+        ),
         f"Of the cells over field, slip and their directions {visited}",
     )
 
@@ -308,10 +326,13 @@ def _papers_commands(
     lowest, highest = frequencies
     low, high = torque
     if not 0 <= low < high:
-        raise SettingError(f"--torque {low:g} {high:g}", remedy="Give two torques of 0 or more, the smaller first")
+        raise SettingError(
+            f"--torque {low:g} {high:g}", remedy="Give two torques of 0 or more, the smaller first"
+        )
     if highest > rate / 4:
         raise SettingError(
-            f"{highest:g} Hz at {rate:g} rows a second", remedy="Give --highest at most a quarter of --rate"
+            f"{highest:g} Hz at {rate:g} rows a second",
+            remedy="Give --highest at most a quarter of --rate",
         )
     settings = FieldSettings(
         largest=largest,
@@ -342,8 +363,13 @@ def _papers_commands(
     path = write_log(out, columns, [table], about, rows=rows)
     terminal.tell(f"COMMANDS, seed {seed}: {rows:,} rows, {seconds:g} s; nothing was measured")
     for name, values in (("E1 - E2", field), ("motor torque", motor)):
-        terminal.tell(f"{name}: {values.min():.3g} .. {values.max():.3g}; power by band of frequency:")
-        shares = [f"{low:g}-{high:g} Hz {percent(share)}" for low, high, share in terminal.bands(values, rate)]
+        terminal.tell(
+            f"{name}: {values.min():.3g} .. {values.max():.3g}; power by band of frequency:"
+        )
+        shares = [
+            f"{low:g}-{high:g} Hz {percent(share)}"
+            for low, high, share in terminal.bands(values, rate)
+        ]
         terminal.tell("  " + ", ".join(shares))
     terminal.tell(terminal.coverage(field, motor, " of the commands (torque across)"))
     terminal.say(path)

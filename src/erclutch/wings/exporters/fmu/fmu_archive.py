@@ -15,7 +15,13 @@ from erclutch.errors import printable
 from erclutch.export.encode import markup
 from erclutch.export.exported_step import ExportedStep
 from erclutch.wings.exporters.fmu.fmu_binaries import build_binaries
-from erclutch.wings.exporters.fmu.fmu_description import Interface, Port, build_description, description, interface
+from erclutch.wings.exporters.fmu.fmu_description import (
+    Interface,
+    Port,
+    build_description,
+    description,
+    interface,
+)
 
 #: Which binaries are in the FMU, and which are not and why.
 BINARIES = "binaries.txt"
@@ -51,7 +57,9 @@ def write_fmu(
         code.mkdir()
         _sources(step, face, version, code)
         # The description is written while the compilers run: to load the units takes half a second.
-        building = pool.submit(build_binaries, version, [code / file for file in files], name, root / "binaries")
+        building = pool.submit(
+            build_binaries, version, [code / file for file in files], name, root / "binaries"
+        )
         pages = root / "documentation"
         pages.mkdir()
         (pages / "index.html").write_text(_page(step, face), encoding="utf-8")
@@ -86,7 +94,10 @@ def _sources(
         texts[name] = (sources / name).read_text(encoding="ascii")
     n = step.name
     period = step.period if face.sampled and step.period else 1.0  # s
-    defaults = [*(repr(float(port.start)) for port in face.parameters), "0.0"]  # C wants one at least
+    defaults = [
+        *(repr(float(port.start)) for port in face.parameters),
+        "0.0",
+    ]  # C wants one at least
     texts["fmu-model.h"] = f"""/* Binds the FMU's code to {n}. */
 #ifndef ERC_FMU_MODEL_HEADER
 #define ERC_FMU_MODEL_HEADER
@@ -119,13 +130,21 @@ def _page(step: ExportedStep, face: Interface) -> str:
 
     def row(port: Port) -> str:
         covered = "any" if port.limits is None else "{:.6g} .. {:.6g}".format(*port.limits)
-        return f"<tr><td>{markup(port.name)}</td><td>{markup(port.unit)}</td><td>{covered}</td></tr>"
+        return (
+            f"<tr><td>{markup(port.name)}</td><td>{markup(port.unit)}</td><td>{covered}</td></tr>"
+        )
 
     tables: list[str] = []
-    for kind, ports in (("input", face.inputs), ("output", face.outputs), ("parameter", face.parameters)):
+    for kind, ports in (
+        ("input", face.inputs),
+        ("output", face.outputs),
+        ("parameter", face.parameters),
+    ):
         if ports:
             rows = "".join(row(port) for port in ports)
-            tables.append(f"<table><tr><th>{kind}</th><th>unit</th><th>range</th></tr>{rows}</table>")
+            tables.append(
+                f"<table><tr><th>{kind}</th><th>unit</th><th>range</th></tr>{rows}</table>"
+            )
     if face.sampled:
         when = (
             f"The model has memory: it is sampled every {step.period:.9g} s. In co-simulation a sample is taken at the "
@@ -133,7 +152,8 @@ def _page(step: ExportedStep, face: Interface) -> str:
         )
     else:
         when = (
-            "The model has no memory: its outputs follow the inputs at once, in model exchange without a step of lag."
+            "The model has no memory: its outputs follow the inputs at once, in model exchange "
+            "without a step of lag."
         )
     table_lines = "\n".join(tables)
     return f"""<!DOCTYPE html>

@@ -43,9 +43,30 @@ class Platform:
 
 
 PLATFORMS = (
-    Platform("linux64", "x86_64-linux", "so", ("x86_64", "linux"), "x86_64-linux-gnu-gcc", "x86_64-linux-gnu"),
-    Platform("win64", "x86_64-windows", "dll", ("AMD64", "win32"), "x86_64-w64-mingw32-gcc", "x86_64-windows-gnu"),
-    Platform(None, "aarch64-linux", "so", ("aarch64", "linux"), "aarch64-linux-gnu-gcc", "aarch64-linux-gnu"),
+    Platform(
+        "linux64",
+        "x86_64-linux",
+        "so",
+        ("x86_64", "linux"),
+        "x86_64-linux-gnu-gcc",
+        "x86_64-linux-gnu",
+    ),
+    Platform(
+        "win64",
+        "x86_64-windows",
+        "dll",
+        ("AMD64", "win32"),
+        "x86_64-w64-mingw32-gcc",
+        "x86_64-windows-gnu",
+    ),
+    Platform(
+        None,
+        "aarch64-linux",
+        "so",
+        ("aarch64", "linux"),
+        "aarch64-linux-gnu-gcc",
+        "aarch64-linux-gnu",
+    ),
 )
 
 
@@ -95,7 +116,12 @@ def builders(version: int) -> Iterator[Builder]:
 def _shared(compiler: Compiler, sources: Sequence[Path], out: Path) -> None:
     flags = [*EXACT, *compiler.flags, "-O2", "-fvisibility=hidden", *shared_flags(out)]
     words = [*compiler.command, *flags, *map(str, sources), "-o", str(out)]
-    run(words, f"{compiler.name} cannot compile the FMU's binary", "Mend or remove that compiler", patience=600.0)
+    run(
+        words,
+        f"{compiler.name} cannot compile the FMU's binary",
+        "Mend or remove that compiler",
+        patience=600.0,
+    )
 
 
 def build_binaries(
@@ -141,4 +167,8 @@ def check_binary(version: int, path: Path) -> None:
     with zipfile.ZipFile(path) as archive:
         names: Sequence[str] = archive.namelist()
     if folder is None or not any(name.startswith(f"binaries/{folder}/") for name in names):
-        raise ExportError("has no binary for this machine", where=str(path), remedy="Export it again on this machine")
+        raise ExportError(
+            "has no binary for this machine",
+            where=str(path),
+            remedy="Export it again on this machine",
+        )

@@ -14,7 +14,15 @@ from erclutch.export.c.c_source import FLAGS, source
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_record import has_memory
 
-_BASE = {"kilogram": "kg", "meter": "m", "second": "s", "ampere": "A", "kelvin": "K", "mole": "mol", "candela": "cd"}
+_BASE = {
+    "kilogram": "kg",
+    "meter": "m",
+    "second": "s",
+    "ampere": "A",
+    "kelvin": "K",
+    "mole": "mol",
+    "candela": "cd",
+}
 
 
 @dataclass(frozen=True)
@@ -133,10 +141,18 @@ def description(
             "canGetAndSetFMUstate",
             "canSerializeFMUstate",
         )
-        simulation = SubElement(root, "CoSimulation", {"modelIdentifier": identifier, **dict.fromkeys(can, "true")})
-        SubElement(simulation, "SourceFiles").extend(Element("File", {"name": name}) for name in files)
+        simulation = SubElement(
+            root, "CoSimulation", {"modelIdentifier": identifier, **dict.fromkeys(can, "true")}
+        )
+        SubElement(simulation, "SourceFiles").extend(
+            Element("File", {"name": name}) for name in files
+        )
     else:
-        common = {"modelIdentifier": identifier, "canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+        common = {
+            "modelIdentifier": identifier,
+            "canGetAndSetFMUState": "true",
+            "canSerializeFMUState": "true",
+        }
         SubElement(root, "ModelExchange", common)
         own = {**common, "canHandleVariableCommunicationStepSize": "true"}
         if face.sampled and step.period is not None:
@@ -153,7 +169,12 @@ def description(
 
     variables = SubElement(root, "ModelVariables")
     if version == 3:
-        time = {"name": "time", "valueReference": "0", "causality": "independent", "variability": "continuous"}
+        time = {
+            "name": "time",
+            "valueReference": "0",
+            "causality": "independent",
+            "variability": "continuous",
+        }
         SubElement(variables, "Float64", time)
     for whole, entry, values in _signals(face):
         if version == 2:
@@ -193,7 +214,12 @@ def _signals(face: Interface) -> Iterator[tuple[bool, dict[str, str], dict[str, 
     for port in face.outputs:
         yield of_port(port, as_output)
     most, meaning = face.flags
-    flags = {"name": "flags", "valueReference": str(next(references)), **as_output, "variability": "discrete"}
+    flags = {
+        "name": "flags",
+        "valueReference": str(next(references)),
+        **as_output,
+        "variability": "discrete",
+    }
     yield True, {**flags, "description": meaning}, {"min": "0", "max": str(most)}
     for port in face.parameters:
         yield of_port(port, as_parameter)
@@ -203,7 +229,9 @@ def _structure(face: Interface, version: int, structure: Element) -> None:
     """What depends on what: outputs and flags on all inputs."""
     inputs = len(face.inputs)
     every_input = " ".join(str(i + 1) for i in range(inputs))
-    results = [str(inputs + 1 + i) for i in range(len(face.outputs) + 1)]  # value references; the last is the flags
+    results = [
+        str(inputs + 1 + i) for i in range(len(face.outputs) + 1)
+    ]  # value references; the last is the flags
     for tag in ("Output", "InitialUnknown"):
         # In model exchange a sampled output changes at an event, with the inputs of that event.
         on = "" if version == 2 and tag == "Output" and face.sampled else every_input
@@ -219,7 +247,9 @@ def build_description(identifier: str, files: list[str]) -> Element:
     """The tree of FMI 3.0's buildDescription.xml."""
     root = Element("fmiBuildDescription", {"fmiVersion": "3.0"})
     configuration = SubElement(root, "BuildConfiguration", {"modelIdentifier": identifier})
-    sources = SubElement(configuration, "SourceFileSet", {"language": "C99", "compilerOptions": "-ffp-contract=off"})
+    sources = SubElement(
+        configuration, "SourceFileSet", {"language": "C99", "compilerOptions": "-ffp-contract=off"}
+    )
     sources.extend(Element("SourceFile", {"name": name}) for name in files)
     return root
 

@@ -28,7 +28,9 @@ def check_fmu(
 ) -> Iterator[Check]:
     """Every kind of simulation of a model over its test vectors."""
     vectors = vectors_of(step)
-    for where, outputs, flags in simulated(step, interface(step), folder, version, kinds, vectors.rows):
+    for where, outputs, flags in simulated(
+        step, interface(step), folder, version, kinds, vectors.rows
+    ):
         yield to_the_bit(step, vectors, where, outputs[:, 0], flags)
 
 
@@ -54,7 +56,9 @@ def simulated(
     check_binary(version, path)
     problems = validate_fmu(str(path))
     if problems:
-        raise ExportError(f"FMPy finds: {'; '.join(problems)}", where=str(path), remedy="Export the model again")
+        raise ExportError(
+            f"FMPy finds: {'; '.join(problems)}", where=str(path), remedy="Export the model again"
+        )
     description = fmpy.read_model_description(str(path))
     unpacked = fmpy.extract(str(path))
     try:
@@ -102,7 +106,9 @@ def _stepped(
             next_event, event_time = fmu.updateDiscreteStates()[-2:]
             is_near = abs(event_time - (k + 1) * period) < 1e-9 * max(1.0, now)
             if has_memory(step) and not (next_event and is_near):
-                raise ExportError("the next event is not a period away", remedy="Export the model again")
+                raise ExportError(
+                    "the next event is not a period away", remedy="Export the model again"
+                )
         else:
             fmu.doStep(currentCommunicationPoint=now, communicationStepSize=period)
         outputs[k] = read(results)

@@ -288,7 +288,9 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """
     compilers = cpp_compilers()
     if not compilers:
-        raise ExportError("no C++ compiler is found", where=str(folder), remedy="Install one, for example g++")
+        raise ExportError(
+            "no C++ compiler is found", where=str(folder), remedy="Install one, for example g++"
+        )
     n = step.name
     vectors = vectors_of(step)
     include = folder / "include"
@@ -302,5 +304,7 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
             files = (str(code / f"{n}_check.cpp"), str(core), "-o", str(program))
             words = [*command, *strict, f"-I{include}", *files]
             run(words, f"{name} cannot compile the class", "Use another compiler")
-            printed = run([str(program)], "the class does not give what it should", "Export the model again")
+            printed = run(
+                [str(program)], "the class does not give what it should", "Export the model again"
+            )
             yield compare(step, vectors, f"{name}, C++11", printed)

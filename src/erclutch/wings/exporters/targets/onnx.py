@@ -28,7 +28,9 @@ def write(step: ExportedStep, folder: Path) -> None:
     try:
         import onnx
     except ImportError as error:
-        raise ExportError("onnx is not installed", remedy='Run: pip install "erclutch[export]"') from error
+        raise ExportError(
+            "onnx is not installed", remedy='Run: pip install "erclutch[export]"'
+        ) from error
     model = onnx_model(step, step_record(step, remember=False))
     onnx.checker.check_model(model, full_check=True)  # pyright: ignore[reportUnknownMemberType]
     onnx.save_model(model, str(folder / f"{step.name}.onnx"))  # pyright: ignore[reportUnknownMemberType]
@@ -43,7 +45,9 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     try:
         import onnxruntime as runtime
     except ImportError as error:
-        raise ExportError("onnxruntime is not installed", remedy="Run: pip install onnxruntime") from error
+        raise ExportError(
+            "onnxruntime is not installed", remedy="Run: pip install onnxruntime"
+        ) from error
     path = folder / f"{step.name}.onnx"
     options = runtime.SessionOptions()
     options.intra_op_num_threads = options.inter_op_num_threads = 1
@@ -51,7 +55,9 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         session = runtime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
     except Exception as error:  # its exceptions have no common base but this
         raise ExportError(
-            f"ONNX Runtime refuses the model: {error}", where=str(path), remedy="Update ONNX Runtime"
+            f"ONNX Runtime refuses the model: {error}",
+            where=str(path),
+            remedy="Update ONNX Runtime",
         ) from error
     vectors = vectors_of(step)
     effort, flags = run(session, step, vectors.rows)

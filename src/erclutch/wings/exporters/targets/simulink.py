@@ -150,7 +150,9 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     compiler_there = bool(natives())
     if octave is None and not compiler_there:
         raise ExportError(
-            "neither Octave nor a C compiler is found", where=str(folder), remedy="Install one: apt install octave"
+            "neither Octave nor a C compiler is found",
+            where=str(folder),
+            remedy="Install one: apt install octave",
         )
     if octave is not None:
         yield _in_octave(step, folder, octave)

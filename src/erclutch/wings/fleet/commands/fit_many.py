@@ -120,7 +120,9 @@ def _advice(logs: tuple[Path, ...], reading: LogOptions) -> list[str]:
 
     recordings: list[Recording] = []
     paths: list[Path] = []
-    with suppress(LogError):  # a folder of folders holds no log itself, and its devices are told apart
+    with suppress(
+        LogError
+    ):  # a folder of folders holds no log itself, and its devices are told apart
         paths = expand(logs)
     for path in paths if len(paths) <= _MOST_LOGS else ():
         with suppress(ErclutchError):  # the table has the reason
@@ -179,7 +181,13 @@ def _print(fleet: Fleet) -> None:
             ]
             for s in fleet.stands_for
         ]
-        heads = ["parameter", "stands out", "outside control limits", "median", "trend (95 % interval), p"]
+        heads = [
+            "parameter",
+            "stands out",
+            "outside control limits",
+            "median",
+            "trend (95 % interval), p",
+        ]
         terminal.tell(terminal.table(f"{fleet.model}, recommended most often", heads, rows, left=3))
         series = fleet.stands_for
         for note in (too_few(series), not_compared(series), mixed(series, fleet.over)):

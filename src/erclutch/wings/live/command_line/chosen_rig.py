@@ -34,7 +34,11 @@ def file_of(run: Path | None, model: str | None) -> Path | None:
         return read_run(run).model_file(model)
     if model is not None:
         where = "" if run is None else str(run)
-        raise SettingError(f"{model!r} is a model of a run, and no run is given", where=where, remedy="Give --run RUN")
+        raise SettingError(
+            f"{model!r} is a model of a run, and no run is given",
+            where=where,
+            remedy="Give --run RUN",
+        )
     return run
 
 

@@ -90,7 +90,9 @@ def supported(
     }
     for option, (needs_model, needs_sensor) in asked.items():
         if needs_model and model is None:
-            raise SettingError(f"{option} without a model", remedy=f"Give --run RUN, or leave {option} out")
+            raise SettingError(
+                f"{option} without a model", remedy=f"Give --run RUN, or leave {option} out"
+            )
         if needs_sensor and rig.named is not None and not rig.named.sensor:
             problem = f"{option} needs a torque sensor, and this rig has none"
             raise SettingError(problem, where=rig.name, remedy=f"Leave {option} out")
@@ -116,7 +118,9 @@ def tuned(control: ControlOptions) -> tuple[ControlOptions, dict[str, float]]:
         body = toml_of(small_file(control.tuned))
     except (OSError, ValueError, RecursionError) as error:
         problem = f"cannot be read ({plain_words(error)})"
-        raise SettingError(problem, where=str(control.tuned), remedy="Give a file that erclutch tune wrote") from error
+        raise SettingError(
+            problem, where=str(control.tuned), remedy="Give a file that erclutch tune wrote"
+        ) from error
     known = (*TUNED, *_LOAD)
     for name, value in body.items():
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
@@ -142,7 +146,9 @@ def knows_inertia(control: ControlOptions) -> None:
     """
     if control.track_bandwidth and control.output_inertia is None:
         remedy = "Run erclutch tune RUN and give its control.toml to --tuned, or give --output-inertia in kg m2"
-        raise SettingError("--track-bandwidth without the inertia that the model's torque moves", remedy=remedy)
+        raise SettingError(
+            "--track-bandwidth without the inertia that the model's torque moves", remedy=remedy
+        )
 
 
 def _settings(
@@ -155,12 +161,27 @@ def _settings(
     rig: RigOptions,
 ) -> LoopSettings:
     from erclutch.signals.speed import Derivative
-    from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs, starting_with
+    from erclutch.wings.live.offered_programs import (
+        rig_settings,
+        shaft_angle,
+        standard_programs,
+        starting_with,
+    )
 
     common: dict[str, Any] = {
         "device": device,
         "derivative": Derivative("kalman", control.speed_bandwidth),
-        **_values(control, "k_p", "k_d", "torque_p", "torque_i", "theta_wrap", "alpha_wrap", "stiffness", "damping"),
+        **_values(
+            control,
+            "k_p",
+            "k_d",
+            "torque_p",
+            "torque_i",
+            "theta_wrap",
+            "alpha_wrap",
+            "stiffness",
+            "damping",
+        ),
         **_stages(parameters, control),
         "meter_needed": _METER_NEEDED[control.meter_needed],
     }
@@ -234,7 +255,9 @@ def _sensing(
     if rig.origin.startswith("RECORDING"):
         return settings
     known = device == "coaxial" or rig.origin == "TWIN"
-    limits = sensor_limits(device, model, parameters if known else None, settings.derivative, PERIOD)
+    limits = sensor_limits(
+        device, model, parameters if known else None, settings.derivative, PERIOD
+    )
     if rig.origin == "TWIN":  # nobody holds its output or turns its drive
         free = free_output if device == "coaxial" else free_drive
         limits |= free(parameters, settings.derivative, PERIOD)
@@ -273,7 +296,9 @@ def _within_supply(
     if asked is not None and not 0 < asked <= min(most, 1e9):
         at_most = f", at most the supply's {most:g}" if most < math.inf else ""
         raise SettingError(f"--field-limit {asked:g}", remedy=f"Give a number above 0{at_most}")
-    full = asked if asked and most == math.inf else most  # the field of which the supply's rates are
+    full = (
+        asked if asked and most == math.inf else most
+    )  # the field of which the supply's rates are
     share = full / settings.field_limit
     return replace(
         settings,

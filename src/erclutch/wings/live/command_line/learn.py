@@ -66,7 +66,9 @@ def share_of(text: str | None) -> float:
     except ValueError:
         share = math.nan
     if not 0.0 < share < 1.0:
-        raise SettingError(f"--until {text}", remedy="Give a share of the largest effort, such as 3%")
+        raise SettingError(
+            f"--until {text}", remedy="Give a share of the largest effort, such as 3%"
+        )
     return share
 
 
@@ -93,7 +95,9 @@ def learn(
     rig: Rig,
     options: LearnOptions,
     told: list[int],
-    observed: Callable[[Session, LoopSettings, LoopOptions], AbstractContextManager[Observers | None]],
+    observed: Callable[
+        [Session, LoopSettings, LoopOptions], AbstractContextManager[Observers | None]
+    ],
     output: Console,
 ) -> int:
     """Play rounds; returns the exit code: 0, or 3 where a fault ended them.
@@ -112,10 +116,15 @@ def learn(
     until = share_of(options.until)
     total = _SECONDS if rig.loop.seconds is None else rig.loop.seconds
     if not _SHORTEST <= options.round <= 60.0:
-        raise SettingError(f"--round {options.round:g}", remedy=f"Give {_SHORTEST:g} to 60 s: the ring holds a minute")
+        raise SettingError(
+            f"--round {options.round:g}",
+            remedy=f"Give {_SHORTEST:g} to 60 s: the ring holds a minute",
+        )
     if not any(channel.role == "effort" for channel in rig.channels):
         raise SettingError(
-            "--program learn needs a sensor of the effort", where=rig.what.name, remedy="Add its channel"
+            "--program learn needs a sensor of the effort",
+            where=rig.what.name,
+            remedy="Add its channel",
         )
     of_now = time.strftime("learn-%Y-%m-%dT%H-%M-%SZ", time.gmtime())
     folder = options.after or rig.loop.folder / of_now
@@ -124,7 +133,9 @@ def learn(
     from erclutch.wings.live.learning.rounds import LearningRounds
 
     settings = rig.settings
-    drive = settings.motor_limit if any(channel.role == "motor" for channel in rig.channels) else 0.0
+    drive = (
+        settings.motor_limit if any(channel.role == "motor" for channel in rig.channels) else 0.0
+    )
     limits = TableLimits(settings.device, settings.field_limit, drive, 1.0 / settings.period)
     rounds = LearningRounds(limits, rig.seed, settings.theta_fastest)
     if options.after is not None:
@@ -142,19 +153,25 @@ def learn(
         if told:
             ended = "it was interrupted"
             break
-        file, tripped, whole = _played(rig, table, folder, len(rounds.reports) + 1, told, observed, output)
+        file, tripped, whole = _played(
+            rig, table, folder, len(rounds.reports) + 1, told, observed, output
+        )
         if file is None:
             ended = tripped or "no frame was logged"
             code = 3
             break
         try:
             logged = _logged(file, rig.settings.device)
-        except ErclutchError as error:  # a trip after a few samples leaves a log that nothing reads as one
+        except (
+            ErclutchError
+        ) as error:  # a trip after a few samples leaves a log that nothing reads as one
             ended = f"{tripped or 'no trip'}: nothing can be learned of {file.name}, which is kept: {error}"
             code = 3
             break
         if not logged.teaches:
-            ended = f"{tripped or 'nothing moved'}: no law can be fitted to {file.name}, which is kept"
+            ended = (
+                f"{tripped or 'nothing moved'}: no law can be fitted to {file.name}, which is kept"
+            )
             code = 3
             break
         report = rounds.take(logged, file.name, tripped)
@@ -170,7 +187,11 @@ def learn(
     _write(folder, rig, rounds, ended)
     _tell(rounds, rig, folder, ended, output)
     if code and folder.is_dir():
-        output.print(f"go on with: --program learn --after {shlex.quote(str(folder))}", markup=False, soft_wrap=True)
+        output.print(
+            f"go on with: --program learn --after {shlex.quote(str(folder))}",
+            markup=False,
+            soft_wrap=True,
+        )
     if rig.loop.json:
         print(json_text.dumps(_body(rig, rounds, ended) | {"folder": str(folder), "exit": code}))
     return code
@@ -182,7 +203,9 @@ def _played(
     folder: Path,
     number: int,
     told: list[int],
-    observed: Callable[[Session, LoopSettings, LoopOptions], AbstractContextManager[Observers | None]],
+    observed: Callable[
+        [Session, LoopSettings, LoopOptions], AbstractContextManager[Observers | None]
+    ],
     output: Console,
 ) -> tuple[Path | None, str, bool]:
     """One session that plays a table; its log, why it tripped, and whether the next round may follow."""
@@ -205,7 +228,10 @@ def _played(
         what = replace(what, spec=what.spec | {"seed": rig.seed + number})
     loop = replace(rig.loop, record=True, folder=folder)
     run_as = SessionOptions(None, loop.priority, loop.cpu, name, rig.channels)
-    with Session(what, settings, None, run_as) as session, observed(session, settings, loop) as observers:
+    with (
+        Session(what, settings, None, run_as) as session,
+        observed(session, settings, loop) as observers,
+    ):
         assert observers is not None
         page = not loop.headless
         if page:
@@ -292,7 +318,9 @@ def _take_again(rounds: LearningRounds, folder: Path, device: Any) -> None:
         entries = [(str(entry["file"]), str(entry["tripped"])) for entry in body["rounds"]]
     except (OSError, ValueError, TypeError, KeyError) as error:
         why = plain_words(error) if isinstance(error, OSError) else "is no report of rounds"
-        raise RunError(why, where=str(path), remedy="Give a folder of --program learn to --after") from error
+        raise RunError(
+            why, where=str(path), remedy="Give a folder of --program learn to --after"
+        ) from error
     for name, tripped in entries:
         file = folder / Path(name).name
         rounds.take(_logged(file, device), file.name, tripped)
@@ -362,7 +390,9 @@ def _tell(
             ]
             for each in rounds.reports
         ]
-        output.print(terminal.table(f"{rig.what.origin}: what each round taught, {unit}", head, rows))
+        output.print(
+            terminal.table(f"{rig.what.origin}: what each round taught, {unit}", head, rows)
+        )
         last = rounds.reports[-1]
         numbers: list[list[str]] = []
         for name, three in last.half_widths.items():
@@ -370,4 +400,8 @@ def _tell(
         title = f"{last.law} after round {last.number}: half width of the 95 % interval"
         output.print(terminal.table(title, ["", "value", "got", "foretold"], numbers))
     output.print(f"ended: {ended}", markup=False, soft_wrap=True)
-    output.print(f"fit them all: erclutch fit {shlex.quote(str(folder))}/*.mcap", markup=False, soft_wrap=True)
+    output.print(
+        f"fit them all: erclutch fit {shlex.quote(str(folder))}/*.mcap",
+        markup=False,
+        soft_wrap=True,
+    )

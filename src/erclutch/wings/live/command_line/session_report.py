@@ -26,7 +26,8 @@ _ASTRAY = (
     "run (--run RUN --model NAME, such as bingham+fnn-16), or a log of this motion (erclutch excite)."
 )
 _NO_SAMPLE = (
-    "no sample came from the rig. Is it on, at this address, with this --session, of a {} device (byte 52: {})?"
+    "no sample came from the rig. Is it on, at this address, with this --session, of a {} device "
+    "(byte 52: {})?"
 )
 
 
@@ -171,7 +172,8 @@ def _show(
         off, measured = watch.estimated
         unit = watch.effort.unit
         line = (
-            f"estimate off the measured {watch.effort.label} by {off:.3g} {unit} rms; the measured has {measured:.3g}"
+            f"estimate off the measured {watch.effort.label} by {off:.3g} {unit} rms; the measured "
+            f"has {measured:.3g}"
         )
         output.print(f"{line} {unit}", markup=False)
     if watch.follower is not None and watch.followed is not None:
@@ -224,7 +226,11 @@ def ended(
     else:
         _show(session, watch, notes, output)
         if watch.reader.trip_reason and session.rig_running:
-            output.print(f"held at zero to the end: {_why(watch.reader.trip_reason)}", style="red", markup=False)
+            output.print(
+                f"held at zero to the end: {_why(watch.reader.trip_reason)}",
+                style="red",
+                markup=False,
+            )
     if reason:
         terminal.console(stderr=True).print(f"error: {reason}", style="red", soft_wrap=True)
     return ended

@@ -71,8 +71,19 @@ def live(
         reading: How to read the log of a replay.
     """
     from erclutch.cli import terminal
-    from erclutch.wings.live.command_line.chosen_rig import channels_of_rig, device_of, file_of, model_of, rig_of
-    from erclutch.wings.live.command_line.chosen_settings import knows_inertia, settings_of, supported, tuned
+    from erclutch.wings.live.command_line.chosen_rig import (
+        channels_of_rig,
+        device_of,
+        file_of,
+        model_of,
+        rig_of,
+    )
+    from erclutch.wings.live.command_line.chosen_settings import (
+        knows_inertia,
+        settings_of,
+        supported,
+        tuned,
+    )
     from erclutch.wings.live.command_line.learn import Rig, learn
     from erclutch.wings.live.command_line.session_report import ended, follow, introduce
     from erclutch.wings.live.offered_programs import standard_programs, starting_with
@@ -96,11 +107,16 @@ def live(
         plays_rounds = offered is None or offered.learns
         if adapt or not plays_rounds:
             given = "--adapt" if adapt else f"--rig {rig.rig}"
-            raise SettingError(f"--program learn with {given}", remedy=f"Leave out {given}: the rounds make the model")
+            raise SettingError(
+                f"--program learn with {given}",
+                remedy=f"Leave out {given}: the rounds make the model",
+            )
         control = replace(control, program="rest")
         no_model = True
     elif learning != NO_LEARN:
-        raise SettingError("--until, --round and --after are about rounds", remedy="Give --program learn too")
+        raise SettingError(
+            "--until, --round and --after are about rounds", remedy="Give --program learn too"
+        )
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         file = file_of(run, model)
@@ -111,13 +127,17 @@ def live(
         device = device_of(what)
         if control.program is not None and program is None:
             # A misspelt program is told before a model is fitted to the twin.
-            starting_with(standard_programs(parameters, model=not no_model, device=device), control.program)
+            starting_with(
+                standard_programs(parameters, model=not no_model, device=device), control.program
+            )
         chosen: LiveModel | None = None
         if not no_model:
             chosen = model_of(file, rig, what, parameters, output, device, adapt)
         control = supported(control, what, chosen, adapt)
         channels = channels_of_rig(what, device, chosen)
-        settings = settings_of(what, device, chosen, channels, parameters, (rig, control), tuning, program)
+        settings = settings_of(
+            what, device, chosen, channels, parameters, (rig, control), tuning, program
+        )
         first = settings.programs[0]
         run_as = SessionOptions(loop.seconds, loop.priority, loop.cpu, first.name, channels)
         told = stack.enter_context(_interrupts())
@@ -187,7 +207,9 @@ def _observers(
         return
     from erclutch.wings.live.companions import Observers
 
-    offered = [(program.name, program.meaning, program.mode.reference) for program in settings.programs]
+    offered = [
+        (program.name, program.meaning, program.mode.reference) for program in settings.programs
+    ]
     with Observers(
         session.ring,
         session.carry_out,

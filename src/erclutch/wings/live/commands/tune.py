@@ -72,7 +72,8 @@ def tune(
     rig_file: Path | None = None,
     out: Path = Path("tuning"),
     as_: Annotated[
-        tuple[Literal["pdf", "png", "svg"], ...], Parameter(name="--as", consume_multiple=True, negative=())
+        tuple[Literal["pdf", "png", "svg"], ...],
+        Parameter(name="--as", consume_multiple=True, negative=()),
     ] = ("pdf", "svg"),
     force: Annotated[bool, Parameter(negative=())] = False,
     json: Annotated[bool, Parameter(negative=())] = False,
@@ -162,7 +163,9 @@ def _model(run: Run, name: str | None) -> Model:
             return model
         unfit.append((f"{model.name} {problem}", remedy))
     problem, remedy = unfit[0]
-    raise SettingError(f"no model of the run will do: {problem}", where=str(run.folder), remedy=remedy)
+    raise SettingError(
+        f"no model of the run will do: {problem}", where=str(run.folder), remedy=remedy
+    )
 
 
 def _unfit(model: Model) -> tuple[str, str]:
@@ -172,7 +175,10 @@ def _unfit(model: Model) -> tuple[str, str]:
     if not model.trained_on.field[1] > 0.0:
         return "was fitted without a field", "Tune a device whose field changes its torque"
     if model.extras:
-        return "has further inputs, and the loop has fields and speeds", "Name a model without them with --model"
+        return (
+            "has further inputs, and the loop has fields and speeds",
+            "Name a model without them with --model",
+        )
     if not model.times:  # the margins would be those of the samples alone
         return "has no lag", "Fit the log with --lag rise-fall"
     return "", ""
@@ -214,7 +220,10 @@ def torque_path(model: Model) -> tuple[TorquePath, float]:
     for torque in (rise, fall):
         way = torque[-1] - torque[0]
         if not abs(way) > 0.0:
-            raise CheckError(f"{model.name} gives no torque for a field", remedy="Choose another model of the run")
+            raise CheckError(
+                f"{model.name} gives no torque for a field",
+                remedy="Choose another model of the run",
+            )
         shares.append((torque[1:] - torque[0]) / way)
     slower = min(shares, key=lambda share: float(share.sum()))
     # The pulse ends where the torque stays within 0.1 % of its end.
@@ -338,7 +347,10 @@ def tuned_loops(
         most = min(limits.values())
         by_lag = lm.largest_bandwidth(loop_at, most)
         # Where the search ends at the other limits, it is not the lag that limits.
-        own_limits = {**limits, "the lag of the torque": by_lag if by_lag < 0.99 * most else math.inf}
+        own_limits = {
+            **limits,
+            "the lag of the torque": by_lag if by_lag < 0.99 * most else math.inf,
+        }
         limit = min(own_limits, key=lambda name: own_limits[name])
         largest = own_limits[limit]
         if wanted > largest:
@@ -441,7 +453,16 @@ def _show(
                 f"{margins.sensitivity:.2f}",
             ]
         )
-    headings = ["loop", "Hz", "at most", "by", "gain margin", "phase [deg]", "delay [ms]", "sensitivity"]
+    headings = [
+        "loop",
+        "Hz",
+        "at most",
+        "by",
+        "gain margin",
+        "phase [deg]",
+        "delay [ms]",
+        "sensitivity",
+    ]
     terminal.tell(terminal.table("Margins", headings, rows))
     values = [[name, f"{gains[name]:.4g}", unit] for name, unit in TUNED.items()]
     terminal.tell(terminal.table("Settings", ["name", "value", "unit"], values))

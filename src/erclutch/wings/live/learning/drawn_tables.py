@@ -8,7 +8,12 @@ import numpy as np
 
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
-from erclutch.wings.rig.twin.excitation import FieldSettings, both_ways_torque, field_sequence, torque_sequence
+from erclutch.wings.rig.twin.excitation import (
+    FieldSettings,
+    both_ways_torque,
+    field_sequence,
+    torque_sequence,
+)
 
 _BLOCK = 2.0  # s of one character
 _REST = 0.3  # s at the end, without field and drive

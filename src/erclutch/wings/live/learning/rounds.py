@@ -82,7 +82,9 @@ class RoundReport:
     open_foretold: float
     band: float
     largest: float
-    half_widths: dict[str, tuple[float, float, float]] = field(default_factory=dict[str, tuple[float, float, float]])
+    half_widths: dict[str, tuple[float, float, float]] = field(
+        default_factory=dict[str, tuple[float, float, float]]
+    )
 
     @property
     def share(self) -> float:
@@ -113,7 +115,11 @@ class RoundReport:
         plain: dict[str, Any] = {}
         for name, value in asdict(self).items():
             plain[name] = as_json(value) if isinstance(value, float) else value
-        shares = {"share": self.share, "open_share": self.open_share, "floor_share": self.floor_share}
+        shares = {
+            "share": self.share,
+            "open_share": self.open_share,
+            "floor_share": self.floor_share,
+        }
         return plain | shares | {"half_widths": numbers}
 
 
@@ -175,7 +181,9 @@ class LearningRounds:
             for rows in foretold:
                 fastest = max(largest_size(element.slip) for element in rows.elements)
                 speeds.append(fastest)
-            slow = [number for number, speed in enumerate(speeds) if speed < _FASTEST * self._fastest]
+            slow = [
+                number for number, speed in enumerate(speeds) if speed < _FASTEST * self._fastest
+            ]
             kept = slow or [int(np.argmin(speeds))]
             tables = tables[kept]
             foretold = [foretold[number] for number in kept]
@@ -217,11 +225,17 @@ class LearningRounds:
         band = math.hypot(open_now, _QUANTILE * knowledge.noise)
         half_widths: dict[str, tuple[float, float, float]] = {}
         of_earlier = {}
-        if earlier is not None and earlier.model.name == outcome.model.name:  # another law's numbers are others
+        if (
+            earlier is not None and earlier.model.name == outcome.model.name
+        ):  # another law's numbers are others
             of_earlier = {each.name: each for each in earlier.estimates}
         for estimate in outcome.estimates:
             foretold = math.nan
-            if expected is not None and estimate.name in of_earlier and estimate.name in expected.shrink:
+            if (
+                expected is not None
+                and estimate.name in of_earlier
+                and estimate.name in expected.shrink
+            ):
                 old = of_earlier[estimate.name]
                 foretold = 0.5 * (old.high - old.low) * expected.shrink[estimate.name]
             half_width = 0.5 * (estimate.high - estimate.low)
@@ -267,7 +281,8 @@ class LearningRounds:
             )
         if self.nothing_more:
             return (
-                "nothing more is to be learned: the numbers leave little open, and the last round brought no surprise"
+                "nothing more is to be learned: the numbers leave little open, and the last round "
+                "brought no surprise"
             )
         bands = [report.band for report in self.reports[1:]]
         before = bands[:-_ROUNDS_WITHOUT]
@@ -295,7 +310,9 @@ def _fitted(known: Dataset) -> FitOutcome[TorqueModel]:
     single = known.device == "single" and not one_way
     chosen: FitOutcome[TorqueModel] | None = None
     for name in quick_laws():
-        structure = Structure(known.device, name, law_from_name(name, known.device), "lag", single, single)
+        structure = Structure(
+            known.device, name, law_from_name(name, known.device), "lag", single, single
+        )
         tried = fit_structure(known, structure, intervals=False)
         if chosen is None or tried.train_cost < _BETTER**2 * chosen.train_cost:
             chosen = tried

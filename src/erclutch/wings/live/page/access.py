@@ -93,7 +93,9 @@ class Access:
 
     def by_own_page(self, headers: list[tuple[str, str]]) -> bool:
         """Whether a page of ours asks, or somebody who types; another port of this machine is another page."""
-        return all(value in ("same-origin", "none") for name, value in headers if name == "sec-fetch-site")
+        return all(
+            value in ("same-origin", "none") for name, value in headers if name == "sec-fetch-site"
+        )
 
     def by_cookie(self, headers: list[tuple[str, str]]) -> bool:
         """Whether the cookie is the session's."""
@@ -116,8 +118,12 @@ class Access:
 
     @staticmethod
     def _same(given: str, right: str) -> bool:
-        return hmac.compare_digest(given.encode("utf-8", "replace"), right.encode("utf-8", "replace"))
+        return hmac.compare_digest(
+            given.encode("utf-8", "replace"), right.encode("utf-8", "replace")
+        )
 
     def set_cookie(self) -> str:
         """Header that gives the browser the session's cookie."""
-        return f"{self.cookie}={self._secret('cookie')}; Path={self.base}/; HttpOnly; SameSite=Strict"
+        return (
+            f"{self.cookie}={self._secret('cookie')}; Path={self.base}/; HttpOnly; SameSite=Strict"
+        )

@@ -57,7 +57,11 @@ class PageProcess:
     ) -> None:
         self._limits = limits
         self._said: dict[str, Any] = {}
-        self._setting: dict[str, Any] = {"ring": ring, "limits": asdict(limits), "shown": dict(shown or {})}
+        self._setting: dict[str, Any] = {
+            "ring": ring,
+            "limits": asdict(limits),
+            "shown": dict(shown or {}),
+        }
         self._setting |= {"port": port, "token": new_token()}
         self.restarts = 0
         self._process = self._start()
@@ -118,11 +122,21 @@ def main() -> int:
     try:
         return asyncio.run(_serve(json.loads(line)))
     except ImportError as error:
-        _say({"problem": f"{error.name} is not installed", "remedy": 'Run: pip install "erclutch[live]"'})
+        _say(
+            {
+                "problem": f"{error.name} is not installed",
+                "remedy": 'Run: pip install "erclutch[live]"',
+            }
+        )
     except ErclutchError as error:
         _say({"problem": error.problem, "remedy": error.remedy})
     except OSError as error:
-        _say({"problem": os.strerror(error.errno) if error.errno else str(error), "remedy": "Give another --port"})
+        _say(
+            {
+                "problem": os.strerror(error.errno) if error.errno else str(error),
+                "remedy": "Give another --port",
+            }
+        )
     return 2
 
 
@@ -157,7 +171,9 @@ async def _serve(setting: dict[str, Any]) -> int:
         timeout_graceful_shutdown=1,
     )
     server: Any = uvicorn.Server(config)
-    server.capture_signals = contextlib.nullcontext  # SIGINT is the session's business, and it closes our input
+    server.capture_signals = (
+        contextlib.nullcontext
+    )  # SIGINT is the session's business, and it closes our input
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     listener = asyncio.create_task(_listen_to_session(page, server))
     watcher = asyncio.create_task(page.watch())
@@ -182,7 +198,9 @@ async def _listen_to_session(page: Any, server: Any) -> None:
     """State of the session, line by line; its notes go into the log of events."""
     reader = asyncio.StreamReader(limit=1 << 20)
     loop = asyncio.get_running_loop()
-    transport, _ = await loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), sys.stdin)
+    transport, _ = await loop.connect_read_pipe(
+        lambda: asyncio.StreamReaderProtocol(reader), sys.stdin
+    )
     told = 0
     try:
         while line := await reader.readline():

@@ -36,7 +36,12 @@ _SHARE = 20  # commands a second from one client
 #: Longest message that a client may send; the socket is closed on a longer one.
 LONGEST_MESSAGE = 4 * LONGEST
 
-_KINDS = {".html": "text/html", ".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+_KINDS = {
+    ".html": "text/html",
+    ".css": "text/css",
+    ".js": "text/javascript",
+    ".svg": "image/svg+xml",
+}
 _SCRIPTS = (
     "live",
     "axis_ticks",
@@ -177,7 +182,12 @@ class Page:
     async def _states(self, socket: WebSocket) -> None:
         seen = 0
         while True:
-            body = {"kind": "status", **self.watcher.status(), "clients": self.clients, **self.session}
+            body = {
+                "kind": "status",
+                **self.watcher.status(),
+                "clients": self.clients,
+                **self.session,
+            }
             body["lines"] = self.watcher.lines(seen)
             seen = self.watcher.version
             await socket.send_json(body)
@@ -262,7 +272,11 @@ class Guard:
         elif scope["type"] == "websocket":
             headers = _headers(scope)
             path = self._below(scope)
-            if path is not None and self._access.from_here(headers, socket=True) and self._may(headers):
+            if (
+                path is not None
+                and self._access.from_here(headers, socket=True)
+                and self._may(headers)
+            ):
                 self.strangers.shown(scope["client"])
                 await self._app({**scope, "path": path}, receive, send)
             else:
@@ -278,7 +292,9 @@ class Guard:
         alone = None if changes else self._access.alone_path(path)
         if not self._access.from_here(headers, socket=changes):
             answer: Response = PlainTextResponse("Only for this machine.\n", 403)
-        elif not changes and path in _ENTRANCE:  # for everybody: it holds no secret, and its script brings the token
+        elif (
+            not changes and path in _ENTRANCE
+        ):  # for everybody: it holds no secret, and its script brings the token
             name, kind = _ENTRANCE[path]
             own = {**HEADERS, "content-security-policy": _ENTRANCE_POLICY}
             answer = Response((_STATIC_FILES / name).read_bytes(), headers=own, media_type=kind)
@@ -291,7 +307,9 @@ class Guard:
             await self._app({**scope, "path": below or alone}, receive, send)
             return
         else:
-            answer = PlainTextResponse(f"Open the address that {self._command} printed; it holds a token.\n", 403)
+            answer = PlainTextResponse(
+                f"Open the address that {self._command} printed; it holds a token.\n", 403
+            )
         await answer(scope, receive, send)
 
     def _below(self, scope: Scope) -> str | None:
@@ -309,7 +327,10 @@ class Guard:
 
 
 def _headers(scope: Scope) -> list[tuple[str, str]]:
-    return [(name.decode("latin-1").lower(), value.decode("latin-1")) for name, value in scope["headers"]]
+    return [
+        (name.decode("latin-1").lower(), value.decode("latin-1"))
+        for name, value in scope["headers"]
+    ]
 
 
 def _with_headers(send: Send, headers: Mapping[str, str], base: str) -> Send:

@@ -139,7 +139,10 @@ class Watcher:
     def state(self) -> str:
         """starting, running, tripped, ready, stopped, or silent: the loop says that it runs, but no frame comes."""
         state = self.reader.state
-        if state not in (State.STARTING, State.STOPPED) and time.monotonic() - self._moved > _SILENT:
+        if (
+            state not in (State.STARTING, State.STOPPED)
+            and time.monotonic() - self._moved > _SILENT
+        ):
             return "silent"
         return state.name.lower()
 

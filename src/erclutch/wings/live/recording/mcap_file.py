@@ -31,7 +31,15 @@ from erclutch import files
 from erclutch._version import __version__
 from erclutch.errors import ErclutchError
 from erclutch.files.places import put_beside
-from erclutch.logs.readers.mcap_records import MAGIC, MESSAGE, Contents, DamageError, parse, runs_of, unpack_chunk
+from erclutch.logs.readers.mcap_records import (
+    MAGIC,
+    MESSAGE,
+    Contents,
+    DamageError,
+    parse,
+    runs_of,
+    unpack_chunk,
+)
 from erclutch.logs.readers.mcap_table import UNIT_KEY, UNSAMPLED_KEY
 from erclutch.signals.units import UNKNOWN
 from erclutch.wings.live.layout import EVENT_BITS, frames_of
@@ -44,7 +52,13 @@ CHANNEL = 1
 OWN = "erclutch"
 #: Schema and channel stand ahead of the first chunk, and inside a chunk after this many: there a checksum covers them.
 _REPEAT = 16
-_SUMMARY = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX, Opcode.METADATA_INDEX)
+_SUMMARY = (
+    Opcode.SCHEMA,
+    Opcode.CHANNEL,
+    Opcode.STATISTICS,
+    Opcode.CHUNK_INDEX,
+    Opcode.METADATA_INDEX,
+)
 _HEAD = struct.Struct("<BQ")
 _INDEX = struct.Struct("<BQHI")
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
@@ -56,7 +70,9 @@ class RecordingError(ErclutchError):
 
 _REMEDY = "Give a folder that can be written and has space"
 #: The error of a recording that the disk does not take.
-unwritable = partial(files.unwritable, problem="the recording cannot be written", remedy=_REMEDY, kind=RecordingError)
+unwritable = partial(
+    files.unwritable, problem="the recording cannot be written", remedy=_REMEDY, kind=RecordingError
+)
 
 
 class FrameFile:
@@ -88,7 +104,9 @@ class FrameFile:
             if self.path.exists():
                 raise FileExistsError(errno.EEXIST, "the file exists already")
             how = 0 if reserved else os.O_CREAT | os.O_EXCL
-            self._file = os.open(partial_of(self.path), os.O_WRONLY | how | getattr(os, "O_BINARY", 0), 0o666)
+            self._file = os.open(
+                partial_of(self.path), os.O_WRONLY | how | getattr(os, "O_BINARY", 0), 0o666
+            )
         except OSError as error:
             raise unwritable(self.path, error) from error
         about = kinds.Metadata(OWN, about_session(info))
@@ -246,7 +264,10 @@ def chunk_index(
     """The record that says where in a chunk a channel's messages begin."""
     entries = np.zeros(times.size, _INDEX_ENTRY)
     entries["time"], entries["offset"] = times, offsets
-    return _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + entries.nbytes, channel, entries.nbytes) + entries.tobytes()
+    return (
+        _INDEX.pack(Opcode.MESSAGE_INDEX, 6 + entries.nbytes, channel, entries.nbytes)
+        + entries.tobytes()
+    )
 
 
 @dataclass(frozen=True)
@@ -292,11 +313,15 @@ def finish_torn(left: Path, path: Path) -> tuple[Path, int]:
                 for place in places(data):
                     if place.kind == Opcode.CHUNK:
                         chunk = place
-                    elif place.kind == Opcode.MESSAGE_INDEX:  # a chunk counts with the index behind it
+                    elif (
+                        place.kind == Opcode.MESSAGE_INDEX
+                    ):  # a chunk counts with the index behind it
                         last = chunk
                         end = place.stop
                 if last is None:
-                    raise RecordingError("no chunk is whole", where=str(left), remedy="There is nothing to keep")
+                    raise RecordingError(
+                        "no chunk is whole", where=str(left), remedy="There is nothing to keep"
+                    )
                 unpacked = unpack_chunk(parse(kinds.Chunk, data[last.start : last.stop]))
                 last_run = [*runs_of(unpacked, Contents())][-1]
                 sequence = int(last_run.array["seq"][-1])
@@ -304,9 +329,13 @@ def finish_torn(left: Path, path: Path) -> tuple[Path, int]:
         seal(left)
         return put_beside(left, path), sequence
     except (OSError, ValueError) as error:  # mmap refuses an empty file with a ValueError
-        raise RecordingError(f"it cannot be finished: {error}", where=str(left), remedy=_REMEDY) from error
+        raise RecordingError(
+            f"it cannot be finished: {error}", where=str(left), remedy=_REMEDY
+        ) from error
     except DamageError as error:
-        raise RecordingError(f"its last chunk is damaged: {error}", where=str(left), remedy=_REMEDY) from error
+        raise RecordingError(
+            f"its last chunk is damaged: {error}", where=str(left), remedy=_REMEDY
+        ) from error
 
 
 def seal(path: str | Path) -> None:

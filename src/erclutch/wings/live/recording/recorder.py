@@ -135,7 +135,9 @@ class FrameRecorder:
         try:
             self.file.close()
         except OSError as error:
-            remedy = f"erclutch inspect {shlex.quote(f'{self.file.path}.partial')} reads what is there"
+            remedy = (
+                f"erclutch inspect {shlex.quote(f'{self.file.path}.partial')} reads what is there"
+            )
             self.ended = f"{self.ended or 'it could not be closed: ' + (error.strerror or str(error))}; {remedy}"
         self.reader.close()
 
@@ -209,7 +211,9 @@ def _alive(pid: int) -> bool:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run as a process; returns the exit code: 0 a whole file, 2 bad input, 3 the disk ended it."""
-    parser = argparse.ArgumentParser(prog="erclutch-recorder", description="Frames of a session into an MCAP file.")
+    parser = argparse.ArgumentParser(
+        prog="erclutch-recorder", description="Frames of a session into an MCAP file."
+    )
     parser.add_argument("ring")
     parser.add_argument("file")
     parser.add_argument("--after", type=int, default=None)

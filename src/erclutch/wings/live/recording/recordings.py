@@ -97,8 +97,12 @@ class Recordings:
         if started is None:
             return
         limit = time.monotonic() + _BEGIN
-        while not self._begun(started) and started.process.poll() is None and time.monotonic() < limit:
-            time.sleep(0.01)  # on a busy machine it may not be there yet; the ring still holds its frames
+        while (
+            not self._begun(started) and started.process.poll() is None and time.monotonic() < limit
+        ):
+            time.sleep(
+                0.01
+            )  # on a busy machine it may not be there yet; the ring still holds its frames
         with contextlib.suppress(OSError):
             started.process.terminate()
         end_process(started.process, _END)
@@ -134,10 +138,15 @@ class Recordings:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            problem, remedy = "the folder of recordings cannot be made", "Give another with --folder"
+            problem, remedy = (
+                "the folder of recordings cannot be made",
+                "Give another with --folder",
+            )
             raise unwritable(self.folder, error, problem, remedy, RecordingError) from error
         if not os.access(self.folder, os.W_OK):
-            raise RecordingError("the folder cannot be written", where=str(self.folder), remedy="Give another folder")
+            raise RecordingError(
+                "the folder cannot be written", where=str(self.folder), remedy="Give another folder"
+            )
         number, free = 2, path
         while True:
             with contextlib.suppress(FileExistsError):
@@ -175,7 +184,10 @@ class Recordings:
         if full:
             self._fault(f"recording {path.name} was ended by the disk: {why}", "alarm")
         elif lost:
-            self._fault(f"recording {path.name} lacks {lost} frames, which the recorder came too late for", "warning")
+            self._fault(
+                f"recording {path.name} lacks {lost} frames, which the recorder came too late for",
+                "warning",
+            )
         else:
             self._say(f"recording {path.name} is complete", "note")
 
@@ -189,7 +201,9 @@ class Recordings:
             pass
         partial_of(started.path).unlink(missing_ok=True)
         if not go_on:
-            self._fault(f"the recorder of {started.path.name} was killed; what it wrote was kept", "warning")
+            self._fault(
+                f"the recorder of {started.path.name} was killed; what it wrote was kept", "warning"
+            )
             return
         again = self._reserved(started.first)
         self._start(again, after, started.first)
@@ -200,7 +214,12 @@ class Recordings:
         limit = time.monotonic() + seconds
         while time.monotonic() < limit and self._running is not None:
             self.poll()
-            if self._running and self._begun(self._running) and self.progress and self.progress.frames:
+            if (
+                self._running
+                and self._begun(self._running)
+                and self.progress
+                and self.progress.frames
+            ):
                 return True
             time.sleep(0.01)
         return False

@@ -31,7 +31,9 @@ def _chosen(asked: AskedRig) -> tuple[ServedRig, LoopProgram]:
     if asked.options.log is None:
         raise SettingError("--rig replay needs a recording", remedy="Give --log FILE")
     if asked.control.field_limit is not None:
-        raise SettingError("--field-limit with a replay", remedy="Leave it out: the fields are those of the log")
+        raise SettingError(
+            "--field-limit with a replay", remedy="Leave it out: the fields are those of the log"
+        )
     log, *_ = asked.reading.read((asked.options.log,))
     device = asked.reading.device
     if device is None:

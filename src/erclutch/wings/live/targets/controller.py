@@ -45,7 +45,16 @@ _MEASURED = "const double zero = 0.0, torque = core->meter.good && erc_slipping(
 #: Files of the loop that the controller is made of, in the order in which they call each other.
 _PARTS = ("turned", "plausible", "torque", "interlock")
 #: Constants of the loop that the controller names too.
-_NAMED = ("COAXIAL", "SINGLE", "BY_MODEL", "BY_SENSOR", "BY_MOTION", "STILL", "EARLIER", "ZERO_BEFORE_TRIP")
+_NAMED = (
+    "COAXIAL",
+    "SINGLE",
+    "BY_MODEL",
+    "BY_SENSOR",
+    "BY_MOTION",
+    "STILL",
+    "EARLIER",
+    "ZERO_BEFORE_TRIP",
+)
 _NUMBER = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[-+]?\d+)?|\d+e[-+]?\d+)(?![\w.])")
 
 
@@ -61,12 +70,16 @@ def write(step: ExportedStep, folder: Path) -> None:
     rows = sample_rows(step)
     with tempfile.TemporaryDirectory() as work:
         printed = _printed(native(), folder, Path(work), step, rows)
-    (folder / f"{n}_control_check.c").write_text(check_source(step, rows, printed), encoding="ascii")
+    (folder / f"{n}_control_check.c").write_text(
+        check_source(step, rows, printed), encoding="ascii"
+    )
 
     # The check of the controller stands beside that of the model in each rule of the Makefile.
     makefile = folder / "Makefile"
     make = makefile.read_text(encoding="ascii")
-    make = make.replace(f"check: {n}_check\n\t./{n}_check\n", f"check: {n}_check {n}_control_check\n\t./{n}_check\n")
+    make = make.replace(
+        f"check: {n}_check\n\t./{n}_check\n", f"check: {n}_check {n}_control_check\n\t./{n}_check\n"
+    )
     make = make.replace(f"\t./{n}_check\n", f"\t./{n}_check\n\t./{n}_control_check\n", 1)
     build = f"{n}_control_check: {n}_control_check.c {n}.c {n}.h\n"
     build += f"\t$(CC) $(CFLAGS) $(EXACT) $(WARN) {n}_control_check.c {n}.c -o $@\n"
@@ -94,11 +107,20 @@ def texts(step: ExportedStep) -> tuple[str, str]:
     """
     if step.filter is not None or step.extras:
         problem = "the controller gives its model fields and speeds, and nothing else"
-        raise ExportError(problem, where=step.model.name, remedy="Export a model without further inputs, of speeds")
+        raise ExportError(
+            problem,
+            where=step.model.name,
+            remedy="Export a model without further inputs, of speeds",
+        )
     code = _read("target_c/controller.c")
     for name in _PARTS:
         # Functions that the loop's files share are this file's own.
-        part = re.sub(r"^((?:void|double|bool|uint32_t) erc_\w+\()", r"static \1", _body(name), flags=re.MULTILINE)
+        part = re.sub(
+            r"^((?:void|double|bool|uint32_t) erc_\w+\()",
+            r"static \1",
+            _body(name),
+            flags=re.MULTILINE,
+        )
         code = code.replace(f"@{name.upper()}@", part)
     for key, value in _places(step).items():
         code = code.replace(f"@{key}@", value)
@@ -106,11 +128,16 @@ def texts(step: ExportedStep) -> tuple[str, str]:
     if _known_at_rest(step):
         model_code = _step_of_known(step.name, model_code)
 
-    model_header = header(step).replace("#include <stdint.h>", "#include <stdbool.h>\n#include <stdint.h>", 1)
+    model_header = header(step).replace(
+        "#include <stdint.h>", "#include <stdbool.h>\n#include <stdint.h>", 1
+    )
     before, end_of_cplusplus, after = model_header.rpartition("#ifdef __cplusplus\n}\n")
     assert end_of_cplusplus
     declared = _worded(step, _declared(step))
-    return f"{model_code}\n{_worded(step, _with_own_names(code))}", f"{before}{declared}\n{end_of_cplusplus}{after}"
+    return (
+        f"{model_code}\n{_worded(step, _with_own_names(code))}",
+        f"{before}{declared}\n{end_of_cplusplus}{after}",
+    )
 
 
 # --- the loop's C in the words of the model's file -------------------------------------------------------------------
@@ -221,7 +248,9 @@ def _places(step: ExportedStep) -> dict[str, str]:
         "SIGNED": _of_kind("SIGNED"),
         "MOST": constant(MOST),
         "LEAST": constant(LEAST),
-        "SAMPLE": "\n    ".join(f"sample[{place}] = {signal};" for place, signal in enumerate(signals)),
+        "SAMPLE": "\n    ".join(
+            f"sample[{place}] = {signal};" for place, signal in enumerate(signals)
+        ),
         "KNOWN": known,
         "STEP": step_call,
     }
@@ -236,11 +265,15 @@ def _step_of_known(n: str, text: str) -> str:
     """The model's C with a step that takes the effort before its limits from its caller, if the caller knows it."""
     given = f"{n}_state *state, const {n}_real input[{n.upper()}_INPUTS]"
     head = f"uint32_t {n}_step({given}, {n}_real *effort)\n{{\n"
-    known = f"static uint32_t {n}_step_known({given}, const {n}_real *known, {n}_real *effort)\n{{\n"
+    known = (
+        f"static uint32_t {n}_step_known({given}, const {n}_real *known, {n}_real *effort)\n{{\n"
+    )
     before, _, rest = text.partition(head)
     assert rest
     body, end, after = rest.partition("\n}\n")
-    body, count = re.subn(r"( unlimited = )(.*);", r"\1((known != NULL) && (row_good != 0u)) ? *known : (\2);", body)
+    body, count = re.subn(
+        r"( unlimited = )(.*);", r"\1((known != NULL) && (row_good != 0u)) ? *known : (\2);", body
+    )
     assert count == 1
     before = before.replace(f'#include "{n}.h"\n', f'#include "{n}.h"\n\n#include <stddef.h>\n', 1)
     about = "/* The step; where the effort before its limits is known, it is not computed again. */"
@@ -255,7 +288,9 @@ def _declared(step: ExportedStep) -> str:
     for name, value in defaults(step).items():
         is_integer = name == "period_ns"
         numbers.append(f"{int(value)}u" if is_integer else step.precision.constant(float(value)))
-    struct = re.compile(r"/\* What (?:a device gives|the stages|is known).*?\} erc_\w+;\n", re.DOTALL)
+    struct = re.compile(
+        r"/\* What (?:a device gives|the stages|is known).*?\} erc_\w+;\n", re.DOTALL
+    )
     structs = struct.findall(_read("c/erc_state.h"))
     units = step.model.units
     text = _read("target_c/controller.h")
@@ -269,7 +304,9 @@ def _declared(step: ExportedStep) -> str:
     for name, meaning in EVENTS:
         macro = _macro(name)
         if f"ERC_{macro}" in code:
-            macros.append(f"#define NAME_EVENT_{macro} ((uint32_t){EVENT_BITS[name]}u) /* {meaning} */")
+            macros.append(
+                f"#define NAME_EVENT_{macro} ((uint32_t){EVENT_BITS[name]}u) /* {meaning} */"
+            )
     for name in _NAMED:
         value = CONSTANTS[f"ERC_{name}"]
         macros.append(f"#define NAME_{name} {value}u")
@@ -288,7 +325,9 @@ def _worded(step: ExportedStep, text: str) -> str:
     suffix = step.precision.suffix
     text = re.sub(r"core->config\.device\b", "ERC_DEVICE", text)
     text = re.sub(
-        r"if \(isfinite\((\w+)\)\) \{\n", r"if (isfinite(\1)) {\n        /*@ assert \\is_finite(\1); */\n", text
+        r"if \(isfinite\((\w+)\)\) \{\n",
+        r"if (isfinite(\1)) {\n        /*@ assert \\is_finite(\1); */\n",
+        text,
     )
     text = re.sub(r"\bisfinite\(([^()]*)\)", rf"({n}_finite(\1) != 0u)", text)
     text = re.sub(r"\b(exp|tanh)\(", rf"{n}_\1(", text).replace("fabs(", f"{n}_control_size(")
@@ -360,7 +399,11 @@ def _printed(
     bench.write_text(text, encoding="ascii")
     static = ("-static",) if compiler.runner else ()
     compiler.build([bench, folder / f"{n}.c"], program, "-DPRINT", f"-I{folder}", "-O2", *static)
-    return run([*compiler.runner, str(program)], f"{n} compiled by {compiler.name} failed", "Export it again")
+    return run(
+        [*compiler.runner, str(program)],
+        f"{n} compiled by {compiler.name} failed",
+        "Export it again",
+    )
 
 
 def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
@@ -370,7 +413,9 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     check = (folder / f"{step.name}_control_check.c").read_text()
     vectors = re.search(r"answers\[.*?= \{\n(.*?)\n\};", check, re.DOTALL)
     if vectors is None:
-        raise ExportError("the test vectors are gone", where=str(folder), remedy="Export the model again")
+        raise ExportError(
+            "the test vectors are gone", where=str(folder), remedy="Export the model again"
+        )
     expected: list[str] = []  # lines as the bench prints them
     for line in vectors[1].splitlines():
         words = [bits or flags for bits, flags in re.findall(r"0x([0-9a-f]+)|\b(\d+)u", line)]

@@ -55,7 +55,10 @@ def interface(step: ExportedStep) -> Interface:
     parameters = [Port(name, "?", None, starts[name]) for name in settings]
     about = "1: the model alone, 2: a torque sensor, 3: the drive's motion"
     parameters.append(Port("observer", "1", (1.0, 3.0), 1.0, about))
-    copied = "\n".join(f"    settings.{name} = ({n}_real)parameter[{place}];" for place, name in enumerate(settings))
+    copied = "\n".join(
+        f"    settings.{name} = ({n}_real)parameter[{place}];"
+        for place, name in enumerate(settings)
+    )
     given = "\n".join(f"    input.{name} = in[{place}];" for place, name in enumerate(INPUTS))
     taken = "\n".join(f"    out[{place}] = output.{name};" for place, name in enumerate(OUTPUTS))
     binding = f"""typedef {n}_controller erc_state;

@@ -33,7 +33,14 @@ from erclutch.wings.paper.calibration.calibration_search import (
 from erclutch.wings.paper.sweep_points import Points
 from erclutch.wings.rig.twin.parameters import ParameterEntry, RigParameters
 
-__all__ = ["Calibrated", "Calibration", "CalibrationTarget", "calibrate", "coordinate_of", "value_at"]
+__all__ = [
+    "Calibrated",
+    "Calibration",
+    "CalibrationTarget",
+    "calibrate",
+    "coordinate_of",
+    "value_at",
+]
 
 #: Standard deviation of the prior, as a share of the range: the range is two of them to either side of its middle.
 PRIOR = 0.25
@@ -154,7 +161,9 @@ def calibrate(
 
     after = target.residuals(space.rig_at(best))
     parameters = space.calibrated(best, _widths(slopes, after, target.ordered))
-    entries = {found.path: (found.value, found.start, found.low, found.high) for found in parameters}
+    entries = {
+        found.path: (found.value, found.start, found.low, found.high) for found in parameters
+    }
     return Calibration(
         rig.calibrated(entries),
         tuple(parameters),
@@ -202,7 +211,9 @@ def _side_by_side(
 
         def of_figures(points: Sequence[Array]) -> list[Array]:
             keys = [sha256(point.tobytes()).hexdigest()[:16] for point in points]
-            tasks = dict(zip(keys, points, strict=True))  # a point that is asked for twice is one task
+            tasks = dict(
+                zip(keys, points, strict=True)
+            )  # a point that is asked for twice is one task
             residuals = partial(space.listed_residuals, target=target)
             figures = known.fill(pool, residuals, tasks, lambda done, key: None)
             by_key = dict(zip(tasks, figures, strict=True))
@@ -217,7 +228,9 @@ class _Space:
     def __init__(self, rig: RigParameters, paths: Sequence[str]) -> None:
         if not paths or len(set(paths)) != len(paths):
             named = ", ".join(paths) or "none"
-            raise SettingError(f"parameters to calibrate: {named}", remedy="Name at least one, each once")
+            raise SettingError(
+                f"parameters to calibrate: {named}", remedy="Name at least one, each once"
+            )
         self.rig = rig
         self.entries = {path: rig.entry(path) for path in paths}
         start: list[float] = []

@@ -40,7 +40,9 @@ class LogTrace:
 
     def __post_init__(self) -> None:
         log = self.recording
-        missing = [name for name in ("theta", "alpha", "T", "motor_torque") if name not in log.signals]
+        missing = [
+            name for name in ("theta", "alpha", "T", "motor_torque") if name not in log.signals
+        ]
         if missing:
             raise MappingError(
                 f"a log to calibrate to needs theta, alpha, T and motor_torque; {', '.join(missing)} is missing",

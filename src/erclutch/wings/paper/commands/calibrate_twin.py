@@ -42,7 +42,9 @@ def calibrate_twin(
     /,
     *,
     out: Path = Path("rig.toml"),
-    vary: Annotated[tuple[str, ...], Parameter(consume_multiple=True, negative=(), show_default=False)] = (),
+    vary: Annotated[
+        tuple[str, ...], Parameter(consume_multiple=True, negative=(), show_default=False)
+    ] = (),
     rig_file: Path | None = None,
     go_on: Annotated[bool, Parameter(negative=())] = False,
     seed: int = 1,
@@ -155,7 +157,10 @@ def open_parameters(rig: RigParameters, with_log: bool) -> tuple[str, ...]:
 
     Without a log also how commands are drawn, and ALSO_OPEN.
     """
-    of_log = ("excitation.", "thermal.")  # a log holds its own commands, and its heat is too slow to show
+    of_log = (
+        "excitation.",
+        "thermal.",
+    )  # a log holds its own commands, and its heat is too slow to show
     paths: list[str] = []
     for section, entries in rig.entries.items():
         for key, entry in entries.items():

@@ -74,8 +74,12 @@ def experiment(
     if name is None:
         heads = ["name", "what", "length"]
         rows = [[each.name, each.meaning, f"{each.seconds:g} s"] for each in EXPERIMENTS.values()]
-        rows.append(["control", "torque control: models, observers, a device that changes", "80 s a case"])
-        rows.append(["impedance", "stiffness and damping that a hand feels at the output", "70 s a case"])
+        rows.append(
+            ["control", "torque control: models, observers, a device that changes", "80 s a case"]
+        )
+        rows.append(
+            ["impedance", "stiffness and damping that a hand feels at the output", "70 s a case"]
+        )
         rows.append(["wall", "a brake as a wall: step, drag, stiffness, letting go", "32 s a case"])
         if json:
             as_json = [dict(zip(heads, row, strict=True)) for row in rows]
@@ -125,7 +129,12 @@ def _over_seeds(
     """Run an experiment on so many seeds; print its table, draw its figure, and give the numbers of each run."""
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.wings.paper.control_figure import describe_control
-    from erclutch.wings.paper.hand_experiments import describe_impedance, describe_wall, hand_points, hand_runs
+    from erclutch.wings.paper.hand_experiments import (
+        describe_impedance,
+        describe_wall,
+        hand_points,
+        hand_runs,
+    )
     from erclutch.wings.paper.torque_control import control_runs, kept_runs
 
     rig = load_rig(rig_file)
@@ -150,7 +159,9 @@ def _over_seeds(
     terminal.say(*files)
     cases: list[dict[str, Any]] = []
     for run in runs:
-        cases.append({"seed": run.seed, "inverse": run.model, "controller": run.knows, **run.figures})
+        cases.append(
+            {"seed": run.seed, "inverse": run.model, "controller": run.knows, **run.figures}
+        )
     return {"experiment": name, "runs": cases, "files": list(map(str, files))}
 
 
@@ -185,7 +196,18 @@ def _control_table(runs: list[ControlRun], seeds: int) -> Table:
         ]
         row += [f"{100.0 * means[name]:.2f}" for name in WITHHELD]
         rows.append(row)
-    heads = ["inverse of", "controller", "chirp", "steps", "random", "3 x below", "-3 dB", "10 %", "locked", *WITHHELD]
+    heads = [
+        "inverse of",
+        "controller",
+        "chirp",
+        "steps",
+        "random",
+        "3 x below",
+        "-3 dB",
+        "10 %",
+        "locked",
+        *WITHHELD,
+    ]
     title = f"TWIN, torque control, means of {seeds} seeds: RMS in % of the range, Hz, and chirps on a changed device"
     return terminal.table(title, heads, rows, left=2)
 
@@ -205,7 +227,9 @@ def _impedance_table(runs: list[ControlRun], seeds: int) -> Table:
     rows: list[list[str]] = []
     for model, knows in product(INVERSES, KNOWN):
         of_seeds = _figures_of(runs, model, knows)
-        stiffness = np.array([figures["stiffness"] for figures in of_seeds], np.float64)  # (seeds, frequencies)
+        stiffness = np.array(
+            [figures["stiffness"] for figures in of_seeds], np.float64
+        )  # (seeds, frequencies)
         damping = np.array([figures["damping"] for figures in of_seeds], np.float64)
         stiffness_shares = (stiffness[:, :5] / STIFFNESS).mean(axis=0)
         damping_shares = (damping / DAMPING).mean(axis=0)
@@ -260,7 +284,9 @@ def _wall_table(runs: list[ControlRun], seeds: int) -> Table:
         "calm to [N m/rad]",
         "pull [mN m]",
     ]
-    return terminal.table(f"TWIN brake, means of {seeds} seeds; calm in all of them", heads, rows, left=2)
+    return terminal.table(
+        f"TWIN brake, means of {seeds} seeds; calm in all of them", heads, rows, left=2
+    )
 
 
 def run_online(
@@ -326,7 +352,15 @@ def _show(
             "-" if paper is None else f"{paper:.3e}",
         ]
         rows.append(row)
-    heads = ["model", "MSE [N2m2]", "RMSE [N m]", "largest [N m]", "of the std", "outside", "MSE, paper's rig"]
+    heads = [
+        "model",
+        "MSE [N2m2]",
+        "RMSE [N m]",
+        "largest [N m]",
+        "of the std",
+        "outside",
+        "MSE, paper's rig",
+    ]
     terminal.tell(terminal.table(f"TWIN, {trace.name}: {errors[0].rows:,} samples", heads, rows))
 
     terminal.say(

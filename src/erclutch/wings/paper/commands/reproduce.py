@@ -44,7 +44,20 @@ _ONLINE = {
     "fig13": "encoders",
 }
 _Table = Literal["table2", "table3", "memory"]
-_Figure = Literal["fig3", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "kernels"]
+_Figure = Literal[
+    "fig3",
+    "fig4",
+    "fig5",
+    "fig6",
+    "fig7",
+    "fig8",
+    "fig9",
+    "fig10",
+    "fig11",
+    "fig12",
+    "fig13",
+    "kernels",
+]
 What = Literal[_Table, _Figure]
 
 
@@ -105,7 +118,9 @@ def reproduce(
     if what in _ONLINE:
         from erclutch.wings.paper.commands.experiment import run_online
 
-        run_online([_ONLINE[what]], None, rig_file, out, {"seconds": seconds, "seed": seed}, int(what[3:]))
+        run_online(
+            [_ONLINE[what]], None, rig_file, out, {"seconds": seconds, "seed": seed}, int(what[3:])
+        )
         return
     seconds = _TRAINING if seconds is None else seconds
     if what == "fig3":
@@ -154,7 +169,9 @@ def _make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         remedy = "Give another --out"
-        raise RunError(f"cannot be made: {error.strerror}", where=str(folder), remedy=remedy) from error
+        raise RunError(
+            f"cannot be made: {error.strerror}", where=str(folder), remedy=remedy
+        ) from error
 
 
 def _recipe_of_logs(
@@ -217,7 +234,15 @@ def _own_runs(
     return {"training": data.take(~held), "test": data.take(held)}
 
 
-def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: int, polish: bool, json: bool) -> None:
+def _table(
+    what: What,
+    runs: dict[str, Dataset],
+    origin: str,
+    out: Path,
+    seed: int,
+    polish: bool,
+    json: bool,
+) -> None:
     from erclutch.report.plots.paper_style import placed, save_numbers
     from erclutch.wings.paper.tables import printed, table
 
@@ -253,14 +278,18 @@ def _table(what: What, runs: dict[str, Dataset], origin: str, out: Path, seed: i
 
     screen = terminal.console()
     lengths = ", ".join(f"{name} {data.rows:,} rows" for name, data in runs.items())
-    terminal.tell(f"{origin}: {lengths}. Mean squared errors; paper: as Huang and Ishikawa print them.")
+    terminal.tell(
+        f"{origin}: {lengths}. Mean squared errors; paper: as Huang and Ishikawa print them."
+    )
     screen.print(_beside_the_paper(what, rows, shown, origin, screen.width))
     seconds = sum(row.seconds for row in rows)
     terminal.tell(f"{len(rows)} models in {seconds:.1f} CPU s")
     terminal.say(numbers, latex)
 
 
-def _say_json(origin: str, header: Sequence[str], lines: Sequence[Sequence[object]], files: Sequence[object]) -> None:
+def _say_json(
+    origin: str, header: Sequence[str], lines: Sequence[Sequence[object]], files: Sequence[object]
+) -> None:
     """The numbers of a table, an entry a model; null where there is none."""
     rows: list[dict[str, object]] = []
     for line in lines:
@@ -277,7 +306,9 @@ def _say_json(origin: str, header: Sequence[str], lines: Sequence[Sequence[objec
     )
 
 
-def _beside_the_paper(what: What, rows: list[Row], shown: list[str], origin: str, width: int) -> Any:
+def _beside_the_paper(
+    what: What, rows: list[Row], shown: list[str], origin: str, width: int
+) -> Any:
     """The table; on a narrow screen bands, seconds and ratios are left out, in this order."""
     from erclutch.wings.paper.tables import printed
 
@@ -304,7 +335,9 @@ def _beside_the_paper(what: What, rows: list[Row], shown: list[str], origin: str
     less_needed = [f"{run}\n95 % band" for run in shown]
     less_needed += ["CPU s", *ratios]
     number = "II" if what == "table2" else "III"
-    return terminal.narrowed(f"Table {number}: {origin} beside the paper", cells, less_needed, width)
+    return terminal.narrowed(
+        f"Table {number}: {origin} beside the paper", cells, less_needed, width
+    )
 
 
 def _title_of(row: Row) -> str:
@@ -396,8 +429,12 @@ def _memory(
 
     screen = terminal.console()
     past = ", ".join(PAST)
-    terminal.tell(f"{origin}: mean squared errors. Memory: {stages}, as the ladder chose. Past: {past}.")
-    titles = {name.removesuffix("/forward"): approach.title for name, approach in APPROACHES.items()}
+    terminal.tell(
+        f"{origin}: mean squared errors. Memory: {stages}, as the ladder chose. Past: {past}."
+    )
+    titles = {
+        name.removesuffix("/forward"): approach.title for name, approach in APPROACHES.items()
+    }
     for run in runs:
         cells = {"model": list(titles.values())}
         for variant, models in variants.items():
@@ -409,11 +446,15 @@ def _memory(
             cells[heading] = errors
         screen.print(terminal.narrowed(f"{origin}, {run}", cells, (), screen.width))
     if rig is not None:
-        terminal.tell(f"Noise of the TWIN's torque meter: {noise_floor(rig):.1e}. No model can come below.")
+        terminal.tell(
+            f"Noise of the TWIN's torque meter: {noise_floor(rig):.1e}. No model can come below."
+        )
     terminal.say(file)
 
 
-def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping[str, Any]) -> Points:
+def _points(
+    what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping[str, Any]
+) -> Points:
     """What is known already of these rows and settings."""
     from erclutch.wings.paper.sweep_points import Points
 
@@ -428,7 +469,11 @@ def _points(what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping
 
 def _sweep(what: What, recipe: RunsRecipe, pool: TaskPool, out: Path, seed: int) -> None:
     from erclutch.wings.paper import sweeps
-    from erclutch.wings.paper.sweep_figures import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep
+    from erclutch.wings.paper.sweep_figures import (
+        draw_fnn_sweep,
+        draw_kernel_sweep,
+        draw_rbfn_sweep,
+    )
 
     runs, origin = _runs_of(recipe)
     points = _points(what, runs, out, {"seed": seed})

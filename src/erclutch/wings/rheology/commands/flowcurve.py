@@ -65,11 +65,15 @@ def flowcurve(
     from erclutch.wings.rheology.flow_picture import picture_of
 
     if figure is not None and len(files) > 1:
-        raise SettingError("a figure is of one file", where="--figure", remedy="Give the files one after another")
+        raise SettingError(
+            "a figure is of one file", where="--figure", remedy="Give the files one after another"
+        )
     for path in files:
         if figure is not None and figure.with_suffix(".csv").resolve() == path.resolve():
             problem = f"its numbers would be written over {path.name}"
-            raise SettingError(problem, where="--figure", remedy="Choose another name for the figure")
+            raise SettingError(
+                problem, where="--figure", remedy="Choose another name for the figure"
+            )
     notes: list[str] = []
     curves: list[tuple[str, FlowCurve]] = []  # with the name of the file
     for path in files:
@@ -115,10 +119,14 @@ def flowcurve(
         terminal.tell("written: " + ", ".join(map(str, drawn)))
     if parameters:
         for name, curve, (chosen, *_) in fitted:
-            terminal.tell(terminal.estimates(f"{name}, {curve.label}: {chosen.law}", chosen.estimates))
+            terminal.tell(
+                terminal.estimates(f"{name}, {curve.label}: {chosen.law}", chosen.estimates)
+            )
 
 
-def _with_fields_of_files(curves: list[tuple[str, FlowCurve]]) -> tuple[list[tuple[str, FlowCurve]], list[str]]:
+def _with_fields_of_files(
+    curves: list[tuple[str, FlowCurve]],
+) -> tuple[list[tuple[str, FlowCurve]], list[str]]:
     """The curves of several files with one curve each, with the fields that the files' names hold, and a note on it."""
     from erclutch.wings.rheology.field_series import with_fields
 
@@ -185,7 +193,9 @@ def _tell_series(series: FieldSeries, name: str) -> None:
     title = f"Yield stress against field, by {series.law} for all curves"
     if name:
         title = f"{name}: {title[0].lower()}{title[1:]}"
-    shown = terminal.table(title, [f"field [{series.unit}]", "yield stress [Pa]", "curve"], rows, left=0)
+    shown = terminal.table(
+        title, [f"field [{series.unit}]", "yield stress [Pa]", "curve"], rows, left=0
+    )
     terminal.tell(shown)
     if series.growth is not None:
         growth = series.growth

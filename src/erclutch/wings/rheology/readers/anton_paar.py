@@ -110,7 +110,13 @@ def _blocks(content: str) -> list[Block]:
             rows: list[list[str]] = []
             while at < len(lines):
                 point = cells(lines[at], delimiter)
-                if not any(point) or point[0] in (*_TESTS, *_INTERVALS, _COMPASS, _PLUS, "Project:"):
+                if not any(point) or point[0] in (
+                    *_TESTS,
+                    *_INTERVALS,
+                    _COMPASS,
+                    _PLUS,
+                    "Project:",
+                ):
                     break
                 rows.append(_behind(margin, point))
                 at += 1
@@ -120,7 +126,9 @@ def _blocks(content: str) -> list[Block]:
             if rows:
                 results.append(", ".join(dict.fromkeys(heads.values())))
                 test = next(reversed(heads.values()), "")
-                blocks.append(Block(_called(test, interval, len(blocks)), names, units, rows, start + 1))
+                blocks.append(
+                    Block(_called(test, interval, len(blocks)), names, units, rows, start + 1)
+                )
     announced = sum(line.startswith(_INTERVALS[0]) for line in lines)
     if marks and marks < announced:
         problem = f"{announced} intervals are announced, and {marks} have a line {_COMPASS!r} above their points"
@@ -158,7 +166,9 @@ def _units_from(
         if numeric and not bracketed:
             break
         if numeric:
-            raise LogError(f"line {at + 1} holds units and a row", remedy="Break the line before the row")
+            raise LogError(
+                f"line {at + 1} holds units and a row", remedy="Break the line before the row"
+            )
         at += 1
         units = _behind(margin, below) if bracketed else []
         if units:  # else the line has words, such as "Constant component", and is passed
@@ -194,4 +204,6 @@ def _claims(head: bytes) -> bool:
     return _ENGLISH.search(head.replace(b"\0", b"").decode("latin-1")) is not None
 
 
-READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)
+READER = LogReader(
+    (), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE
+)

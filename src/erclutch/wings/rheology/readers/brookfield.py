@@ -17,7 +17,9 @@ from erclutch.logs.readers.cells import is_number
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
 
-_VALUE = re.compile(r"(?P<name>RPM|%|mPas|cP|CP|N/M2|D/CM2|1/SEC|T)=\s*(?P<number>[^\s=]*?)(?=C?(?:\s|$))")
+_VALUE = re.compile(
+    r"(?P<name>RPM|%|mPas|cP|CP|N/M2|D/CM2|1/SEC|T)=\s*(?P<number>[^\s=]*?)(?=C?(?:\s|$))"
+)
 _LABELS = {
     "RPM": "Speed [rpm]",
     "%": "Torque [%]",
@@ -41,13 +43,19 @@ def _read(source: LogSource) -> Table:
             rows.append({name: number for name, number in values.items() if is_number(number, ".")})
     names = [name for name in _LABELS if any(name in row for row in rows)]
     if not names:
-        raise LogError("no line has values behind their names", remedy="Give the lines that the viscometer prints")
+        raise LogError(
+            "no line has values behind their names",
+            remedy="Give the lines that the viscometer prints",
+        )
     written = io.StringIO()
     table = csv.writer(written)
     table.writerow(_LABELS[name] for name in names)
     table.writerows([row.get(name, "") for name in names] for row in rows)
     read = text.read_text(replace(source, data=written.getvalue().encode()))
-    return replace(read, notes=("each line has the names of its values, as a Brookfield prints them", *read.notes))
+    return replace(
+        read,
+        notes=("each line has the names of its values, as a Brookfield prints them", *read.notes),
+    )
 
 
 def _claims(head: bytes) -> bool:

@@ -69,4 +69,6 @@ def _claims(head: bytes) -> bool:
     return "Chandler Engineering" in plain[:2000] and "Rheometer" in plain[:2000]
 
 
-READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)
+READER = LogReader(
+    (), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE
+)

@@ -13,9 +13,13 @@ from erclutch.logs.readers.cells import is_numeric
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, delimiter_of, reader_of_blocks
 
 # The column of segments and points has no name, or "Nr-Seg".
-_NAMES = re.compile(r"^(?:N[^;|\n]{0,15})?;.*\b(?:GP|Tau|Eta|Gamma|f|T|t) (?:in|en|/) [^;]+;", re.MULTILINE)
+_NAMES = re.compile(
+    r"^(?:N[^;|\n]{0,15})?;.*\b(?:GP|Tau|Eta|Gamma|f|T|t) (?:in|en|/) [^;]+;", re.MULTILINE
+)
 # A table printed from the program has a blank name there, and a dash for the bar.
-_SEGMENTS = re.compile(r"^(?:SegIndex[\t,;]|[ \t]*[\t,;]t in s[\t,;]t_seg in s[\t,;])", re.MULTILINE)
+_SEGMENTS = re.compile(
+    r"^(?:SegIndex[\t,;]|[ \t]*[\t,;]t in s[\t,;]t_seg in s[\t,;])", re.MULTILINE
+)
 _POINT = re.compile(r"(\d+)[|-]\d+")
 _NAMED = re.compile(r"(.+?) (?:in|en|/) (.+)")
 
@@ -35,9 +39,13 @@ def _blocks(content: str) -> list[Block]:
             delimiter = delimiter_of(line)
         row = cells(line, delimiter)
         point = _POINT.fullmatch(row[0]) if row else None
-        looks_measured = sum(map(is_numeric, row)) > 1  # two numbers at least, with either decimal mark
+        looks_measured = (
+            sum(map(is_numeric, row)) > 1
+        )  # two numbers at least, with either decimal mark
         if point is None and names and ("|" in line or looks_measured):
-            raise LogError(f"line {number} is no row of a segment", remedy="Correct or delete that line")
+            raise LogError(
+                f"line {number} is no row of a segment", remedy="Correct or delete that line"
+            )
 
         segment_here = point.group(1) if point else ""
         if point is None or segment_here != segment:
@@ -49,13 +57,17 @@ def _blocks(content: str) -> list[Block]:
         if point is not None:
             ends_empty = delimiter == ";" and row[-1] == ""
             values = row[1:-1] if ends_empty else row[1:]
-            if ends_empty and len(values) < len(names):  # a name that fell apart would move all names behind it
+            if ends_empty and len(values) < len(
+                names
+            ):  # a name that fell apart would move all names behind it
                 problem = f"line {number} has {len(values)} values below {len(names)} names"
                 raise LogError(problem, remedy="Correct that line, or the line of names above it")
             rows.append(values)
         elif _NAMES.match(line) or _SEGMENTS.match(line):
             if re.search(r"\d\|\d", line):
-                raise LogError(f"line {number} holds names and a row", remedy="Break the line before the row")
+                raise LogError(
+                    f"line {number} holds names and a row", remedy="Break the line before the row"
+                )
             names = []
             units = []
             for cell in filter(None, row[1:]):
@@ -71,7 +83,11 @@ def _blocks(content: str) -> list[Block]:
 
 def _claims(head: bytes) -> bool:
     plain = head.replace(b"\0", b"").decode("latin-1")
-    return "HAAKE RheoWin" in plain or _NAMES.search(plain) is not None or _SEGMENTS.search(plain) is not None
+    return (
+        "HAAKE RheoWin" in plain
+        or _NAMES.search(plain) is not None
+        or _SEGMENTS.search(plain) is not None
+    )
 
 
 READER = reader_of_blocks(_claims, _blocks, "segment")

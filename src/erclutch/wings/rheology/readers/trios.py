@@ -19,7 +19,9 @@ _STEP = "[step]"
 _NEAR = 5  # lines from a step's mark to its first row: its name, names, units
 _VARIABLES = "variables"
 _POINT = "data point"
-_HEAD = re.compile(rb"\s*(?:\xef\xbb\xbf)?filename[\t,;][^\n]*\n(?:instrument|operator|sample)", re.IGNORECASE)
+_HEAD = re.compile(
+    rb"\s*(?:\xef\xbb\xbf)?filename[\t,;][^\n]*\n(?:instrument|operator|sample)", re.IGNORECASE
+)
 
 
 def _blocks(content: str) -> list[Block]:
@@ -29,7 +31,9 @@ def _blocks(content: str) -> list[Block]:
         bare = line.strip().lower()
         # A damaged mark, or a lost line end ahead of it, hides the step that begins here.
         if bare.endswith(_STEP[1:]) and bare != _STEP:
-            problem = f"line {number} ends in {_STEP[1:]!r}, and the mark of a step is a line {_STEP}"
+            problem = (
+                f"line {number} ends in {_STEP[1:]!r}, and the mark of a step is a line {_STEP}"
+            )
             raise LogError(problem, remedy="Correct that line")
     # A section with rows of numbers is a step, also where its mark is damaged.
     starts: list[int] = []
@@ -109,4 +113,6 @@ def _claims(head: bytes) -> bool:
     return b"[step]" in plain or b"trios version" in plain or _HEAD.match(plain) is not None
 
 
-READER = LogReader((), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE)
+READER = LogReader(
+    (), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE
+)

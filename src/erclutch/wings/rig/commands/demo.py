@@ -91,15 +91,23 @@ def demo(
 def _may_write(folder: Path) -> None:
     """The folder of an earlier demo may be replaced, nothing else."""
     if not folder.parent.is_dir() or not takes_files(folder.parent):
-        raise RunError("its parent folder cannot be written", where=str(folder), remedy="Give another --out")
+        raise RunError(
+            "its parent folder cannot be written", where=str(folder), remedy="Give another --out"
+        )
     reserve(folder, _is_demo)
     if is_there(folder) and not _is_demo(folder):
         release(folder)
-        raise RunError("exists and is not the folder of a demo", where=str(folder), remedy="Give another --out")
+        raise RunError(
+            "exists and is not the folder of a demo", where=str(folder), remedy="Give another --out"
+        )
 
 
 def _is_demo(folder: Path) -> bool:
-    return folder.is_dir() and {path.name for path in folder.iterdir()} == {"report.html", "run", "twin.parquet"}
+    return folder.is_dir() and {path.name for path in folder.iterdir()} == {
+        "report.html",
+        "run",
+        "twin.parquet",
+    }
 
 
 def _run(out: Path, seconds: float, seed: int) -> None:
@@ -114,7 +122,10 @@ def _run(out: Path, seconds: float, seed: int) -> None:
     from erclutch.wings.rig.twin.scenarios import prepare
 
     with whole_folder(out, unwritable) as folder:
-        with _step("1 of 3  Collecting", "random fields on one clutch at a time, random motor torque (section III-B)"):
+        with _step(
+            "1 of 3  Collecting",
+            "random fields on one clutch at a time, random motor torque (section III-B)",
+        ):
             log = collect(prepare("training", seconds=seconds, seed=seed), folder / "twin.parquet")
             recording = read(log, device="coaxial")
         held = round(0.3 * recording.rows)
@@ -190,4 +201,8 @@ def _sum_up(material: Material, comparison: Comparison) -> None:
     if why:
         of_parts = f"{comparison.chosen_by} of the training rows, left out in turn"
         it_errs = f"it errs by {material.effort.of(chosen['validation_rmse'][0])}"
-        screen.print(plain(f"On {of_parts}, {it_errs}. {why}"), markup=False, soft_wrap=not screen.is_terminal)
+        screen.print(
+            plain(f"On {of_parts}, {it_errs}. {why}"),
+            markup=False,
+            soft_wrap=not screen.is_terminal,
+        )

@@ -57,9 +57,15 @@ def simulate(
         if json:
             terminal.say_json(listed)
         else:
-            terminal.tell(terminal.table("Scenarios of the digital TWIN", ["name", "what", "length"], rows, left=2))
+            terminal.tell(
+                terminal.table(
+                    "Scenarios of the digital TWIN", ["name", "what", "length"], rows, left=2
+                )
+            )
         if out or seconds or seed or rig_file:
-            raise SettingError("no scenario is named, and no log was written", remedy="Name a scenario of the list")
+            raise SettingError(
+                "no scenario is named, and no log was written", remedy="Name a scenario of the list"
+            )
         return
     path = out or Path(f"{scenario}.parquet")
     may_write_file(path, force, endings=LOG_ENDINGS)
@@ -70,7 +76,9 @@ def simulate(
         terminal.say_json({**about, "device": "single" if run.scenario.single else "coaxial"})
         return
     size = path.stat().st_size / 1e6
-    terminal.tell(f"TWIN {scenario}: {run.rows:,} rows, {run.rows / 1000:g} s of rig time, seed {seed}")
+    terminal.tell(
+        f"TWIN {scenario}: {run.rows:,} rows, {run.rows / 1000:g} s of rig time, seed {seed}"
+    )
     terminal.say(f"{path}: {size:.1f} MB")
     device = "" if run.scenario.single else " --device coaxial"
     terminal.say(f"Next: erclutch fit {shlex.quote(str(path))}{device}")

@@ -38,8 +38,12 @@ class FieldSettings:
 
     def __post_init__(self) -> None:
         if not 0 < self.lowest < self.highest or not self.largest > 0:
-            given = f"frequencies {self.lowest:g} to {self.highest:g} Hz, amplitude {self.largest:g}"
-            raise SettingError(given, remedy="Give a lowest frequency below the highest, and an amplitude above 0")
+            given = (
+                f"frequencies {self.lowest:g} to {self.highest:g} Hz, amplitude {self.largest:g}"
+            )
+            raise SettingError(
+                given, remedy="Give a lowest frequency below the highest, and an amplitude above 0"
+            )
 
 
 def field_settings(rig: RigParameters, **changes: float) -> FieldSettings:

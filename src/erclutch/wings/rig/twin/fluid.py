@@ -51,7 +51,9 @@ def structure_after(
 ) -> float:
     """Structure one step later, under a shear rate at the step's middle."""
     size = abs(shear)
-    return toward(s, halving / (halving + size), (rate + size * (1.0 / fluid.rearranging_strain)) * dt)
+    return toward(
+        s, halving / (halving + size), (rate + size * (1.0 / fluid.rearranging_strain)) * dt
+    )
 
 
 @compiled
@@ -63,7 +65,9 @@ def strain_after(
 ) -> float:
     """Strain of the chains one step later, under a shear rate at the step's middle."""
     size = abs(shear)
-    return toward(z, math.copysign(fluid.yield_strain, shear), size * (1.0 / fluid.yield_strain) * dt)
+    return toward(
+        z, math.copysign(fluid.yield_strain, shear), size * (1.0 / fluid.yield_strain) * dt
+    )
 
 
 @compiled
@@ -76,4 +80,9 @@ def viscosity(
 ) -> float:
     """Viscosity in Pa s: thins with rate, thickens with field and structure; ``warm`` is its share left by heat."""
     thin = 1.0 + fluid.thinning / (1.0 + abs(shear) * (1.0 / fluid.thinning_rate))
-    return fluid.viscosity * warm * thin * (1.0 + fluid.field_thickening * field * (1.0 / _REFERENCE_FIELD) * s)
+    return (
+        fluid.viscosity
+        * warm
+        * thin
+        * (1.0 + fluid.field_thickening * field * (1.0 / _REFERENCE_FIELD) * s)
+    )

@@ -14,7 +14,13 @@ import math
 
 from erclutch.signals.array import Array
 from erclutch.wings.rig.twin.dry_friction import bristle_after, stribeck
-from erclutch.wings.rig.twin.fluid import strain_after, structure_after, structure_rates, viscosity, yield_stress
+from erclutch.wings.rig.twin.fluid import (
+    strain_after,
+    structure_after,
+    structure_rates,
+    viscosity,
+    yield_stress,
+)
 from erclutch.wings.rig.twin.integrate import decay
 from erclutch.wings.rig.twin.jit import compiled
 from erclutch.wings.rig.twin.part_parameters import POINTS, Drive, Parts, Screw
@@ -46,7 +52,12 @@ FIELD_WORK = 20
 DISSIPATED = 21
 SMALLEST = 22
 TORQUE = 23  # torque of the fluid and seals on the rotors, N m
-PROMPT_1, PROMPT_2, RESIDUE_1, RESIDUE_2 = 24, 25, 26, 27  # fields by the supply alone, and what stays of them, V/m
+PROMPT_1, PROMPT_2, RESIDUE_1, RESIDUE_2 = (
+    24,
+    25,
+    26,
+    27,
+)  # fields by the supply alone, and what stays of them, V/m
 STIFF_1, STIFF_2 = 28, 29  # stiffness of fully built chains at the present fields, Pa
 # A number a point of gap 1, then of gap 2, in rows of one length. A compiler does eight points at once only where rows
 # are whole vectors apart; where they are ten numbers apart it does two, and the simulation takes 6 % longer.
@@ -198,7 +209,9 @@ def _electric_after(
         voltage = voltage_after(x[VOLT_1 + channel], command, parts.supply, dt)
         middle = 0.5 * (voltage + x[VOLT_1 + channel])
         x[VOLT_1 + channel] = voltage
-        prompt = x[PROMPT_1 + channel] + share * (middle / parts.clutch_1.gap - x[PROMPT_1 + channel])
+        prompt = x[PROMPT_1 + channel] + share * (
+            middle / parts.clutch_1.gap - x[PROMPT_1 + channel]
+        )
         prompt = prompt if prompt > 1.0 else 0.0  # below 1 V/m it is off
         x[PROMPT_1 + channel] = prompt
         x[RESIDUE_1 + channel] += stays * (prompt - x[RESIDUE_1 + channel])
@@ -232,7 +245,9 @@ def _speeds_after(
     j_in = 2.0 * drive.inertia / dt
     j_r = 2.0 * screw.rotor_inertia / dt
     j_l = 2.0 * screw.load_inertia / dt
-    f_in = motor - drive.coulomb / drive.presliding * x[BRISTLE_IN] - pull_1 + pull_2 + j_in * x[OMEGA]
+    f_in = (
+        motor - drive.coulomb / drive.presliding * x[BRISTLE_IN] - pull_1 + pull_2 + j_in * x[OMEGA]
+    )
     f_r = pull_1 + pull_2 - twist + j_r * x[OMEGA_R]
     f_l = twist - screw.coulomb / screw.presliding * x[BRISTLE_L] - stop + j_l * x[OMEGA_L]
     across = thick_2 - thick_1
@@ -308,7 +323,9 @@ def _states_after(
     x[WARMTH] += dt * (heat - parts.thermal.loss * x[WARMTH]) / parts.thermal.capacity
     limit = drive.presliding * stribeck(omega, drive.breakaway, drive.stribeck_speed)
     _dry(x, BRISTLE_IN, omega, limit, drive.coulomb / drive.presliding, dt)
-    _dry(x, BRISTLE_L, omega_l, _screw_limit(x, screw, omega_l), screw.coulomb / screw.presliding, dt)
+    _dry(
+        x, BRISTLE_L, omega_l, _screw_limit(x, screw, omega_l), screw.coulomb / screw.presliding, dt
+    )
     wanted = min(max(motor, -drive.torque_limit), drive.torque_limit)
     x[MOTOR] += (wanted - x[MOTOR]) * (1.0 - decay(dt / drive.torque_time))
     x[THETA] += dt * omega

@@ -13,7 +13,17 @@ from typing import Any, cast
 from erclutch.errors import SettingError
 from erclutch.files import plain_words, small_file, toml_of
 
-SECTIONS = ("supply", "fluid", "clutch", "drive", "screw", "sensors", "thermal", "excitation", "integration")
+SECTIONS = (
+    "supply",
+    "fluid",
+    "clutch",
+    "drive",
+    "screw",
+    "sensors",
+    "thermal",
+    "excitation",
+    "integration",
+)
 
 #: May be zero; all others must be positive.
 _MAY_BE_ZERO = {
@@ -95,7 +105,11 @@ class RigParameters:
 
             known = [f"{section}.{key}" for section, names in self.entries.items() for key in names]
             near = difflib.get_close_matches(path, known, n=1)
-            hint = f"Did you mean {near[0]}" if near else "default.toml in erclutch.wings.rig.twin lists them"
+            hint = (
+                f"Did you mean {near[0]}"
+                if near
+                else "default.toml in erclutch.wings.rig.twin lists them"
+            )
             raise SettingError(f"the rig has no parameter {path!r}", remedy=hint, where=self.name)
         return self.entries[section][key]
 
@@ -120,13 +134,17 @@ class RigParameters:
             )
         return _consistent(made)
 
-    def calibrated(self, numbers_of: Mapping[str, tuple[float, float, float, float]]) -> RigParameters:
+    def calibrated(
+        self, numbers_of: Mapping[str, tuple[float, float, float, float]]
+    ) -> RigParameters:
         """The same rig with calibrated values: ``section.name`` -> (value, start, low, high).
 
         Raises:
             SettingError: an unknown parameter or a value that physics forbids.
         """
-        made = self.changed({path: numbers[0] for path, numbers in numbers_of.items()}, "calibrated")
+        made = self.changed(
+            {path: numbers[0] for path, numbers in numbers_of.items()}, "calibrated"
+        )
         for path, (_, start, low, high) in numbers_of.items():
             entry = replace(made.entry(path), start=start, interval=(low, high))
             made = made.with_entry(path, entry)
@@ -137,7 +155,9 @@ class RigParameters:
         made = self
         for section, names in self.entries.items():
             for key, entry in names.items():
-                made = made.with_entry(f"{section}.{key}", replace(entry, start=None, interval=None))
+                made = made.with_entry(
+                    f"{section}.{key}", replace(entry, start=None, interval=None)
+                )
         return made
 
     def with_entry(self, path: str, entry: ParameterEntry) -> RigParameters:
@@ -159,7 +179,9 @@ def _checked(
 ) -> float:
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if not is_number or not math.isfinite(value):
-        raise SettingError(f"{path} is {value!r}", remedy=f"Give a finite number in {unit}", where=where)
+        raise SettingError(
+            f"{path} is {value!r}", remedy=f"Give a finite number in {unit}", where=where
+        )
     section, _, key = path.partition(".")
     may_be_zero = key in _MAY_BE_ZERO.get(section, set())
     too_small = value < 0 or (value == 0 and not may_be_zero)
@@ -198,11 +220,15 @@ def _consistent(rig: RigParameters) -> RigParameters:
             raise SettingError(problem, remedy=remedy, where=rig.name)
     for path in _SHARES:
         if value(path) > 1.0:
-            raise SettingError(f"{path} is {value(path):g}", remedy="A share is at most 1", where=rig.name)
+            raise SettingError(
+                f"{path} is {value(path):g}", remedy="A share is at most 1", where=rig.name
+            )
     for low, high in _ORDERED:
         if value(low) >= value(high):
             problem = f"{low} {value(low):g} is not below {high} {value(high):g}"
-            raise SettingError(problem, remedy="Correct one of the two in the rig file", where=rig.name)
+            raise SettingError(
+                problem, remedy="Correct one of the two in the rig file", where=rig.name
+            )
     return rig
 
 
@@ -279,7 +305,9 @@ def _given(
         )
     table = cast(dict[str, Any], given)
     if table.get("unit", entry.unit) != entry.unit:
-        raise SettingError(f"{path} is given in {table['unit']!r}", remedy=f"Give it in {entry.unit}", where=where)
+        raise SettingError(
+            f"{path} is given in {table['unit']!r}", remedy=f"Give it in {entry.unit}", where=where
+        )
     value = _near(path, table.get("value"), entry, where)
     usual = {
         "unit": entry.unit,
@@ -291,7 +319,9 @@ def _given(
         made = _entry({**usual, **table, "value": value})
     except (TypeError, ValueError, IndexError) as error:
         problem = f"{path} has an unreadable range, start or interval"
-        raise SettingError(problem, remedy="Write each like range = [0.1, 2.0]", where=where) from error
+        raise SettingError(
+            problem, remedy="Write each like range = [0.1, 2.0]", where=where
+        ) from error
     if not made.low < made.high:
         problem = f"{path} has the range {made.low:g} to {made.high:g}"
         raise SettingError(problem, remedy="Give the lower end first", where=where)

@@ -44,7 +44,9 @@ def write_rig(
     """
     path = Path(path)
     if path.suffix.lower() != ".toml":
-        raise RunError(f"a rig cannot end in {path.suffix!r}", where=str(path), remedy="End it in .toml")
+        raise RunError(
+            f"a rig cannot end in {path.suffix!r}", where=str(path), remedy="End it in .toml"
+        )
     with whole_file(path) as partial:
         partial.write_text(rig_text(rig, calibration), encoding="utf-8")
     return path
@@ -54,7 +56,11 @@ def rig_text(rig: RigParameters, calibration: Mapping[str, Any] | None = None) -
     """A rig as TOML."""
     lines = [_HEADER.rstrip()]
     if calibration:
-        lines += ["", "[calibration]", *(f"{key} = {_plain(value)}" for key, value in calibration.items())]
+        lines += [
+            "",
+            "[calibration]",
+            *(f"{key} = {_plain(value)}" for key, value in calibration.items()),
+        ]
     for section in SECTIONS:
         title = f"  # {_TITLES[section]}" if section in _TITLES else ""
         lines += ["", f"[{section}]{title}"]

@@ -71,7 +71,9 @@ def _constant(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
 
 def _own(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
     settings = rig.section("excitation")
-    return torque_sequence(rows, rng, settings["motor_low"], settings["motor_high"], settings=field_settings(rig))
+    return torque_sequence(
+        rows, rng, settings["motor_low"], settings["motor_high"], settings=field_settings(rig)
+    )
 
 
 def _narrow(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
@@ -97,17 +99,58 @@ SCENARIOS: Mapping[str, Scenario] = {
     for s in (
         Scenario("training", "data collection of III-B: 290,000 samples", 290.0, _EXCITED, _own),
         Scenario("test", "the same, shorter, for testing", 30.0, _EXCITED, _own),
-        Scenario("sine", "predefined sines at constant motor torque, IV-B", 30.0, {"sines": 1.0}, _constant),
-        Scenario("square", "predefined squares with random motor torque, IV-B", 30.0, {"sines": 0.0}, _narrow),
-        Scenario("tracking-slow", "PD tracking at 0.4 Hz, IV-C", 75.0, None, _constant, tracking=0.4),
-        Scenario("tracking-fast", "PD tracking at 2 Hz, IV-C", 15.0, None, _constant, tracking=2.0),
-        Scenario("zero-field", "no field, half-sine motor torque, IV-D", 20.0, None, _half_sines, speed=1.0),
-        Scenario("zero-motion", "output shaft held, IV-E", 20.0, _EXCITED, _narrow, locked=True),
-        Scenario("encoders", "linear and rotary encoder, no backlash, V", 15.0, None, _constant, tracking=0.4),
         Scenario(
-            "encoders-backlash", "the same with 0.1 mm of backlash", 15.0, None, _constant, tracking=0.4, changes=_LOOSE
+            "sine",
+            "predefined sines at constant motor torque, IV-B",
+            30.0,
+            {"sines": 1.0},
+            _constant,
         ),
-        Scenario("temperature", "20 minutes of tracking at 2 Hz, IV-C", 1200.0, None, _constant, tracking=2.0),
+        Scenario(
+            "square",
+            "predefined squares with random motor torque, IV-B",
+            30.0,
+            {"sines": 0.0},
+            _narrow,
+        ),
+        Scenario(
+            "tracking-slow", "PD tracking at 0.4 Hz, IV-C", 75.0, None, _constant, tracking=0.4
+        ),
+        Scenario("tracking-fast", "PD tracking at 2 Hz, IV-C", 15.0, None, _constant, tracking=2.0),
+        Scenario(
+            "zero-field",
+            "no field, half-sine motor torque, IV-D",
+            20.0,
+            None,
+            _half_sines,
+            speed=1.0,
+        ),
+        Scenario("zero-motion", "output shaft held, IV-E", 20.0, _EXCITED, _narrow, locked=True),
+        Scenario(
+            "encoders",
+            "linear and rotary encoder, no backlash, V",
+            15.0,
+            None,
+            _constant,
+            tracking=0.4,
+        ),
+        Scenario(
+            "encoders-backlash",
+            "the same with 0.1 mm of backlash",
+            15.0,
+            None,
+            _constant,
+            tracking=0.4,
+            changes=_LOOSE,
+        ),
+        Scenario(
+            "temperature",
+            "20 minutes of tracking at 2 Hz, IV-C",
+            1200.0,
+            None,
+            _constant,
+            tracking=2.0,
+        ),
         Scenario("brake", _BRAKE, 60.0, _EXCITED, _both_ways, locked=True, speed=0.0, single=True),
         Scenario("clutch", _FLYWHEEL, 60.0, _EXCITED, _own, changes=_FREE, single=True),
     )
@@ -148,7 +191,9 @@ class TwinRun:
             out = np.zeros((at.stop - first, len(LOGGED) + len(TRUE)))
             step(state, at, out)
             if not (np.abs(out) <= _LARGEST).all():
-                problem = f"the TWIN's numbers grow beyond {_LARGEST:g} within {at.stop * PERIOD:g} s"
+                problem = (
+                    f"the TWIN's numbers grow beyond {_LARGEST:g} within {at.stop * PERIOD:g} s"
+                )
                 remedy = "Correct the rig, or make integration.step shorter"
                 raise SettingError(problem, remedy=remedy, where=self.rig.name)
             time = np.arange(first, at.stop) * PERIOD
@@ -245,12 +290,15 @@ def prepare(
     """
     if name not in SCENARIOS:
         hint = did_you_mean(name, SCENARIOS)
-        raise SettingError(f"there is no scenario {name!r}", remedy=f"{hint}Choose one of {', '.join(SCENARIOS)}")
+        raise SettingError(
+            f"there is no scenario {name!r}", remedy=f"{hint}Choose one of {', '.join(SCENARIOS)}"
+        )
     scenario = SCENARIOS[name]
     length = scenario.seconds if seconds is None else seconds
     if not 0.1 <= length <= _LONGEST or seed < 0:
         raise SettingError(
-            f"{length:g} s with seed {seed}", remedy=f"Give 0.1 to {_LONGEST:g} s and a seed of 0 or more"
+            f"{length:g} s with seed {seed}",
+            remedy=f"Give 0.1 to {_LONGEST:g} s and a seed of 0 or more",
         )
     changed = (rig or default_rig()).changed(scenario.changes)
     return TwinRun(scenario, changed, seed, round(length / PERIOD))
@@ -282,7 +330,9 @@ def _stepper(
     if scenario.tracking:
         tracked = np.column_stack([motor, noise, _reference(scenario.tracking, rig, rows)])
         memory = np.array([np.nan])
-        return lambda state, at, out: run_tracking(state, parts, tracked[at], GAINS, memory, dt, steps, out)
+        return lambda state, at, out: run_tracking(
+            state, parts, tracked[at], GAINS, memory, dt, steps, out
+        )
     stroke = rig.value("screw.half_stroke") / rig.value("screw.lead") * 2.0 * np.pi
     locked = scenario.locked
     guard = np.zeros(2)
@@ -291,7 +341,9 @@ def _stepper(
         wanted = np.abs(wanted)
         parts = single_clutch(parts)
     commands = np.column_stack([wanted, motor, noise])
-    return lambda state, at, out: run_open(state, parts, commands[at], locked, soft, guard, dt, steps, out)
+    return lambda state, at, out: run_open(
+        state, parts, commands[at], locked, soft, guard, dt, steps, out
+    )
 
 
 def _reference(frequency: float, rig: RigParameters, rows: int) -> Array:

@@ -18,7 +18,9 @@ def voltage_after(
     dt: float,
 ) -> float:
     """Voltage one step later; the command is clipped to its range. Below 1 mV it is off."""
-    wanted = min(max(command, 0.0), supply.command_limit) / supply.command_limit * supply.voltage_limit
+    wanted = (
+        min(max(command, 0.0), supply.command_limit) / supply.command_limit * supply.voltage_limit
+    )
     change = (wanted - voltage) * (1.0 - decay(dt / supply.time_constant))
     after = voltage + min(max(change, -supply.slew_down * dt), supply.slew_up * dt)
     return after if after > 1e-3 else 0.0

@@ -77,13 +77,24 @@ class Twin:
         if gave_way:
             self.events["both fields"] += 1
         bound = self.rig.value("drive.torque_limit")
-        self._command = RigCommand(first, second, self._clipped(command.motor_torque, -bound, bound))
+        self._command = RigCommand(
+            first, second, self._clipped(command.motor_torque, -bound, bound)
+        )
 
     def step(self) -> None:
         """Let one period pass."""
         now = self._command
         dt = PERIOD / self._steps
-        advance(self._state, self._parts, now.E1, now.E2, now.motor_torque, self._locked, dt, self._steps)
+        advance(
+            self._state,
+            self._parts,
+            now.E1,
+            now.E2,
+            now.motor_torque,
+            self._locked,
+            dt,
+            self._steps,
+        )
         self._rows += 1
         self._measured = self._read()
 
