@@ -335,8 +335,8 @@ def test_a_plain_export_says_nothing_of_alarms(models: dict[str, Model], tmp_pat
         export_model(model, tmp_path / name, options=ExportOptions("m", period=1e-3))
         for name, model in (
             ("without", models[LABELS[0]]),
-            ("with", replace(models[LABELS[0]], band=BAND)),
-        )  # type: ignore[type-var]
+            ("with", replace(models[LABELS[0]], band=BAND)),  # type: ignore[type-var]
+        )
     ]
     digests = [json.loads((folder / "model.json").read_text())["digest"] for folder in folders]
     for name in ("m.c", "m.h", "m_check.c", "Makefile"):

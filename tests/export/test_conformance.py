@@ -144,9 +144,8 @@ def test_every_compiler_and_processor_gives_the_same_bits(
     )
     need("arm-none-eabi-gcc", "qemu-system-arm")
     pytest.importorskip("ziglang", reason="pip install ziglang")
-    folder = export_model(
-        model, tmp_path / "c", "c", ExportOptions(name="m", precision=precision, period=PERIOD)
-    )  # type: ignore[arg-type]
+    options = ExportOptions(name="m", precision=precision, period=PERIOD)  # type: ignore[arg-type]
+    folder = export_model(model, tmp_path / "c", "c", options)
     # zig is a younger clang, so one of the two compiles each precision; the file calls nothing of a C library.
     other = {"float64": "clang", "float32": "zig"}[precision]
     taken = [compiler for compiler in natives() if compiler.name != other]
@@ -188,9 +187,8 @@ def test_python_gives_the_same_bits(
     model: Model, precision: str, tmp_path: Path, need: Callable[..., None]
 ) -> None:
     need("gcc")
-    folder = export_model(
-        model, tmp_path / "p", "python", ExportOptions(name="m", precision=precision, period=PERIOD)
-    )  # type: ignore[arg-type]
+    options = ExportOptions(name="m", precision=precision, period=PERIOD)  # type: ignore[arg-type]
+    folder = export_model(model, tmp_path / "p", "python", options)
     _sound(verify_export(folder), precision, 2, model)
 
 

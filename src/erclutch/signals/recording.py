@@ -178,9 +178,9 @@ class Recording(Shown):
             for part in value.values() if isinstance(value, dict) else (value,):  # pyright: ignore[reportUnknownVariableType]
                 if isinstance(part, np.ndarray):
                     part.setflags(write=False)
-            object.__setattr__(
-                self, name, MappingProxyType(value) if isinstance(value, dict) else value
-            )  # pyright: ignore[reportUnknownArgumentType]
+            if isinstance(value, dict):
+                value = MappingProxyType(value)  # pyright: ignore[reportUnknownArgumentType]
+            object.__setattr__(self, name, value)
 
     @property
     def rows(self) -> int:
