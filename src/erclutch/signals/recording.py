@@ -178,9 +178,8 @@ class Recording(Shown):
             for part in value.values() if isinstance(value, dict) else (value,):  # pyright: ignore[reportUnknownVariableType]
                 if isinstance(part, np.ndarray):
                     part.setflags(write=False)
-            if isinstance(value, dict):
-                value = MappingProxyType(value)  # pyright: ignore[reportUnknownArgumentType]
-            object.__setattr__(self, name, value)
+            kept = MappingProxyType(value) if isinstance(value, dict) else value  # pyright: ignore[reportUnknownArgumentType, reportUnknownVariableType]
+            object.__setattr__(self, name, kept)
 
     @property
     def rows(self) -> int:
