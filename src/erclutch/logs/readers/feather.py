@@ -9,8 +9,8 @@ from typing import Any
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import reader_in_child
+from erclutch.logs.readers.arrow_table import table_of_arrow
 from erclutch.logs.readers.budget import budget_of
-from erclutch.logs.readers.parquet import table_of_arrow
 from erclutch.logs.table import Table
 
 _MAGIC = b"ARROW1\0\0"

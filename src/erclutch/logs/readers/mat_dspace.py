@@ -19,9 +19,8 @@ from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.readers.vectors import columns_of, vector
 
 _GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
-_SLASH = re.compile(
-    r'/(?=(?:[^"]*"[^"]*")*[^"]*$)'
-)  # between the parts of a path, and not inside of quotes
+#: Between the parts of a path, and not inside of quotes.
+_SLASH = re.compile(r'/(?=(?:[^"]*"[^"]*")*[^"]*$)')
 
 
 def structs_of(node: Any) -> list[dict[str, Any]]:
@@ -65,10 +64,9 @@ def dspace(fields: dict[str, Any], signals: list[dict[str, Any]]) -> Found:
     capture: Any = fields.get("Capture")
     if isinstance(capture, dict):
         settings = cast("dict[str, Any]", capture)
-        step = _scalar(settings.get("SamplingPeriod"), 0.0) * _scalar(
-            settings.get("Downsampling"), 1.0
-        )
-        recording.period = step if 0.0 < step < float("inf") else None
+        sampling = _scalar(settings.get("SamplingPeriod"), 0.0)  # [s]
+        period = sampling * _scalar(settings.get("Downsampling"), 1.0)
+        recording.period = period if 0.0 < period < float("inf") else None
     for key in ("Description", "RTProgram", "Comment"):
         text = _text(fields.get(key))
         if text:

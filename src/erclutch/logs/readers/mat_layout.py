@@ -24,6 +24,7 @@ from erclutch.logs.readers.found_recordings import (
     listed,
     time_of,
 )
+from erclutch.logs.readers.mat_cells import all_of, opened, signal_in
 from erclutch.logs.readers.mat_dspace import dspace, structs_of
 from erclutch.logs.readers.trials import trials_in
 from erclutch.logs.readers.vectors import matrix_of, of_vectors, vector
@@ -57,7 +58,7 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
     if _LAST_RESULT in tree and variable in (None, ALL):
         tree, notes = _without_last_result(tree)
     if variable not in tree:
-        texts = [cast("list[str]", node) for node in tree.values() if _all_of(node, str)]
+        texts = [cast("list[str]", node) for node in tree.values() if all_of(node, str)]
         tree = trials_in(tree, texts) or _with_signals(tree)
     variables = _variables(tree, variable, asked)
     if variable == ALL:
@@ -115,10 +116,10 @@ def _variables(
     asked_within = any(name in within and name not in tree for name in asked)
     if not at_top or asked_within:
         tree = within
-    opened = _within(_opened(tree))
+    without_cells = _within(opened(tree))
     # Beside a struct that is a recording, cells and struct arrays are what somebody kept with it.
-    if variable not in tree and (variable in opened or not _has_recording(tree)):
-        return opened
+    if variable not in tree and (variable in without_cells or not _has_recording(tree)):
+        return without_cells
     return tree
 
 
@@ -204,135 +205,11 @@ def _structs_inside(name: str, node: Any) -> dict[str, Any]:
     for key, field in fields.items():
         is_text = isinstance(field, str)
         is_number = isinstance(field, np.ndarray) and field.size < 2
-        if isinstance(field, dict) or _all_of(field, dict):
+        if isinstance(field, dict) or all_of(field, dict):
             structs[f"{name}.{key}"] = field
         elif not is_text and not is_number:
             return {}
     return structs
-
-
-def _opened(nodes: dict[str, Any]) -> dict[str, Any]:
-    """Cells and struct arrays opened: several structs are name(1), name(2), ..., and vectors name_1, name_2, ...
-
-    A matrix with a column for each text of a cell is opened too, and its columns are called so.
-    """
-    headings = [cast("list[str]", node) for node in nodes.values() if _all_of(node, str)]
-    opened: dict[str, Any] = {}
-    for name, node in nodes.items():
-        if _all_of(node, str):
-            continue
-        if _all_of(node, dict):
-            opened |= _opened_structs(name, cast("list[dict[str, Any]]", node))
-        elif _all_of(node, np.ndarray) and all(
-            vector(item) is not None for item in cast("list[Any]", node)
-        ):
-            opened |= _opened_vectors(name, cast("list[Any]", node), headings)
-        else:
-            opened |= _opened_matrix(name, node, headings)
-    return opened
-
-
-def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
-    """Structs that are a signal each under the names of their signals; else each struct under its place."""
-    signals: dict[str, Any] = {}
-    all_are_signals = True
-    for place, item in enumerate(items, start=1):
-        signal = _signal(item, f"{name}_{place}")
-        if signal is None:
-            all_are_signals = False
-            break
-        label, numbers = signal
-        signals[label] = numbers
-    if all_are_signals:
-        return signals
-    if len(items) == 1:
-        return {name: items[0]}
-    elements = _elements(items)
-    if elements:
-        return elements
-    return {f"{name}({place})": item for place, item in enumerate(items, start=1)}
-
-
-def _elements(items: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The values of the elements of a data set of Simulink by their names; none where the structs are others."""
-    elements: dict[str, Any] = {}
-    for item in items:
-        texts = [
-            node
-            for key, node in item.items()
-            if key.lower() == "name" and isinstance(node, str) and node
-        ]
-        structs = [cast("dict[str, Any]", node) for node in item.values() if isinstance(node, dict)]
-        if (
-            len(texts) != 1
-            or len(structs) != 1
-            or not {key.lower() for key in structs[0]} >= {"time", "data"}
-        ):
-            return {}
-        elements[texts[0]] = structs[0]
-    return elements if len(elements) == len(items) else {}
-
-
-def _opened_vectors(
-    name: str,
-    vectors: list[Any],
-    headings: Sequence[list[str]],
-) -> dict[str, Any]:
-    """Vectors of a cell under the texts of the one cell of as many names, else under their places."""
-    names = [f"{name}_{place}" for place in range(1, len(vectors) + 1)]
-    fitting: list[list[str]] = []
-    for texts in headings:
-        all_differ = len({*texts}) == len(texts)
-        if len(texts) == len(vectors) and all_differ and all(texts):
-            fitting.append(texts)
-    if len(fitting) == 1:  # of two cells of names, neither is sure
-        names = fitting[0]
-    return dict(zip(names, vectors, strict=True))
-
-
-def _opened_matrix(
-    name: str,
-    node: Any,
-    headings: Sequence[list[str]],
-) -> dict[str, Any]:
-    """The columns of a matrix under the texts of the one cell of as many names; any other node as it is."""
-    matrix = matrix_of(node)
-    if matrix is None:
-        return {name: node}
-    _, width = matrix.shape
-    fitting = [texts for texts in headings if len(texts) == width == len({*texts})]
-    if len(fitting) != 1:
-        return {name: node}
-    columns: dict[str, Any] = {}
-    for number, (text, column) in enumerate(zip(fitting[0], matrix.T, strict=True), start=1):
-        columns[text or f"{name}_{number}"] = column
-    return columns
-
-
-def _signal(item: dict[str, Any], usual: str) -> tuple[str, Any] | None:
-    """Label and numbers of a struct that is one signal: one vector, with its name and its unit as texts."""
-    vectors: list[Any] = []
-    texts: dict[str, str] = {}
-    for key, node in item.items():
-        if isinstance(node, dict | list):
-            return None
-        numbers = vector(node)
-        if numbers is not None and numbers.size > 1:
-            vectors.append(node)
-        if isinstance(node, str) and node.strip():
-            texts[key.lower()] = node
-    if len(vectors) != 1:
-        return None
-    names = [texts[key] for key in ("name", "label", "signal", "channel") if key in texts]
-    label = names[0] if names else usual
-    unit = texts.get("unit") or texts.get("units")
-    return f"{label} [{unit}]" if unit else label, vectors[0]
-
-
-def _all_of(node: Any, kind: type) -> bool:
-    """Whether a node is a cell or a struct array of one kind, and not empty."""
-    items = cast("list[Any]", node) if isinstance(node, list) else []
-    return bool(items) and all(isinstance(item, kind) for item in items)
 
 
 def _structure(name: str, node: Any) -> Found | None:
@@ -343,8 +220,18 @@ def _structure(name: str, node: Any) -> Found | None:
     signals = structs_of(fields.get("Y")) if "X" in fields else []
     if signals and all({"Name", "Data"} <= signal.keys() for signal in signals):
         return dspace(fields, signals)
+    own_name = name.rpartition(".")[2]
+
+    # Simulink's structure with time: one signal is called as the structure is.
     if isinstance(fields.get("signals"), dict | list):
-        return _simulink(name, fields)
+        nodes: dict[str, Any] = {"time": fields["time"]} if "time" in fields else {}
+        logged = structs_of(fields["signals"])
+        for number, signal in enumerate(logged, start=1):
+            label: Any = signal.get("label")
+            if not isinstance(label, str) or not label:
+                label = f"signal{number}" if len(logged) > 1 else own_name
+            nodes[label] = signal.get("values")
+        return _workspace(nodes)
 
     # The fields of a timeseries that was made a struct: its numbers are called as the struct is.
     lower = {key.lower(): value for key, value in fields.items()}
@@ -353,26 +240,24 @@ def _structure(name: str, node: Any) -> Found | None:
     if data is None and sum(map(_is_vectors, fields.values())) == 2:
         data = next((lower[key] for key in ("values", "value") if key in lower), None)
     if isinstance(time, np.ndarray) and isinstance(data, np.ndarray):
-        label = name.rpartition(".")[2]
         unit = lower.get("units") or lower.get("unit")
-        return _workspace(
-            {"time": time, f"{label} [{unit}]" if isinstance(unit, str) and unit else label: data}
-        )
+        has_unit = isinstance(unit, str) and unit
+        label = f"{own_name} [{unit}]" if has_unit else own_name
+        return _workspace({"time": time, label: data})
     return _workspace(_with_inner(_with_signals(_with_units_of_table(fields))))
 
 
 def _with_units_of_table(fields: dict[str, Any]) -> dict[str, Any]:
     """The variables of a table that was made a struct with the units that its properties give them in their order."""
-    properties = (
-        cast("dict[str, Any]", node) if isinstance(node := fields.get("Properties"), dict) else {}
-    )
+    held = fields.get("Properties")
+    properties = cast("dict[str, Any]", held) if isinstance(held, dict) else {}
     said = [properties.get(key) for key in ("VariableNames", "VariableUnits")]
-    if not all(_all_of(texts, str) for texts in said):
+    if not all(all_of(texts, str) for texts in said):
         return fields
     names, units = (cast("list[str]", texts) for texts in said)
-    unit_of = (
-        dict(zip(names, units, strict=False)) if len(names) == len(units) else dict[str, str]()
-    )
+    if len(names) != len(units):
+        return fields
+    unit_of = dict(zip(names, units, strict=True))
     flat: dict[str, Any] = {}
     for name, node in fields.items():
         unit = unit_of.get(name)
@@ -387,7 +272,7 @@ def _with_signals(fields: dict[str, Any]) -> dict[str, Any]:
     """
     signals: dict[str, tuple[str, Any]] = {}  # label and numbers, by field
     for key, node in fields.items():
-        signal = _signal(cast("dict[str, Any]", node), key) if isinstance(node, dict) else None
+        signal = signal_in(cast("dict[str, Any]", node), key) if isinstance(node, dict) else None
         if signal is not None:
             signals[key] = signal
     lengths = {int(numbers.size) for _, numbers in signals.values()}
@@ -432,22 +317,9 @@ def _is_vectors(node: Any) -> bool:
     return array is not None and array.size > 1 and array.dtype.kind in "biuf"
 
 
-def _simulink(name: str, fields: dict[str, Any]) -> Found | None:
-    """A structure with time: ``time`` and ``signals`` with ``values`` and ``label``; one signal is called as it is."""
-    nodes: dict[str, Any] = {"time": fields["time"]} if "time" in fields else {}
-    signals = structs_of(fields["signals"])
-    of_struct = name.rpartition(".")[2]
-    for number, signal in enumerate(signals, start=1):
-        label: Any = signal.get("label")
-        if not isinstance(label, str) or not label:
-            label = f"signal{number}" if len(signals) > 1 else of_struct
-        nodes[label] = signal.get("values")
-    return _workspace(nodes)
-
-
 def _workspace(nodes: dict[str, Any]) -> Found | None:
     """Vectors of the workspace, of cells and of struct arrays in it."""
-    return _vectors(_opened(nodes))
+    return _vectors(opened(nodes))
 
 
 def _vectors(nodes: dict[str, Any]) -> Found | None:

@@ -70,9 +70,8 @@ class Objects:
         version = int(numbers[0])
         if version not in _VERSIONS:
             raise ValueError(f"objects are saved in version {version}, not in one of {_VERSIONS}")
-        starts = [
-            int(start) for start in numbers[2:10]
-        ]  # [bytes]: of classes, made properties, objects, properties
+        # Where classes, made properties, objects and properties begin, in bytes.
+        starts = [int(start) for start in numbers[2:10]]
         names = head[40 : starts[0]].split(b"\0")
         self._names = [name.decode("latin-1") for name in names if name]
         parts = [numbers[start // 4 : end // 4] for start, end in pairwise(starts[:5])]
@@ -80,10 +79,8 @@ class Objects:
         self._made = _lists_of(made)
         self._own = _lists_of(own)
         self._values = cells[2 : len(cells) - _CELLS_BEHIND[version]]
-        last = cells[-1]
-        self._defaults: list[Any] = (
-            last if isinstance(last, list) else []
-        )  # by the number of a class
+        of_classes = cells[-1]
+        self._defaults: list[Any] = of_classes if isinstance(of_classes, list) else []
         self._open: list[int] = []  # objects that are being read, one inside the other
         self._read: dict[int, Any] = {}
 
@@ -117,18 +114,16 @@ class Objects:
     def _object(self, number: int) -> Any:
         """An object of a class that can be plain, else None."""
         class_of = int(self._objects[6 * number])
-        space, own = (
-            int(place) for place in self._classes[4 * class_of : 4 * class_of + 2]
-        )  # names, from 1; 0: none
+        # Names are counted from 1; 0 is none.
+        space, own = (int(place) for place in self._classes[4 * class_of : 4 * class_of + 2])
         name = self._names[own - 1]
         read = _READERS.get(f"{self._names[space - 1]}.{name}" if space else name)
         return read(self, self._properties(number)) if read else None
 
     def _properties(self, number: int) -> Fields:
         """Properties of an object by name, with references in them as they are."""
-        class_of, _, _, made, own, _ = (
-            int(place) for place in self._objects[6 * number : 6 * number + 6]
-        )
+        places = [int(place) for place in self._objects[6 * number : 6 * number + 6]]
+        class_of, _, _, made, own, _ = places
         properties: Fields = {}
         if class_of < len(self._defaults):
             defaults: Any = self._defaults[class_of]
@@ -192,10 +187,10 @@ def _labelled(name: str, unit: str) -> str:
 
 
 def _texts(objects: Objects, node: Any) -> list[str]:
-    """Texts of a cell."""
-    return (
-        [objects.text(item) for item in cast("list[Any]", node)] if isinstance(node, list) else []
-    )
+    """Texts of a cell; none of any other node."""
+    if not isinstance(node, list):
+        return []
+    return [objects.text(item) for item in cast("list[Any]", node)]
 
 
 def _add_variables(
@@ -207,11 +202,10 @@ def _add_variables(
         values = objects.resolved(cell)
         if not isinstance(values, np.ndarray):
             rows = len(cast("list[Any]", values)) if isinstance(values, list) else 0
-            columns[_labelled(name, unit)] = np.full(max(rows, 2), None, object)
-        elif is_reference(cell):  # a duration or a date, in seconds
-            columns[_labelled(name, "s")] = values
-        else:
-            columns[_labelled(name, unit)] = values
+            values = np.full(max(rows, 2), None, object)
+        elif is_reference(cell):
+            unit = "s"  # of a duration or a date
+        columns[_labelled(name, unit)] = values
 
 
 def _table(objects: Objects, properties: Fields) -> Fields:
@@ -220,10 +214,9 @@ def _table(objects: Objects, properties: Fields) -> Fields:
     names = _texts(objects, properties["varnames"])
     if _number(props.get("useVariableNamesOriginal"), 0.0):
         names = _texts(objects, props.get("VariableNamesOriginal")) or names
+    units = _texts(objects, props.get("VariableUnits"))
     columns: Fields = {}
-    _add_variables(
-        columns, objects, properties["data"], names, _texts(objects, props.get("VariableUnits"))
-    )
+    _add_variables(columns, objects, properties["data"], names, units)
     return columns
 
 
@@ -235,8 +228,8 @@ def _timetable(objects: Objects, properties: Fields) -> Fields:
         names = _texts(objects, held.get("varNamesOrig")) or names
     rows = int(_number(held["numRows"]))
     times = held["rowTimes"]
-    if isinstance(times, dict):  # a rate or a step
-        grid = cast("Fields", times)
+    if isinstance(times, dict):
+        grid = cast("Fields", times)  # a rate, or a step
         if _number(grid.get("specifiedAsRate"), 0.0):
             step = 1.0 / _number(grid["sampleRate"])
         else:
@@ -247,8 +240,9 @@ def _timetable(objects: Objects, properties: Fields) -> Fields:
         seconds: Any = start + step * np.arange(min(rows, _MOST_ROWS))
     else:
         seconds = objects.resolved(times)
+    units = _texts(objects, held.get("varUnits"))
     columns: Fields = {"time_s": seconds}
-    _add_variables(columns, objects, held["data"], names, _texts(objects, held.get("varUnits")))
+    _add_variables(columns, objects, held["data"], names, units)
     return columns
 
 
@@ -261,9 +255,8 @@ def _duration(objects: Objects, properties: Fields) -> np.ndarray[Any, Any]:
 def _datetime(objects: Objects, properties: Fields) -> np.ndarray[Any, Any]:
     """Seconds of dates from the first. The imaginary part is what a double of the milliseconds leaves out."""
     del objects
-    millis: np.ndarray[Any, np.dtype[np.complex128]] = np.asarray(
-        properties["data"], np.complex128
-    ).ravel()
+    stored = np.asarray(properties["data"], np.complex128)
+    millis: np.ndarray[Any, np.dtype[np.complex128]] = stored.ravel()
     since_first = millis.real - millis.real[0]
     left_out = millis.imag - millis.imag[0]
     return (since_first + left_out) / 1000.0
@@ -281,9 +274,8 @@ def _string(objects: Objects, properties: Fields) -> str | list[str] | None:
     texts: list[str] = []
     start = 0
     for length in lengths:
-        end = (
-            start + 2 * length if length < len(letters) else start
-        )  # a missing text has the largest length
+        is_missing = length >= len(letters)  # a missing text has the largest length
+        end = start if is_missing else start + 2 * length
         texts.append(letters[start:end].decode("utf-16-le", "replace"))
         start = end
     return texts[0] if len(texts) == 1 else texts
@@ -295,14 +287,12 @@ def _timeseries(objects: Objects, properties: Fields) -> Fields:
     time = _time(info, properties)
     if time is None:
         raise ValueError("a timeseries without a time")
-    in_seconds = _SECONDS.get(
-        objects.text(info.get("Units"))
-    )  # the unit of the time; None where it is not known
+    unit_of_time = objects.text(info.get("Units"))
+    in_seconds = _SECONDS.get(unit_of_time)  # None where the unit is not known
 
     data = np.asarray(properties["Data_"])
-    if (
-        data.shape[0] != time.size and data.shape[-1] == time.size
-    ):  # samples lie along the last side
+    samples_lie_last = data.shape[0] != time.size and data.shape[-1] == time.size
+    if samples_lie_last:
         data = data.reshape(-1, time.size).T
     elif data.ndim > 2:
         data = data.reshape(data.shape[0], -1)
@@ -340,8 +330,16 @@ def _dataset(objects: Objects, properties: Fields) -> Fields:
         if not isinstance(values, dict):
             continue
         values = cast("Fields", values)
+        labels = [key for key in values if key not in _TIMES]
+        labels_of_numbers = [key for key in labels if isinstance(values[key], np.ndarray)]
+        own_label = labels_of_numbers[0] if len(labels_of_numbers) == 1 else ""
+        own_name, bracket, unit = own_label.partition(" [")
+
+        # Simulink sets a name in <> where a bus gave it.
         name = objects.text(fields.get("Name")) or objects.text(fields.get("PropagatedName"))
-        name = name.strip("<>") or _own_name(values)
+        name = name.strip("<>")
+        if not name and own_name.strip("<>") != "data":
+            name = own_name.strip("<>")
         if not name:
             block = objects.fields(fields.get("BlockPath"))
             paths = _texts(objects, block.get("path"))
@@ -350,30 +348,12 @@ def _dataset(objects: Objects, properties: Fields) -> Fields:
         name = name or f"signal{place}"
         if name in signals:
             name = f"{name}_{place}"
-        signals[name] = _called(values, name)
+        # The numbers of a timeseries may have another name than the signal; other structs stay as they are.
+        if len(labels) == len(labels_of_numbers) == 1:
+            label = f"{name}{bracket}{unit}"
+            values = {label if key == own_label else key: node for key, node in values.items()}
+        signals[name] = values
     return _on_one_time(signals)
-
-
-def _own_name(values: Fields) -> str:
-    """The name of a timeseries' numbers, which Simulink sets in <> where a bus named them; "" for any other struct."""
-    labels = [
-        key for key, value in values.items() if isinstance(value, np.ndarray) and key not in _TIMES
-    ]
-    if len(labels) != 1:
-        return ""
-    name = labels[0].partition(" [")[0].strip("<>")
-    return "" if name == "data" else name
-
-
-def _called(values: Fields, name: str) -> Fields:
-    """A timeseries under the name of its signal, which may not be that of its numbers; other structs as they are."""
-    labels = [key for key in values if key not in _TIMES]
-    if len(labels) != 1 or not isinstance(values[labels[0]], np.ndarray):
-        return values
-    (own_label,) = labels
-    _, bracket, unit = own_label.partition(" [")
-    label = f"{name}{bracket}{unit}"
-    return {label if key == own_label else key: value for key, value in values.items()}
 
 
 def _on_one_time(signals: Fields) -> Fields:
@@ -401,13 +381,14 @@ def _output(objects: Objects, properties: Fields) -> Any:
     if not isinstance(output, dict):
         return output
     fields = cast("Fields", output)
-    logged: Fields = {
-        name: node for name, node in fields.items() if isinstance(node, dict) and node
-    }
-    vectors = [
-        name for name, node in fields.items() if isinstance(node, np.ndarray) and name != "tout"
-    ]
-    if not logged or vectors:
+    logged: Fields = {}
+    has_vectors = False
+    for name, node in fields.items():
+        if isinstance(node, dict) and node:
+            logged[name] = node
+        elif isinstance(node, np.ndarray) and name != "tout":
+            has_vectors = True
+    if not logged or has_vectors:
         return fields
     if len(logged) == 1:
         (only,) = logged.values()

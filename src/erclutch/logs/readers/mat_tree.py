@@ -26,11 +26,12 @@ _HEAD = 128  # bytes in front of the first variable of v5
 _NO_PLACE = (0, int.from_bytes(b" " * 8, "little"))  # of objects, in the head of a file without any
 _WORKSPACE = "__function_workspace__"  # what SciPy calls the variable without a name, which keeps the objects
 _OPAQUE = ("s0", "s1", "s2", "arr")  # SciPy's fields of an object
+#: So SciPy changes no shape.
 _AS_STORED: Any = {
     "struct_as_record": False,
     "squeeze_me": False,
     "chars_as_strings": True,
-}  # SciPy changes no shape
+}
 
 
 def load_v5(path: str) -> dict[str, Node]:
@@ -106,10 +107,9 @@ def _objects_in(workspace: Any, head: bytes, budget: Budget) -> Objects:
 
     content = np.asarray(workspace, np.uint8).tobytes()
     order = "little" if content[2:4] == b"IM" else "big"
-    end = 16 + int.from_bytes(
-        content[12:16], order
-    )  # of the first variable; what follows is none of use
-    file: Any = BytesIO(head[:116] + bytes(8) + content[:4] + content[8:end])
+    # What follows the first variable is of no use.
+    end_of_first = 16 + int.from_bytes(content[12:16], order)
+    file: Any = BytesIO(head[:116] + bytes(8) + content[:4] + content[8:end_of_first])
     loaded = loadmat(file, **_AS_STORED)
     held: Any = loaded[_WORKSPACE].ravel()[0]
     (_, _, _, cells) = held.MCOS.ravel()[0]
@@ -219,9 +219,8 @@ def stored_values(item: Any) -> np.ndarray[Any, Any]:
             needed *= -(-size // chunk)  # chunks a side, rounded up
         in_file: list[Any] = []
         item.id.chunk_iter(in_file.append)
-        placed = sum(
-            chunk.byte_offset > 0 for chunk in in_file
-        )  # at 0 the library looks for no chunk
+        # At byte 0 the library looks for no chunk.
+        placed = sum(chunk.byte_offset > 0 for chunk in in_file)
         stored = placed >= needed
 
     # Where the library fills with NaN, rows that are missing are seen as missing.
@@ -237,9 +236,8 @@ def load_v73(path: str) -> dict[str, Node]:
 
     with h5py.File(path, "r") as file:
         tree = _Tree(h5py, file, budget_of(Path(path)))
-        variables = [
-            name for name in tree.own(file) if not name.startswith("#")
-        ]  # "#refs#" holds cells of others
+        # "#refs#" holds cells of others.
+        variables = [name for name in tree.own(file) if not name.startswith("#")]
         nodes = {name: tree.value(file[name], 0) for name in variables}
         kinds = {name: _kind_of(file[name]) for name, node in nodes.items() if is_reference(node)}
         return _with_objects(nodes, kinds, tree.objects() if tree.holds_objects else None)
@@ -318,9 +316,8 @@ class _Tree:
         # A cell is an array of references too, but MATLAB writes its class beside it.
         is_array = bool(members)
         for member in members.values():
-            is_array = (
-                is_array and self._is_references(member) and "MATLAB_class" not in member.attrs
-            )
+            is_cell = "MATLAB_class" in member.attrs
+            is_array = is_array and self._is_references(member) and not is_cell
         if not is_array:
             return {name: self.value(member, depth + 1) for name, member in members.items()}
 
@@ -332,10 +329,9 @@ class _Tree:
         return structs
 
     def _is_references(self, item: Any) -> bool:
-        return (
-            isinstance(item, self._h5py.Dataset)
-            and self._h5py.check_ref_dtype(item.dtype) is self._h5py.Reference
-        )
+        if not isinstance(item, self._h5py.Dataset):
+            return False
+        return self._h5py.check_ref_dtype(item.dtype) is self._h5py.Reference
 
     def _followed(self, item: Any, depth: int) -> Any:
         """What an array of references leads to, column by column, or a table where it is one."""

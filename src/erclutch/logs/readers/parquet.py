@@ -15,25 +15,19 @@ from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import numpy as np
-
 from erclutch.errors import LogError
-from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.row_groups import parting_note, words_of
 from erclutch.logs.log_reader import ROWS_WANTED, LogReader, LogSource
 from erclutch.logs.readers import child_process, reader_in_child
-from erclutch.logs.readers.arrow_lists import is_of_number_lists, with_lists_opened
+from erclutch.logs.readers.arrow_lists import is_of_number_lists
+from erclutch.logs.readers.arrow_table import first_tick, is_text, table_of_arrow
 from erclutch.logs.readers.budget import MEMORY, RAISED, Budget, budget_of
-from erclutch.logs.readers.switches import switched
-from erclutch.logs.table import Table, of_arrow
-from erclutch.signals.array import Array
+from erclutch.logs.table import Table
 
 MAGIC = b"PAR1"
 _PAGES = 1 << 20  # bytes of a column that are read ahead: without, a whole row group is
 _READ = 65_536  # rows
 # Three numbers and the beginning of a fourth, in Thrift's compact protocol.
 _CHECKED_PAGE = re.compile(rb"(?:\x15[\x80-\xff]*[\x00-\x7f]){3}\x15")
-_UNCHECKED = "the file has no checksums: damaged numbers in it cannot be told from good ones"
 _ANEW = "Copy the file again or export it as CSV"
 _IN_PIECES = "Give it to erclutch fit, which reads such a file in blocks, or split it"
 
@@ -56,35 +50,27 @@ def read_parquet(source: LogSource) -> Table:
 
     with _damage_named():
         file = parquet.ParquetFile(io.BytesIO(data), page_checksum_verification=True)
-        words = _columns_of_words(file.schema_arrow)
-        if words:  # a dictionary has each word once, and a number a row
+        schema = file.schema_arrow
+        words = [field.name for field in schema if is_text(field.type)]
+        all_differ = len({*schema.names}) == len(schema.names)
+        if words and all_differ:  # a dictionary has each word once, and a number a row
             options: dict[str, Any] = {"page_checksum_verification": True, "read_dictionary": words}
             file = parquet.ParquetFile(io.BytesIO(data), **options)
         metadata = file.metadata
         groups = range(metadata.num_row_groups)
         size = sum(metadata.row_group(group).total_byte_size for group in groups)
-        budget = Budget(
-            len(data), f"{_IN_PIECES}, or allow more by the environment: {RAISED}=8192 (MiB)"
-        )
+        remedy = f"{_IN_PIECES}, or allow more by the environment: {RAISED}=8192 (MiB)"
+        budget = Budget(len(data), remedy)
         budget.take_names(metadata.num_columns)
         if size < 0:
-            raise LogError(
-                "the Parquet data is damaged (columns of less than no bytes)", remedy=_ANEW
-            )
+            problem = "the Parquet data is damaged (columns of less than no bytes)"
+            raise LogError(problem, remedy=_ANEW)
         budget.take_cells(max(size // 8, metadata.num_rows * metadata.num_columns))
 
         read = _numbers_and_times(file)
         pages = io.BytesIO(data)
         unchecked = not all(_has_checksums(pages, metadata, group, read) for group in groups)
         return table_of_arrow(read, source.name, source.digest, unchecked)
-
-
-def _columns_of_words(schema: Any) -> list[str]:
-    """Names of the columns of texts; none where two columns have one name."""
-    names = [str(name) for name in schema.names]
-    if len(set(names)) < len(names):
-        return []
-    return [field.name for field in schema if _is_text(field.type)]
 
 
 def _numbers_and_times(file: Any) -> Any:
@@ -108,9 +94,8 @@ def _numbers_and_times(file: Any) -> Any:
     if not texts or len(set(schema.names)) < len(schema.names):
         return file.read()
     table = file.read(columns=kept)
-    if (
-        table.schema.names != kept
-    ):  # the library also gives what is called as one of these with a point behind it
+    # The library also gives a column whose name begins as another one's, with a point behind.
+    if table.schema.names != kept:
         return file.read()
 
     columns: list[Any] = []
@@ -129,10 +114,10 @@ def _damage_named() -> Generator[None]:
         raise
     except MemoryError as error:
         raise LogError("the columns need more memory than there is", remedy=_IN_PIECES) from error
-    except (
-        Exception
-    ) as error:  # pyarrow raises ArrowInvalid, OSError, UnicodeDecodeError, ... on damage
-        problem = f"the Parquet data is damaged ({type(error).__name__}: {' '.join(str(error).split())[:120]})"
+    # On damage pyarrow raises ArrowInvalid, OSError, UnicodeDecodeError, ...
+    except Exception as error:
+        said = " ".join(str(error).split())[:120]
+        problem = f"the Parquet data is damaged ({type(error).__name__}: {said})"
         raise LogError(problem, remedy=_ANEW) from error
 
 
@@ -142,9 +127,8 @@ def _has_checksums(pages: BinaryIO, metadata: Any, group: int, read: Any) -> boo
     A page's header begins with its kind and two sizes; a checksum comes next, if there is one. Only columns that were
     read can be asked: the library ends the whole process where the description of another one is damaged.
     """
-    names = {
-        field.name for field in read.schema if str(field.type) != "null"
-    }  # a column left out is of nulls
+    # A column that was left out is of nulls.
+    names = {field.name for field in read.schema if str(field.type) != "null"}
     for column in range(metadata.num_columns):
         path = metadata.schema.column(column).path
         if not any(path == name or path.startswith(f"{name}.") for name in names):
@@ -195,9 +179,7 @@ def parquet_windows(
         if last is None:
             last = metadata.num_rows
         counts = [metadata.row_group(group).num_rows for group in range(metadata.num_row_groups)]
-        begins = list(
-            accumulate(counts, initial=0)
-        )  # the first row of each row group, and the number of all rows
+        begins = list(accumulate(counts, initial=0))  # first row of each group; the number of all
         wanted: list[int] = []
         for group, (begin, end) in enumerate(pairwise(begins)):
             if end > first - margin and begin < last + margin:
@@ -212,21 +194,19 @@ def parquet_windows(
         def window(stop: int) -> Table:
             """The table of the rows up to one of the file, and the margin behind it."""
             part = held.slice(0, stop + margin - held_from)
-            return replace(
-                table_of_arrow(part, source.name, "", unchecked, origin), first_row=held_from
-            )
+            table = table_of_arrow(part, source.name, "", unchecked, origin)
+            return replace(table, first_row=held_from)
 
         for group in wanted:
             for batch in file.iter_batches(batch_size=min(rows, _READ), row_groups=[group]):
                 unchecked = unchecked or not _has_checksums(pages, metadata, group, batch)
                 held = pyarrow.concat_tables([held, pyarrow.Table.from_batches([batch])])
                 if origin is None:
-                    origin = _first_tick(held)
+                    origin = first_tick(held)
                 # The last window stands for up to twice as many rows.
-                while (
-                    held_from + held.num_rows >= start + 2 * rows + margin
-                    and start + 2 * rows <= last
-                ):
+                while start + 2 * rows <= last:
+                    if held_from + held.num_rows < start + 2 * rows + margin:
+                        break
                     yield start, start + rows, window(start + rows)
                     start += rows
                     drop = max(start - margin - held_from, 0)
@@ -246,157 +226,6 @@ def parquet_extent(path: Path) -> tuple[int, int]:
     with _damage_named():
         metadata = parquet.read_metadata(path)
     return metadata.num_rows, metadata.num_columns
-
-
-def table_of_arrow(
-    table: Any,
-    name: str,
-    digest: str,
-    unchecked: bool,
-    origin: int | None = None,
-) -> Table:
-    """The columns of numbers and the first of dates, what else there is in notes.
-
-    Args:
-        table: of the library.
-        name: of the file.
-        digest: of the file.
-        unchecked: whether a column that was read has no checksums.
-        origin: tick from which dates count; None: the first row.
-    """
-    table = with_lists_opened(table)
-    fields = list(table.schema)
-    own_units = [_metadata(field).get("unit") for field in fields]
-    names, units, renamed = name_columns([str(field.name) for field in fields], own_units)
-    notes = [_UNCHECKED] if unchecked else []
-    notes += renamed
-    columns: dict[str, Array] = {}
-    units_of: dict[str, str | None] = {}
-    texts: dict[str, Any] = {}
-    clock_name = ""
-    clock: Array | None = None
-    for label, unit, field, values in zip(names, units, fields, table.columns, strict=True):
-        numbers = _numbers(values)
-        cells = _words(values) if numbers is None else None
-        if cells is not None:
-            texts[label] = cells
-            ones_and_zeros = switched(label, cells)
-            if ones_and_zeros is not None:
-                numbers, note = ones_and_zeros
-                notes.append(note)
-        if numbers is not None:
-            columns[label] = numbers
-            units_of[label] = unit
-            continue
-        stamps = _stamps(values, origin) if clock is None else None
-        if stamps is not None:
-            clock_name = label
-            clock = stamps
-        elif label not in texts:
-            notes.append(f"column {label} holds {field.type}: left out")
-    words = words_of({label: cells for label, cells in texts.items() if label not in columns})
-    for label in texts.keys() - columns.keys():
-        notes.append(
-            parting_note(label, words[label])
-            if label in words
-            else f"column {label} holds text: left out"
-        )
-    if not columns:
-        raise LogError("the file has no column of numbers", remedy=ROWS_WANTED)
-
-    metadata = _metadata(table.schema)
-    for key in ("pandas", "ARROW:schema"):  # what libraries say of their own types
-        metadata.pop(key, None)
-    return Table(
-        name=name,
-        columns=columns,
-        units=units_of,
-        digest=digest,
-        clock=clock,
-        clock_name=clock_name,
-        metadata=metadata,
-        notes=tuple(notes),
-        words=words,
-    )
-
-
-def _words(values: Any) -> Any:
-    """Cells of texts as pandas keeps them, each word once; None for a column of anything else."""
-    from pyarrow import types
-
-    if not types.is_dictionary(values.type):
-        values = values.dictionary_encode() if _is_text(values.type) else None
-    if values is None or not _is_text(values.type.value_type):
-        return None
-    return values.to_pandas()
-
-
-def _is_text(kind: Any) -> bool:
-    from pyarrow import types
-
-    return bool(types.is_string(kind) or types.is_large_string(kind))
-
-
-def _metadata(thing: Any) -> dict[str, str]:
-    """Metadata of a field or a schema as texts."""
-    pairs: dict[bytes, bytes] = thing.metadata or {}
-    texts: dict[str, str] = {}
-    for key, value in pairs.items():
-        texts[key.decode("utf-8", "replace")] = value.decode("utf-8", "replace")
-    return texts
-
-
-def _numbers(values: Any) -> Array | None:
-    """A column as float64 (missing becomes NaN), or None if it holds no numbers."""
-    import pyarrow
-    from pyarrow import types
-
-    kind = values.type
-    numeric = (types.is_floating, types.is_integer, types.is_boolean, types.is_decimal)
-    if not any(is_kind(kind) for is_kind in numeric):
-        return None
-    if types.is_boolean(kind):
-        values = values.cast(pyarrow.uint8())
-    values = values.cast(pyarrow.float64(), safe=False)
-    if not values.null_count:
-        return of_arrow(values)
-    # Not fill_null, whose number imports pandas: half a second for each child.
-    missing = of_arrow(values.is_null().cast(pyarrow.uint8()))
-    whole = values.combine_chunks()
-    numbers = np.zeros(len(whole))
-    held = whole.buffers()[1]
-    if held is not None:
-        numbers = np.frombuffer(held, np.float64, len(whole), 8 * whole.offset)
-    return np.where(missing == 1, np.nan, numbers)
-
-
-def _stamps(values: Any, origin: int | None) -> Array | None:
-    """Seconds since a tick, or since the first row, of a date-time or duration column, or None."""
-    import pyarrow
-
-    if not _tells_time(values.type) or values.null_count or not len(values):
-        return None
-    ticks = of_arrow(values.cast(pyarrow.int64()))
-    per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[values.type.unit]
-    if origin is None:
-        origin = ticks[0]
-    return (ticks - origin).astype(np.float64) / per_second
-
-
-def _tells_time(kind: Any) -> bool:
-    from pyarrow import types
-
-    return bool(types.is_timestamp(kind) or types.is_duration(kind))
-
-
-def _first_tick(table: Any) -> int | None:
-    """The first row of the first date-time or duration column; None without one, or where it is missing."""
-    import pyarrow
-
-    column = next((values for values in table.columns if _tells_time(values.type)), None)
-    if column is None or not len(column):
-        return None
-    return column.cast(pyarrow.int64())[0].as_py()
 
 
 def _claims(head: bytes) -> bool:

@@ -1,0 +1,168 @@
+"""Columns of Arrow, as Parquet and Feather logs hold them, become a Table: numbers, dates, switches, telling words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from erclutch.errors import LogError
+from erclutch.logs.columns.labels import name_columns
+from erclutch.logs.columns.row_groups import parting_note, words_of
+from erclutch.logs.log_reader import ROWS_WANTED
+from erclutch.logs.readers.arrow_lists import with_lists_opened
+from erclutch.logs.readers.switches import switched
+from erclutch.logs.table import Table, of_arrow
+from erclutch.signals.array import Array
+
+_UNCHECKED = "the file has no checksums: damaged numbers in it cannot be told from good ones"
+
+
+def table_of_arrow(
+    table: Any,
+    name: str,
+    digest: str,
+    unchecked: bool,
+    origin: int | None = None,
+) -> Table:
+    """The columns of numbers and the first of dates, what else there is in notes.
+
+    Args:
+        table: of the library.
+        name: of the file.
+        digest: of the file.
+        unchecked: whether a column that was read has no checksums.
+        origin: tick from which dates count; None: the first row.
+    """
+    table = with_lists_opened(table)
+    fields = list(table.schema)
+    own_units = [_metadata(field).get("unit") for field in fields]
+    names, units, renamed = name_columns([str(field.name) for field in fields], own_units)
+    notes = [_UNCHECKED] if unchecked else []
+    notes += renamed
+    columns: dict[str, Array] = {}
+    units_of: dict[str, str | None] = {}
+    texts: dict[str, Any] = {}
+    clock_name = ""
+    clock: Array | None = None
+    for label, unit, field, values in zip(names, units, fields, table.columns, strict=True):
+        numbers = _numbers(values)
+        cells = _words(values) if numbers is None else None
+        if cells is not None:
+            texts[label] = cells
+            ones_and_zeros = switched(label, cells)
+            if ones_and_zeros is not None:
+                numbers, note = ones_and_zeros
+                notes.append(note)
+        if numbers is not None:
+            columns[label] = numbers
+            units_of[label] = unit
+            continue
+        stamps = _stamps(values, origin) if clock is None else None
+        if stamps is not None:
+            clock_name = label
+            clock = stamps
+        elif label not in texts:
+            notes.append(f"column {label} holds {field.type}: left out")
+    words = words_of({label: cells for label, cells in texts.items() if label not in columns})
+    for label in texts.keys() - columns.keys():
+        parts_the_rows = label in words
+        left_out = f"column {label} holds text: left out"
+        notes.append(parting_note(label, words[label]) if parts_the_rows else left_out)
+    if not columns:
+        raise LogError("the file has no column of numbers", remedy=ROWS_WANTED)
+
+    metadata = _metadata(table.schema)
+    for key in ("pandas", "ARROW:schema"):  # what libraries say of their own types
+        metadata.pop(key, None)
+    return Table(
+        name=name,
+        columns=columns,
+        units=units_of,
+        digest=digest,
+        clock=clock,
+        clock_name=clock_name,
+        metadata=metadata,
+        notes=tuple(notes),
+        words=words,
+    )
+
+
+def _words(values: Any) -> Any:
+    """Cells of texts as pandas keeps them, each word once; None for a column of anything else."""
+    from pyarrow import types
+
+    if not types.is_dictionary(values.type):
+        values = values.dictionary_encode() if is_text(values.type) else None
+    if values is None or not is_text(values.type.value_type):
+        return None
+    return values.to_pandas()
+
+
+def is_text(kind: Any) -> bool:
+    """Whether a column of this type holds texts."""
+    from pyarrow import types
+
+    return bool(types.is_string(kind) or types.is_large_string(kind))
+
+
+def _metadata(thing: Any) -> dict[str, str]:
+    """Metadata of a field or a schema as texts."""
+    pairs: dict[bytes, bytes] = thing.metadata or {}
+    texts: dict[str, str] = {}
+    for key, value in pairs.items():
+        texts[key.decode("utf-8", "replace")] = value.decode("utf-8", "replace")
+    return texts
+
+
+def _numbers(values: Any) -> Array | None:
+    """A column as float64 (missing becomes NaN), or None if it holds no numbers."""
+    import pyarrow
+    from pyarrow import types
+
+    kind = values.type
+    numeric = (types.is_floating, types.is_integer, types.is_boolean, types.is_decimal)
+    if not any(is_kind(kind) for is_kind in numeric):
+        return None
+    if types.is_boolean(kind):
+        values = values.cast(pyarrow.uint8())
+    values = values.cast(pyarrow.float64(), safe=False)
+    if not values.null_count:
+        return of_arrow(values)
+    # Not fill_null, whose number imports pandas: half a second for each child.
+    missing = of_arrow(values.is_null().cast(pyarrow.uint8()))
+    whole = values.combine_chunks()
+    numbers = np.zeros(len(whole))
+    held = whole.buffers()[1]
+    if held is not None:
+        numbers = np.frombuffer(held, np.float64, len(whole), 8 * whole.offset)
+    return np.where(missing == 1, np.nan, numbers)
+
+
+def _stamps(values: Any, origin: int | None) -> Array | None:
+    """Seconds since a tick, or since the first row, of a date-time or duration column, or None."""
+    import pyarrow
+
+    if not _tells_time(values.type) or values.null_count or not len(values):
+        return None
+    ticks = of_arrow(values.cast(pyarrow.int64()))
+    per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[values.type.unit]
+    if origin is None:
+        origin = ticks[0]
+    return (ticks - origin).astype(np.float64) / per_second
+
+
+def _tells_time(kind: Any) -> bool:
+    from pyarrow import types
+
+    return bool(types.is_timestamp(kind) or types.is_duration(kind))
+
+
+def first_tick(table: Any) -> int | None:
+    """The first row of the first date-time or duration column; None without one, or where it is missing."""
+    import pyarrow
+
+    column = next((values for values in table.columns if _tells_time(values.type)), None)
+    if column is None or not len(column):
+        return None
+    return column.cast(pyarrow.int64())[0].as_py()

@@ -1,0 +1,114 @@
+"""Cells and struct arrays of MATLAB are opened: each vector and struct in them is a variable of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from erclutch.logs.readers.vectors import matrix_of, vector
+
+
+def opened(nodes: dict[str, Any]) -> dict[str, Any]:
+    """Cells and struct arrays opened: several structs are name(1), name(2), ..., and vectors name_1, name_2, ...
+
+    A cell of as many texts as a cell has vectors, or a matrix has columns, gives their names.
+    """
+    headings = [cast("list[str]", node) for node in nodes.values() if all_of(node, str)]
+    variables: dict[str, Any] = {}
+    for name, node in nodes.items():
+        if all_of(node, str):
+            continue
+        if all_of(node, dict):
+            variables |= _opened_structs(name, cast("list[dict[str, Any]]", node))
+            continue
+
+        items = cast("list[Any]", node) if all_of(node, np.ndarray) else []
+        if items and all(vector(item) is not None for item in items):
+            texts = _names_of(len(items), [texts for texts in headings if all(texts)])
+            names = texts or [f"{name}_{place}" for place in range(1, len(items) + 1)]
+            variables |= dict(zip(names, items, strict=True))
+            continue
+
+        matrix = matrix_of(node)
+        texts = _names_of(matrix.shape[1], headings) if matrix is not None else None
+        if matrix is None or texts is None:
+            variables[name] = node
+            continue
+        for number, (text, column) in enumerate(zip(texts, matrix.T, strict=True), start=1):
+            variables[text or f"{name}_{number}"] = column
+    return variables
+
+
+def _names_of(count: int, headings: Sequence[list[str]]) -> list[str] | None:
+    """The one cell of as many different texts; None without, or with several, of which none is sure."""
+    fitting = [texts for texts in headings if len(texts) == count == len({*texts})]
+    return fitting[0] if len(fitting) == 1 else None
+
+
+def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
+    """Structs that are a signal each under the names of their signals; else each struct under its place."""
+    signals: dict[str, Any] = {}
+    all_are_signals = True
+    for place, item in enumerate(items, start=1):
+        signal = signal_in(item, f"{name}_{place}")
+        if signal is None:
+            all_are_signals = False
+            break
+        label, numbers = signal
+        signals[label] = numbers
+    if all_are_signals:
+        return signals
+    if len(items) == 1:
+        return {name: items[0]}
+    elements = _elements(items)
+    if elements:
+        return elements
+    return {f"{name}({place})": item for place, item in enumerate(items, start=1)}
+
+
+def _elements(items: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """The values of the elements of a data set of Simulink by their names; none where the structs are others."""
+    elements: dict[str, Any] = {}
+    for item in items:
+        names: list[str] = []
+        structs: list[dict[str, Any]] = []
+        for key, node in item.items():
+            if key.lower() == "name" and isinstance(node, str) and node:
+                names.append(node)
+            if isinstance(node, dict):
+                structs.append(cast("dict[str, Any]", node))
+        if len(names) != 1 or len(structs) != 1:
+            return {}
+        (values,) = structs
+        if not {key.lower() for key in values} >= {"time", "data"}:
+            return {}
+        elements[names[0]] = values
+    return elements if len(elements) == len(items) else {}
+
+
+def signal_in(item: dict[str, Any], usual: str) -> tuple[str, Any] | None:
+    """Label and numbers of a struct that is one signal: one vector, with its name and its unit as texts."""
+    vectors: list[Any] = []
+    texts: dict[str, str] = {}
+    for key, node in item.items():
+        if isinstance(node, dict | list):
+            return None
+        numbers = vector(node)
+        if numbers is not None and numbers.size > 1:
+            vectors.append(node)
+        if isinstance(node, str) and node.strip():
+            texts[key.lower()] = node
+    if len(vectors) != 1:
+        return None
+    names = [texts[key] for key in ("name", "label", "signal", "channel") if key in texts]
+    label = names[0] if names else usual
+    unit = texts.get("unit") or texts.get("units")
+    return f"{label} [{unit}]" if unit else label, vectors[0]
+
+
+def all_of(node: Any, kind: type) -> bool:
+    """Whether a node is a cell or a struct array of one kind, and not empty."""
+    items = cast("list[Any]", node) if isinstance(node, list) else []
+    return bool(items) and all(isinstance(item, kind) for item in items)
