@@ -2,6 +2,12 @@
 
     python studies/house.py [FOLDER ...]
 
+A log's way is counted from `read` to the recording, along the calls, each function once: a stay is a run of functions
+of one file, a return a stay in a file in which one was before. It is counted twice, for the rules of reading stand in
+tables (`STEPS` of a plan, `TIDYINGS` of a table) that a loop goes through. "A log's way" leads past the rules, as a
+reader goes who takes from the table what each of them settles. "With all rules followed" enters each rule where its
+table is named, as somebody has to go who wants to know all of reading.
+
 Each FOLDER is a checkout, by default this one; several stand side by side, so that before and after come from one
 count. Nothing is imported and no place is fixed: packages, classes and functions are found by search.
 """
@@ -164,6 +170,11 @@ class House:
     def way_of_a_log(self) -> list[str]:
         """Files in which one stays on the way of `read`, in the order in which its functions are first called."""
         return Calls(self.modules).way(*LOG)
+
+    @cached_property
+    def way_through_all_rules(self) -> list[str]:
+        """The same way with each rule followed that stands in a table on it."""
+        return Calls(self.modules).way(*LOG, rules=True)
 
     @property
     def longest_file(self) -> tuple[int, str]:
@@ -346,8 +357,6 @@ def counts(house: House) -> dict[str, str]:
     lengths = [length for length, _ in house.functions]
     longest, where = house.functions[-1]
     density = house.density
-    stays = house.way_of_a_log
-    alone = [file for file, _ in groupby(file for file in stays if file not in VOCABULARY)]
     lines = {name: house.lines(endings) for name, endings in LANGUAGES.items()}
     return {
         "rooms": f"{len(house.rooms)}",
@@ -359,11 +368,8 @@ def counts(house: House) -> dict[str, str]:
         "comments a line of code": f"{density.comments:.1%}",
         "private functions named once in their file": f"{density.called_once:.0%}",
         "longest file": f"{house.longest_file[0]} ({house.longest_file[1]})",
-        "a log's way: stays": f"{len(stays)}",
-        "  files": f"{len(set(stays))}",
-        "  returns": f"{len(stays) - len(set(stays))}",
-        "  stays, errors and units apart": f"{len(alone)}",
-        "  returns, errors and units apart": f"{len(alone) - len(set(alone))}",
+        **_length_of_way("a log's way", house.way_of_a_log),
+        **_length_of_way("with all rules followed", house.way_through_all_rules),
         "source lines": f"{sum(lines.values()):,}",
         **{f"  {name}": f"{count:,}" for name, count in lines.items()},
         "functions": f"{len(lengths):,}",
@@ -382,6 +388,18 @@ def counts(house: House) -> dict[str, str]:
         **{
             f"{name}, places": f"{len(house.places(pattern))}" for name, pattern in REPEATED.items()
         },
+    }
+
+
+def _length_of_way(title: str, stays: Sequence[str]) -> dict[str, str]:
+    """Stays, files and returns of a way, and both counts without the files that one knows by name."""
+    alone = [file for file, _ in groupby(file for file in stays if file not in VOCABULARY)]
+    return {
+        f"{title}: stays": f"{len(stays)}",
+        f"{title}: files": f"{len(set(stays))}",
+        f"{title}: returns": f"{len(stays) - len(set(stays))}",
+        f"{title}: stays, errors and units apart": f"{len(alone)}",
+        f"{title}: returns, errors and units apart": f"{len(alone) - len(set(alone))}",
     }
 
 

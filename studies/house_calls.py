@@ -44,6 +44,11 @@ class Calls:
         return homes[0] if len(homes) == 1 else ""
 
     @cached_property
+    def _modules(self) -> dict[str, str]:
+        """The module's name of each file."""
+        return {str(module.path): module.name for module in self.modules}
+
+    @cached_property
     def _names(self) -> dict[str, dict[str, str]]:
         """By file: what a name in it stands for."""
         meaning: dict[str, dict[str, str]] = {}
@@ -65,8 +70,37 @@ class Calls:
             meaning[str(module.path)] = {**imported, **own, **classes}
         return meaning
 
-    def way(self, module: str, function: str) -> list[str]:
-        """Files of the functions that one enters, each function once, in the order of the calls; runs of one file."""
+    @cached_property
+    def _tables(self) -> dict[str, list[str]]:
+        """Tables of rules by their full name: constants of modules in which functions stand, in their order."""
+        tables: dict[str, list[str]] = {}
+        for module in self.modules:
+            for node in module.tree.body:
+                if isinstance(node, ast.Assign):
+                    target, value = node.targets[0], node.value
+                elif isinstance(node, ast.AnnAssign) and node.value is not None:
+                    target, value = node.target, node.value
+                else:
+                    continue
+                named = [each for each in ast.walk(value) if isinstance(each, ast.Name)]
+                called = {id(call.func) for call in ast.walk(value) if isinstance(call, ast.Call)}
+                named = [each for each in named if id(each) not in called]
+                named.sort(key=lambda each: (each.lineno, each.col_offset))
+                meanings = [self._names[str(module.path)].get(each.id, "") for each in named]
+                rules = [meaning for meaning in meanings if meaning in self._homes]
+                if isinstance(target, ast.Name) and rules:
+                    tables[f"{module.name}.{target.id}"] = rules
+        return tables
+
+    def way(self, module: str, function: str, *, rules: bool = False) -> list[str]:
+        """Files of the functions that one enters, each function once, in the order of the calls; runs of one file.
+
+        Args:
+            module: in which the way begins.
+            function: with which it begins.
+            rules: whether the functions in a table (a constant of a module) are entered where the table is named. Else
+                the way leads past them, as it does for a reader who takes from the table what each rule settles.
+        """
         seen: set[str] = set()
         files: list[str] = []
 
@@ -79,6 +113,11 @@ class Calls:
                 files.append(file)
             holder = name.rpartition(".")[0]
             for call in _in_order(body):
+                if isinstance(call, ast.Name):
+                    table = self._names[file].get(call.id, f"{self._modules[file]}.{call.id}")
+                    for rule in self._tables.get(table, ()) if rules else ():
+                        enter(rule)
+                    continue
                 text = ast.unparse(call.func)
                 head, _, tail = text.partition(".")
                 meant = (
@@ -96,9 +135,11 @@ class Calls:
         return files
 
 
-def _in_order(node: ast.AST) -> Iterator[ast.Call]:
-    """Calls in the order in which they run: arguments before the call."""
+def _in_order(node: ast.AST) -> Iterator[ast.Call | ast.Name]:
+    """Calls in the order in which they run, arguments before the call, and the names that are read on the way."""
     for child in ast.iter_child_nodes(node):
         yield from _in_order(child)
-    if isinstance(node, ast.Call):
+    if isinstance(node, ast.Call) or (
+        isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load)
+    ):
         yield node

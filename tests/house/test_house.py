@@ -146,3 +146,34 @@ def test_the_code_is_without_what_is_said(small: Any) -> None:
     assert "Docstring" not in first.code
     assert "isinstance" in first.code
     assert small.places("import_module") == ["one/first.py:2", "one/first.py:7"]
+
+
+def test_a_logs_way_is_counted_past_the_rules_of_a_table_and_through_them(tmp_path: Path) -> None:
+    files = {
+        "logs/__init__.py": (
+            "from erclutch.logs.plan import plan_of\nfrom erclutch.logs.applied import apply\n"
+            "def read(path):\n    return apply(plan_of(path))\n"
+        ),
+        "logs/plan.py": (
+            "from erclutch.logs.one_rule import guess\nfrom erclutch.logs.other_rule import doubt\n"
+            "STEPS = (Step('a guess', guess), Step('a doubt', rule=doubt))\n"
+            "def plan_of(path):\n    for step in STEPS:\n        step.rule(path)\n    return _made(path)\n"
+            "def _made(path):\n    return path\n"
+        ),
+        "logs/one_rule.py": "def guess(path):\n    pass\n",
+        "logs/other_rule.py": "def doubt(path):\n    pass\n",
+        "logs/applied.py": "def apply(plan):\n    return plan\n",
+    }
+    for name, text in files.items():
+        path = tmp_path / "src" / "erclutch" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    package = study.House(tmp_path)
+    past_the_rules = ["logs/__init__.py", "logs/plan.py", "logs/applied.py"]
+    assert package.way_of_a_log == past_the_rules
+    rules = ["logs/one_rule.py", "logs/other_rule.py"]
+    assert package.way_through_all_rules == [
+        *past_the_rules[:2],
+        *rules,
+        *past_the_rules[1:],
+    ]

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from erclutch.errors import ErclutchError, LogError, SettingError, ShortLogError
 from erclutch.logs.applied import apply_rows
 from erclutch.logs.dataset import Dataset, dataset_of, device_of, joined
-from erclutch.logs.log_file import put_right
 from erclutch.logs.log_reader import LogSource, Windows
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Invalid, Plan
 from erclutch.logs.planning.whole_plan import plan_of
+from erclutch.logs.tidying import tidied
 from erclutch.signals.clock import Clock, Span, within
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
@@ -90,7 +90,7 @@ def windowed_batches(
     short: ShortLogError | None = None
     some = False
     for start, stop, table in windows(source, rows, MARGIN, part.first, part.stop):
-        if put_right(table) is not table:
+        if tidied(table) is not table:
             problem = "its rows must be put right before they are read on, and a log in blocks is read as it is"
             remedy = "Give a larger --memory, so that it is read whole, or a column for each signal"
             raise LogError(problem, where=table.name, remedy=remedy)

@@ -13,10 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError, placed
-from erclutch.logs.clock.channel_times import unwoven, with_times_joined
-from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.columns.row_groups import EACH, group_of, groups_in, rows_of
-from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import (
     ROWS_WANTED,
     LogReader,
@@ -26,8 +23,8 @@ from erclutch.logs.log_reader import (
     readable,
 )
 from erclutch.logs.readers.budget import Budget, size_of, within
-from erclutch.logs.rows.tidy_rows import untidied
 from erclutch.logs.table import Table
+from erclutch.logs.tidying import tidied
 from erclutch.registry import Plugin
 
 if TYPE_CHECKING:
@@ -185,17 +182,8 @@ def _finished(table: Table, log: ReadableLog, path: str | Path) -> Table:
     """
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=ROWS_WANTED, where=table.name)
-    table = put_right(table)
+    table = tidied(table)
     return replace(table, notes=(*table.notes, *log.notes), path=str(path))
-
-
-def put_right(table: Table) -> Table:
-    """The table with one stamp a row, a column for each signal, woven rows apart, and signs from words."""
-    table = with_whole_stamps(table)
-    table = with_times_joined(table)
-    table = untidied(table)
-    table = unwoven(table)
-    return with_senses(table)
 
 
 def read_by(plugin: Plugin, source: LogSource) -> Table:

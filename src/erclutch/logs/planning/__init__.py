@@ -1,1 +1,1 @@
-"""A plan is made of a table, a step a file: `whole_plan` calls the steps one after another and is where to begin."""
+"""A plan is made of a table, a rule after another: `whole_plan` lists the rules and is where to begin."""

@@ -11,7 +11,16 @@ from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.labels import COUNTS, own_unit
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.plan import NEEDS, OPTIONAL, THOUGH, ClockPlan, Question, SignalPlan, Sureness
+from erclutch.logs.plan import (
+    NEEDS,
+    OPTIONAL,
+    THOUGH,
+    ClockPlan,
+    Invalid,
+    Question,
+    SignalPlan,
+    Sureness,
+)
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -26,10 +35,13 @@ class Draft:
     """A plan in the making; see `erclutch.logs.plan.Plan` for what is not said here.
 
     Attributes:
-        seen: the table's columns.
+        table: as it was read, and with what two shafts differ by.
         told: what the user and the mapping file said.
         device: whose signals are looked for.
+        invalid: what is done about values that are not finite; None while nobody said it.
+        is_whole: whether the table is the whole log: some rows of it do not tell everything.
         notes: what was chosen, guessed, converted and assumed, one sentence each.
+        seen: the table's columns, which a step near the first looks at for all others.
         constants: numbers that hold for the whole log.
         signals: what was chosen, by the signal.
         inputs: further inputs of networks, as logged.
@@ -39,13 +51,17 @@ class Draft:
         missing: signals that the device needs and that no column may be.
         clock: None while no clock was found.
         questions: what only the user can say, by the signal that it is about.
+        examples: options that answer the questions.
     """
 
-    seen: SeenColumns
+    table: Table
     told: ColumnMap
     device: DeviceName
+    invalid: Invalid | None
+    is_whole: bool
     notes: list[str]
     constants: dict[str, float]
+    seen: SeenColumns = field(init=False)
     signals: dict[str, SignalPlan] = field(default_factory=dict[str, SignalPlan])
     inputs: list[SignalPlan] = field(default_factory=list[SignalPlan])
     spare: list[str] = field(default_factory=list[str])
@@ -54,11 +70,7 @@ class Draft:
     missing: list[str] = field(default_factory=list[str])
     clock: ClockPlan | None = None
     questions: dict[str, Question] = field(default_factory=dict[str, Question])
-
-    @property
-    def table(self) -> Table:
-        """The table that the plan is of."""
-        return self.seen.table
+    examples: list[str] = field(default_factory=list[str])
 
     @property
     def needed(self) -> set[str]:
@@ -78,6 +90,11 @@ class Draft:
             [self.clock.column] if self.clock is not None and self.clock.kind == "column" else []
         )
         return [*chosen, *self.no_signals, *self.seen.counters, *stamps]
+
+    def guessed(self, signal: str) -> SignalPlan | None:
+        """The column that was guessed for a signal; None where the user chose, or nothing is chosen."""
+        chosen = self.signals.get(signal)
+        return chosen if chosen is not None and chosen.reason.startswith("guessed") else None
 
     def ask(self, signal: str, error: MappingError, option: str = "") -> None:
         """Keep an error as a question about a signal, with the option that answers it where that is known."""

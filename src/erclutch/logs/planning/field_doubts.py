@@ -41,21 +41,7 @@ _OUTPUT = 12.0  # V, of an amplifier's monitor at most
 _CROSSINGS = 4  # of the middle of its range, by a motion to and fro
 
 
-def doubt_the_field(draft: Draft) -> None:
-    """Doubt a guessed field, or leave it out, where the log says what else it is. One that is left out is asked about.
-
-    What surely is no field goes first: the doubts behind it are about what is left.
-    """
-    _leave_out_the_sensor_of_the_effort(draft)
-    _leave_out_the_number_of_a_motor(draft)
-    _doubt_the_current_of_a_drive(draft)
-    _leave_out_the_supply_of_a_drive(draft)
-    _doubt_the_sensor_of_the_motion(draft)
-    _doubt_the_command_of_a_drive(draft)
-    _doubt_the_monitor_of_an_amplifier(draft)
-
-
-def _leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
+def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
     """Take a guessed voltage back that is too faint for a coil and goes straight with the effort: its sensor's output.
 
     A faint current may be what leaks through an electrorheological fluid, and tells the field.
@@ -78,7 +64,7 @@ def _leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
     _leave_out_field(draft, f"{course}: taken for the output of its sensor, left out")
 
 
-def _leave_out_the_number_of_a_motor(draft: Draft) -> None:
+def leave_out_the_number_of_a_motor(draft: Draft) -> None:
     """Take a guessed field back that is called like a drive's current and keeps one whole number: ``curr_motor`` is 2.
 
     A current of a drive goes with its torque, and others of the log change: the current motor is the second one.
@@ -102,7 +88,7 @@ def _leave_out_the_number_of_a_motor(draft: Draft) -> None:
             return
 
 
-def _doubt_the_current_of_a_drive(draft: Draft) -> None:
+def doubt_the_current_of_a_drive(draft: Draft) -> None:
     """Doubt a guessed field with the sign and the course of the effort: the current of the motor that makes it."""
     field = draft.signals.get("field")
     effort = draft.signals.get("effort")
@@ -176,7 +162,7 @@ def is_current_of_a_drive(column: SeenColumn, efforts: Iterable[Array]) -> bool:
     return any(goes_along(column.values, effort) for effort in efforts)
 
 
-def _leave_out_the_supply_of_a_drive(draft: Draft) -> None:
+def leave_out_the_supply_of_a_drive(draft: Draft) -> None:
     """Take a guessed voltage back that keeps one level, too low for a fluid, beside the current of a drive."""
     field = draft.signals.get("field")
     effort = draft.signals.get("effort")
@@ -209,7 +195,7 @@ def _leave_out_field(draft: Draft, why: str) -> None:
     draft.missing.append("field")
 
 
-def _doubt_the_sensor_of_the_motion(draft: Draft) -> None:
+def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
     """Doubt a guessed voltage that goes straight with a motion to and fro: the output of its sensor.
 
     A field may be raised while a device moves one way, so a motion that never turns back tells nothing.
@@ -241,7 +227,7 @@ def _turns_back(motion: Array) -> bool:
     return crossings.size >= _CROSSINGS
 
 
-def _doubt_the_command_of_a_drive(draft: Draft) -> None:
+def doubt_the_command_of_a_drive(draft: Draft) -> None:
     """Doubt a column that is just called a command, beside commands of a motion: a drive's, which drives no coil."""
     field = draft.signals.get("field")
     if field is None or not field.reason.startswith("guessed"):
@@ -258,7 +244,7 @@ def _doubt_the_command_of_a_drive(draft: Draft) -> None:
             return
 
 
-def _doubt_the_monitor_of_an_amplifier(draft: Draft) -> None:
+def doubt_the_monitor_of_an_amplifier(draft: Draft) -> None:
     """Doubt a guessed voltage of some volts that is called a monitor or a high voltage: 1 V of it stands for more."""
     field = draft.signals.get("field")
     if field is None or field.sureness == "doubtful" or not _is_guessed_voltage(draft, field):

@@ -9,8 +9,6 @@ import numpy as np
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.names import spoken_name
-from erclutch.logs.columns.rheometer_names import of_oscillation
-from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import is_rate_of
 from erclutch.logs.plan import NEEDS, SignalPlan, Sureness
 from erclutch.logs.planning.draft import Draft, scaled
@@ -32,7 +30,6 @@ def guess_what_is_needed(draft: Draft) -> None:
     Raises:
         MappingError: a scale that is none. UnitError: a unit that does not fit its signal.
     """
-    _pass_over_oscillations(draft)
     taken = [*draft.taken, *draft.table.truths]
     for group in NEEDS[draft.device]:
         settled = False
@@ -80,24 +77,6 @@ def guess_what_is_needed(draft: Draft) -> None:
         draft.ask(needed, MappingError(error.problem, remedy=error.remedy + or_a_pair))
         if not doubts:
             draft.missing.append(needed)
-
-
-def _pass_over_oscillations(draft: Draft) -> None:
-    """Take what a rheometer's oscillation fills for no signal: moduli, and amplitudes of stresses, in Pa.
-
-    The stress itself goes to and fro.
-    """
-    moduli = of_oscillation(draft.table.columns)
-    if not moduli:
-        return
-    amplitudes: list[str] = []
-    for column in draft.seen.columns.values():
-        if column.fits(("Pa",)) and not takes_both_signs(column.values):
-            amplitudes.append(column.name)
-    named = draft.taken
-    draft.no_signals += [
-        name for name in dict.fromkeys([*moduli, *amplitudes]) if name not in named
-    ]
 
 
 def _settle_several_speeds(draft: Draft, doubt: MappingError) -> None:

@@ -19,8 +19,9 @@ from erclutch.logs.columns.two_courses import follows, go_straight
 from erclutch.logs.plan import Question
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import has_short_name, sensor_options, usual_unit
+from erclutch.logs.planning.missing_values import must_be_said
 from erclutch.logs.planning.no_field import is_a_mark, maybe_field
-from erclutch.logs.planning.row_order import IN_NO_ORDER, must_be_said
+from erclutch.logs.planning.row_order import IN_NO_ORDER
 from erclutch.logs.planning.stated_field import differ_by_field
 from erclutch.signals.recording import SIGNALS
 
@@ -68,10 +69,12 @@ _USUAL = {
 }
 
 
-def proposals(draft: Draft) -> list[str]:
-    """An option for each question: with what is most likely, or with a place to fill in; then what the rows need."""
+def propose_answers(draft: Draft) -> None:
+    """Give an option for each question, with what is likely or with a place to fill in; then what the rows need."""
     seen = draft.seen
     questions = draft.questions
+    if not questions:
+        return
     motions = _motions(draft)
     options: dict[str, str] = {}
     proposed: list[str] = []  # the columns in these options, and their labels
@@ -114,7 +117,7 @@ def proposals(draft: Draft) -> list[str]:
         needed = [*draft.taken, *(name for name in proposed if name in seen.columns)]
         if must_be_said(seen, needed):
             examples.append("--invalid drop")
-    return examples
+    draft.examples = examples
 
 
 def _motions(draft: Draft) -> list[str]:

@@ -6,13 +6,10 @@ is no time of a log. A column of words may part the rows: by material, by device
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, listed, shell_word
 from erclutch.logs.clock.time_stamps import DISORDER
-from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.row_groups import EACH
 from erclutch.logs.columns.seen_columns import SeenColumns
@@ -21,7 +18,7 @@ from erclutch.logs.planning.clock_planning import points
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.table import WordColumn
 from erclutch.signals import units
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array
 
 _SPEEDS = ("rad/s", "m/s")
 _FEWEST = 10  # rows: fewer may be in order by chance
@@ -51,7 +48,6 @@ _POINTS_OF = frozenset(
     )
 )
 _UNSTEADY = 0.1  # of a step, by which the steps of points differ at least
-_MOST_HOLES = 0.1  # share of the rows that lack a number
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
 _PARTS = frozenset(
     (
@@ -242,52 +238,6 @@ def _say_what_is_a_map(draft: Draft) -> None:
             problem = f"{question.problem}. {why}: that has no slip, at no rate"
             draft.ask("time", MappingError(problem, remedy=question.remedy), question.option)
             return
-
-
-def few_values_are_missing(draft: Draft) -> bool:
-    """Whether some rows, and not many, lack a number of a signal: without them the others are what they were.
-
-    A log is cut at such rows, so its stretches between them must be worth having. An infinite value was measured by
-    nothing, but it was written by something: that is asked about.
-    """
-    if draft.clock is None:
-        return False
-    columns = [draft.table.columns[each.column] for each in draft.signals.values() if each.column]
-    hole = _holes(draft.table.rows, columns)
-    return (
-        hole is not None
-        and bool(hole.any())
-        and _are_few(hole, points=draft.clock.kind == "points")
-    )
-
-
-def must_be_said(seen: SeenColumns, needed: Iterable[str]) -> bool:
-    """Whether the user has to say that the log is cut at missing values: they are many, or some are infinite."""
-    columns = [seen.columns[name].values for name in needed]
-    hole = _holes(seen.table.rows, columns)
-    return hole is None or (bool(hole.any()) and not _are_few(hole, points=False))
-
-
-def _holes(rows: int, columns: Iterable[Array]) -> Mask | None:
-    """Rows that lack a number of a column; None where one is infinite."""
-    hole = np.zeros(rows, dtype=np.bool_)
-    for values in columns:
-        if np.isinf(values).any():
-            return None
-        hole |= np.isnan(values)
-    return hole
-
-
-def _are_few(hole: Mask, *, points: bool) -> bool:
-    """Whether the rows without a hole are many, and stand in stretches that are worth having."""
-    missing = int(np.count_nonzero(hole))
-    if missing > _MOST_HOLES * hole.size:
-        return False
-    if points:
-        return True
-    ends = np.diff(hole.astype(np.int8)) == -1  # of holes: a stretch begins behind each
-    stretches = int(np.count_nonzero(ends)) + int(not hole[0])
-    return hole.size - missing >= MINIMUM_ROWS * stretches
 
 
 def ask_about_order(draft: Draft) -> None:

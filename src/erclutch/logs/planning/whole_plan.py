@@ -1,42 +1,42 @@
-"""A plan is made of a table, a step after another: `plan_of` calls them all.
+"""A plan is made of a table, step after step: `STEPS` lists the rules of reading, and `plan_of` goes through them.
 
-1. What is seen of the columns: names, units, how their numbers run, which is the time (`seen_columns`).
-2. What the user said: columns (`named_columns`), the clock (`clock_planning`), numbers (`given_numbers`). A column that
-   is called like a signal and holds no numbers ends it here.
-3. What is needed besides is guessed (`guesses`): `candidates` and `quotients` list the columns that may be a signal, of
-   several `one_of_several` takes one, of several joints `one_joint` proposes one. What two shafts differ by was made in
-   front of all this (`two_shafts`). Where no column is, `missing_columns` says what to do. A guess that the log speaks
-   against is doubted (`field_doubts`, `doubts`). A log has no field where `no_field` tells of each column what else it
-   is; the file may still state one (`stated_field`).
-4. What is left is looked at (`row_order`, `further_columns`), and what belongs together is held together (`motions`).
-5. What is open is asked: `proposals` has the options that answer it.
+A rule takes the draft of the plan and settles one thing of it. The order counts: what the user said goes first, a guess
+before what doubts it, and the answers that are proposed come last. Whoever follows a log's way reads what each rule
+settles and passes over the rules; whoever adds a rule writes a file for it and a line here.
 
 Nothing is converted here: `erclutch.logs.applied.apply` does what the plan says.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 from erclutch.errors import ErclutchError, LogError, SettingError, placed
-from erclutch.logs.columns.seen_columns import seen_columns
-from erclutch.logs.columns.two_shafts import with_differences
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
 from erclutch.logs.planning.clock_planning import choose_clock
 from erclutch.logs.planning.current_for_effort import offer_the_current_of_a_drive
-from erclutch.logs.planning.doubts import (
-    ask_about_powers_of_ten,
-    ask_about_ranges_of_sensors,
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.effort_doubts import (
     doubt_a_force_at_a_stated_arm,
-    doubt_a_speed_without_its_sense,
     doubt_a_torque_in_a_unit_of_force,
     doubt_effort_without_power,
-    doubt_what_a_rheometer_gives,
 )
-from erclutch.logs.planning.draft import Draft
-from erclutch.logs.planning.field_doubts import doubt_the_field
+from erclutch.logs.planning.field_doubts import (
+    doubt_the_command_of_a_drive,
+    doubt_the_current_of_a_drive,
+    doubt_the_monitor_of_an_amplifier,
+    doubt_the_sensor_of_the_motion,
+    leave_out_the_number_of_a_motor,
+    leave_out_the_sensor_of_the_effort,
+    leave_out_the_supply_of_a_drive,
+)
+from erclutch.logs.planning.first_look import make_differences, see_columns
 from erclutch.logs.planning.further_columns import take_further_columns
 from erclutch.logs.planning.given_numbers import take_given_numbers
 from erclutch.logs.planning.guesses import guess_what_is_needed
+from erclutch.logs.planning.missing_values import drop_few_missing_values
 from erclutch.logs.planning.motions import (
     ask_about_a_wrapped_angle,
     hold_power,
@@ -47,13 +47,18 @@ from erclutch.logs.planning.motions import (
 from erclutch.logs.planning.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.planning.no_field import settle_the_field
 from erclutch.logs.planning.one_joint import propose_one_joint
-from erclutch.logs.planning.proposals import proposals
-from erclutch.logs.planning.row_order import (
-    ask_about_groups,
-    ask_about_order,
-    few_values_are_missing,
-    take_points,
+from erclutch.logs.planning.open_units import (
+    ask_about_powers_of_ten,
+    ask_about_ranges_of_sensors,
 )
+from erclutch.logs.planning.proposals import propose_answers
+from erclutch.logs.planning.rheometer_columns import (
+    doubt_a_shear_rate_beside_a_torque,
+    doubt_an_oscillation,
+    pass_over_oscillations,
+)
+from erclutch.logs.planning.row_order import ask_about_groups, ask_about_order, take_points
+from erclutch.logs.planning.sense_of_speed import doubt_a_speed_without_its_sense
 from erclutch.logs.readers.lying_tables import WIDEST
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
@@ -64,6 +69,69 @@ _NEEDED = (
 _OPTIONAL = (signal for signals in OPTIONAL.values() for signal in signals)
 #: Signals stand in one order in a plan, whoever chose them, so that plans can be compared.
 _ORDER = [*dict.fromkeys((*_NEEDED, *_OPTIONAL)), "temperature"]
+
+
+class Step(NamedTuple):
+    """One rule of reading.
+
+    Attributes:
+        settles: what is known behind it.
+        rule: writes that into the draft, raises where the log cannot be read, and does nothing where it has no say.
+        needs_all_rows: whether some rows of a log do not tell it.
+    """
+
+    settles: str
+    rule: Callable[[Draft], None]
+    needs_all_rows: bool = False
+
+
+#: All rules of reading, in the order in which they are gone through.
+STEPS = (
+    # What stands in the file.
+    Step("what two shafts differ by has a column", make_differences),
+    Step("what each column says by name, unit and numbers", see_columns),
+    # What the user said.
+    Step("no column that is called like a signal holds words", refuse_unreadable_signals),
+    Step("which columns the user named", take_named),
+    Step("by which clock the rows are counted", choose_clock),
+    Step("which numbers the user, a mapping or the file's name gives", take_given_numbers),
+    # What the device needs besides.
+    Step("which columns hold sizes of an oscillation", pass_over_oscillations),
+    Step("which column each signal is that nobody named", guess_what_is_needed),
+    Step("which of several joints is proposed", propose_one_joint),
+    Step("whether a drive's current may stand for the effort", offer_the_current_of_a_drive),
+    Step("whether a unit names the range of a sensor", ask_about_ranges_of_sensors),
+    Step("whether a power of ten was multiplied already", ask_about_powers_of_ten),
+    # Whether the guessed field is a field: what surely is none goes first.
+    Step("the field is not the output of the effort's sensor", leave_out_the_sensor_of_the_effort),
+    Step("the field is not the number of a motor", leave_out_the_number_of_a_motor),
+    Step("the field is not the current of a drive", doubt_the_current_of_a_drive),
+    Step("the field is not the supply of a drive", leave_out_the_supply_of_a_drive),
+    Step("the field is not the output of the motion's sensor", doubt_the_sensor_of_the_motion),
+    Step("the field is not what a drive was told", doubt_the_command_of_a_drive),
+    Step("the field is not the monitor of an amplifier", doubt_the_monitor_of_an_amplifier),
+    Step("whether the file states the field, or has none", settle_the_field),
+    # What the rows are.
+    Step("whether the rows are points in no time", take_points, needs_all_rows=True),
+    Step("whether rows without a number are dropped", drop_few_missing_values, needs_all_rows=True),
+    Step("whether the time runs forward", ask_about_order, needs_all_rows=True),
+    Step("whether the rows are of one device", ask_about_groups, needs_all_rows=True),
+    # What is left, and what belongs together.
+    Step("which further columns are of use", take_further_columns),
+    Step("by which lead a position on a screw is an angle", turn_screw),
+    Step("whether the slip is the rate of the position", hold_slip_against_position),
+    Step("whether a position is an angle that wraps", ask_about_a_wrapped_angle),
+    Step("whether slip times effort is the logged power", hold_power),
+    Step("no column is the effort and another signal", refuse_the_effort_twice),
+    Step("whether the slip has its sign", doubt_a_speed_without_its_sense),
+    Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),
+    Step("whether slip and effort make a power", doubt_effort_without_power),
+    Step("whether the effort's name and unit are of one kind", doubt_a_torque_in_a_unit_of_force),
+    Step("the slip is no shear rate beside a torque", doubt_a_shear_rate_beside_a_torque),
+    Step("the effort is no size of an oscillation", doubt_an_oscillation),
+    # What only the user can say.
+    Step("which options answer what is open", propose_answers),
+)
 
 
 def plan_of(
@@ -102,60 +170,22 @@ def plan_of(
         raise SettingError(
             f"there is no device '{device}'", remedy=f"Use one of {', '.join(NEEDS)}"
         )
-    said = invalid or told.invalid
-    invalid = invalid or ("drop" if told.invalid == "drop" else "error")
-    if invalid not in ("error", "drop"):
+    invalid = invalid or told.invalid
+    if invalid not in ("error", "drop", None):
         raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
-
     if len(table.columns) > max(WIDEST, table.rows):
         problem = f"{table.rows} rows of {len(table.columns):,} columns: a log has one row a sample"
         raise LogError(
             problem, remedy="Give a table with a column for each signal", where=table.name
         )
+
+    draft = Draft(table, told, device, invalid, whole, notes=notes, constants=dict(table.constants))
     with placed(table.name):
-        table, told = with_differences(table, told)
-    seen = seen_columns(table, whole=whole)
-    if numberless := [name for name in seen.empty if name in table.columns]:
-        notes.append(f"no number in any row: column {', '.join(numberless)}: left out")
-    draft = Draft(seen, told, device, notes, constants=dict(table.constants))
-    with placed(table.name):
-        # What the user said.
-        refuse_unreadable_signals(draft)
-        take_named(draft)
-        choose_clock(draft)
-        take_given_numbers(draft)
+        for step in STEPS:
+            if whole or not step.needs_all_rows:
+                step.rule(draft)
 
-        # What the device needs besides.
-        guess_what_is_needed(draft)
-        propose_one_joint(draft)
-        offer_the_current_of_a_drive(draft)
-        ask_about_ranges_of_sensors(draft)
-        ask_about_powers_of_ten(draft)
-        doubt_the_field(draft)
-        settle_the_field(draft)
-
-        # What the rows are; some rows of a log do not tell it.
-        if whole:
-            take_points(draft)
-            if not said and few_values_are_missing(draft):
-                invalid = "drop"  # without these rows the others are what they were
-            ask_about_order(draft)
-            ask_about_groups(draft)
-
-        # What is left, and what belongs together.
-        take_further_columns(draft)
-        turn_screw(draft)
-        hold_slip_against_position(draft)
-        ask_about_a_wrapped_angle(draft)
-        hold_power(draft)
-        refuse_the_effort_twice(draft)
-        doubt_a_speed_without_its_sense(draft)
-        doubt_a_force_at_a_stated_arm(draft)
-        doubt_effort_without_power(draft)
-        doubt_a_torque_in_a_unit_of_force(draft)
-        doubt_what_a_rheometer_gives(draft)
-        examples = proposals(draft) if draft.questions else []
-
+    table = draft.table
     return Plan(
         log=table.name,
         device=device,
@@ -164,17 +194,17 @@ def plan_of(
         inputs=tuple(draft.inputs),
         spare=tuple(draft.spare),
         constants=draft.constants,
-        invalid=invalid,
+        invalid=draft.invalid or "error",
         questions=tuple(draft.questions.values()),
         labels={
             name: table.label(name)
             for name in table.columns
             if name not in table.made or name in draft.taken
         },
-        told=told,
+        told=draft.told,
         notes=tuple(draft.notes),
         path=table.path,
-        examples=tuple(examples),
+        examples=tuple(draft.examples),
     )
 
 

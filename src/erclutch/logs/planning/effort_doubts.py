@@ -1,0 +1,82 @@
+"""A guessed effort may be no effort of this motion: unit, name or header speak of an arm or another axis."""
+
+from __future__ import annotations
+
+from erclutch.errors import UnitError, shell_word
+from erclutch.logs.columns.names import words_of
+from erclutch.logs.columns.quotients import rubbing_force
+from erclutch.logs.planning.draft import Draft
+from erclutch.signals import units
+
+_ARMS = frozenset(
+    {"arm", "arms", "lever", "leverarm", "hebel", "hebelarm", "bras", "levier", "brazo", "braccio"}
+)
+#: Names of efforts by the unit of their kind.
+_EFFORTS_BY_NAME = {
+    "N*m": ("torque", "moment", "drehmoment", "coppia"),
+    "N": ("force", "kraft", "fuerza", "forza", "dampingforce"),
+}
+_NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
+
+
+def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:
+    """Doubt a guessed force beside turns where the header states the arm of a lever: their product is the torque."""
+    effort = draft.signals.get("effort")
+    motion = draft.signals.get("slip") or draft.signals.get("position")
+    if (
+        effort is None
+        or motion is None
+        or not effort.column
+        or not effort.reason.startswith("guessed")
+    ):
+        return
+    if effort.si != "N" or motion.si not in ("rad/s", "rad"):
+        return
+    for key, text in draft.table.metadata.items():
+        if _ARMS.isdisjoint(words_of(key)):
+            continue
+        try:
+            arm = units.in_unit(text, "m")
+        except UnitError:
+            continue
+        label = shell_word(draft.table.label(effort.column))
+        doubt = f"which is a force beside turns, and the file says {key} = {text}"
+        doubt += f": give --effort {label} alone if you want no torque"
+        draft.doubt("effort", doubt, f"{label} --scale {shell_word(f'effort={arm:g} N*m/N')}")
+        return
+
+
+def doubt_effort_without_power(draft: Draft) -> None:
+    """Doubt a guess where effort and slip make no power together: a force beside turns is of some arm or another axis.
+
+    Whoever names both is believed, and so is a whole name: the check before a fit warns of it. A force that a
+    coefficient of friction is made of is the friction of this motion, at an arm that the file need not say.
+    """
+    effort = draft.signals.get("effort")
+    slip = draft.signals.get("slip")
+    if effort is None or slip is None or (effort.si, slip.si) not in _NO_POWER:
+        return
+    if effort.si == "N" and effort.column and effort.column == rubbing_force(draft.seen):
+        return
+    for guessed, other in ((effort, slip), (slip, effort)):
+        if not guessed.column or guessed.sureness not in ("sure", "likely"):
+            continue
+        if draft.seen.columns[guessed.column].spoken.forms[guessed.signal]:
+            continue  # its whole name says it
+        why = f"in {guessed.si}, which makes no power with the {other.signal} in {other.si}"
+        draft.doubt(guessed.signal, why)
+        return
+
+
+def doubt_a_torque_in_a_unit_of_force(draft: Draft) -> None:
+    """Doubt a guessed effort whose name is that of a torque and whose unit is one of force, or the other way round."""
+    effort = draft.signals.get("effort")
+    if effort is None or not effort.column or not effort.reason.startswith("guessed"):
+        return
+    form = draft.seen.columns[effort.column].spoken.forms["effort"]
+    if effort.si not in _EFFORTS_BY_NAME:
+        return
+    for kind, names in _EFFORTS_BY_NAME.items():
+        if form in names and effort.si != kind:
+            doubt = f"which is called {form} and is in {effort.unit}, a unit of another kind"
+            draft.doubt("effort", doubt)

@@ -1,0 +1,39 @@
+"""A table that was read is tidied, rule after rule: `TIDYINGS` lists the rules, and `tidied` goes through them.
+
+A rule gives the table back as it is where there is nothing to tidy. Nothing of the table is called a signal yet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from erclutch.logs.clock.channel_times import unwoven, with_times_joined
+from erclutch.logs.clock.one_time import with_whole_stamps
+from erclutch.logs.columns.senses import with_senses
+from erclutch.logs.rows.tidy_rows import untidied
+from erclutch.logs.table import Table
+
+
+class Tidying(NamedTuple):
+    """One rule: what each table has behind it, and the function that makes it so."""
+
+    settles: str
+    rule: Callable[[Table], Table]
+
+
+#: All rules, in the order in which they are gone through.
+TIDYINGS = (
+    Tidying("one time a row, though a stamp stands in several columns", with_whole_stamps),
+    Tidying("one time for all channels, though each has its own", with_times_joined),
+    Tidying("a column for each signal, though its name stands in the rows", untidied),
+    Tidying("rows without holes, though channels are woven", unwoven),
+    Tidying("a speed with its sign, though a word or a number says the sense", with_senses),
+)
+
+
+def tidied(table: Table) -> Table:
+    """The table behind all rules; the same object where there is nothing to tidy."""
+    for tidying in TIDYINGS:
+        table = tidying.rule(table)
+    return table
