@@ -170,16 +170,16 @@ def plan_of(
         raise SettingError(
             f"there is no device '{device}'", remedy=f"Use one of {', '.join(NEEDS)}"
         )
-    invalid = invalid or told.invalid
-    if invalid not in ("error", "drop", None):
-        raise SettingError(f"invalid is '{invalid}'", remedy="Use error or drop")
+    said = invalid or told.invalid
+    if said not in ("error", "drop", None):
+        raise SettingError(f"invalid is '{said}'", remedy="Use error or drop")
     if len(table.columns) > max(WIDEST, table.rows):
         problem = f"{table.rows} rows of {len(table.columns):,} columns: a log has one row a sample"
         raise LogError(
             problem, remedy="Give a table with a column for each signal", where=table.name
         )
 
-    draft = Draft(table, told, device, invalid, whole, notes=notes, constants=dict(table.constants))
+    draft = Draft(table, told, device, said, whole, notes=notes, constants=dict(table.constants))
     with placed(table.name):
         for step in STEPS:
             if whole or not step.needs_all_rows:
