@@ -135,9 +135,8 @@ class _Run:
         kept, value = held[self.record.after[str(state.value)]]
         values = np.broadcast_to(value, (*np.shape(zero)[:-1], self.rows))
         from_outside = np.where(kept, -1, np.arange(self.rows))
-        last = np.maximum.accumulate(
-            from_outside
-        )  # row of the last value from outside; -1: none came yet
+        # Row of the last value from outside; -1: none came yet.
+        last = np.maximum.accumulate(from_outside)
         after = np.where(last >= 0, values[..., last], zero)
         before = _one_row_later(after, zero)
         for node, (kept, value) in held.items():

@@ -147,8 +147,12 @@ def asked(settings: Settings, train: Dataset, kind: Kind) -> list[tuple[str, str
     """
     own: list[tuple[str, str]] = []  # models that name their stages
     without: list[str] = []
+    first, *further = [each for _, each in kinds()]
     for model in names(settings):
-        if not _is_of(kind, model):
+        is_of_kind = kind.means(model)
+        if kind is first:  # all models that no other kind means are of the first kind
+            is_of_kind = not any(each.means(model) for each in further)
+        if not is_of_kind:
             continue
         words = model.replace(" ", "").split("+")
         specification = "+".join(words[: kind.words])
@@ -180,11 +184,3 @@ def names(settings: Settings) -> list[str]:
         for kind in ours:
             every += kind.members(name)
     return every
-
-
-def _is_of(kind: Kind, model: str) -> bool:
-    """Whether a model is of a kind. All models that no other kind means are of the kind of the first place."""
-    first, *further = [each for _, each in kinds()]
-    if kind is not first:
-        return kind.means(model)
-    return not any(each.means(model) for each in further)

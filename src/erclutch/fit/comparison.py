@@ -273,21 +273,16 @@ def _fit_all(
         Finding("note", "left out", f"{reason.where} is left out: {reason.problem}", reason.remedy)
         for reason in refused
     )
-    return _each_once(fitted), (*findings, *left_out)
 
-
-def _each_once(fitted: Sequence[Fitted]) -> list[Fitted]:
-    """The better of two fits that have one name, by soundness and training rows: a name stands for one model of a run.
-
-    A search may come to a law that was asked for, with other terms taken out.
-    """
+    # A name stands for one model of a run. A search may come to a law that was asked for, with other terms taken out:
+    # the better of both stays, by soundness and training rows.
     best: dict[str, Fitted] = {}
     for each in fitted:
         of_one_name = [best.get(each.outcome.name, each), each]
         best[each.outcome.name] = min(
             of_one_name, key=lambda fit: (not fit.outcome.sound, fit.outcome.train_cost)
         )
-    return list(best.values())
+    return list(best.values()), (*findings, *left_out)
 
 
 def _of(plugin: Plugin, answer: Any, *question: Any) -> Any:

@@ -82,7 +82,17 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
     given = y[rows]
     gains, *_ = np.linalg.lstsq(straight, given, rcond=None)
     y = given - straight @ gains
-    plain = _TwoFolds(_memoryless(data, reference, rows), y, window)
+
+    # What needs no memory: piecewise linear functions of field and slip of each element.
+    memoryless: list[Array] = []
+    for element, slip in zip(data.elements, slips, strict=True):
+        field = np.abs(element.field[rows])
+        knots_of_slip = np.quantile(slip, np.linspace(0.0, 1.0, _SLIPS))
+        of_slip = _hats(slip, knots_of_slip)
+        of_field = _hats(field, np.linspace(0.0, reference.field, _FIELDS))
+        products = of_slip[:, :, None] * of_field[:, None, :]  # each hat with each of the others
+        memoryless.append(products.reshape(rows.size, -1))
+    plain = _TwoFolds(np.column_stack(memoryless), y, window)
     left = plain.unexplained()
 
     # Over the whole error of a model: the function may gain what no memory does.
@@ -189,22 +199,6 @@ def _memories(
             outputs = stage.respond(moved, data.clock, constants, slice(None))
             for column in stage.columns(outputs, moved.strength):
                 columns.append(way * np.asarray(column)[rows])
-    return np.column_stack(columns)
-
-
-def _memoryless(data: Dataset, reference: Reference, rows: Rows) -> Array:
-    """Piecewise linear functions of field and slip of each element at some rows, shape (n, columns)."""
-    columns: list[Array] = []
-    for element in data.elements:
-        slip = element.slip[rows]
-        field = np.abs(element.field[rows])
-        knots_of_slip = np.quantile(slip, np.linspace(0.0, 1.0, _SLIPS))
-        slips = _hats(slip, knots_of_slip)
-        fields = _hats(field, np.linspace(0.0, reference.field, _FIELDS))
-        products = (
-            slips[:, :, None] * fields[:, None, :]
-        )  # each hat of the slip with each of the field
-        columns.append(products.reshape(rows.size, -1))
     return np.column_stack(columns)
 
 

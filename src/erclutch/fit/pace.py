@@ -68,9 +68,8 @@ def other_motion(known: Dataset, data: Dataset) -> list[str]:
     groups = groups_of(known).rows
     of_fit = [_paces(known, start, stop, sizes) for start, stop in groups]
     another = ALIKE if len(of_fit) >= FEWEST_GROUPS else _OF_FEW
-    slower: dict[
-        str, tuple[float, float]
-    ] = {}  # by log: its pace, and that of the slowest log of the fit
+    # By log: its pace, and that of the slowest log of the fit.
+    slower: dict[str, tuple[float, float]] = {}
     quicker: dict[str, tuple[float, float]] = {}
     for name, (start, stop) in zip(data.sources, data.source_rows, strict=True):
         own = _paces(data, start, stop, sizes)

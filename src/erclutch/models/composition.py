@@ -189,9 +189,8 @@ class Composition:
                 gains.append(gain)
         effort = _FRICTION.dimension
         for place, name in enumerate(self.extras):
-            if (
-                place != self._temperature_place
-            ):  # the temperature changes gains and has none itself
+            # The temperature changes gains and has none itself.
+            if place != self._temperature_place:
                 gains.append(
                     Gain(
                         f"c_{place + 1}",

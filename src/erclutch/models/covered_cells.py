@@ -89,9 +89,8 @@ _PLACES = np.linspace(0.0, 1.0, 9)[1:-1]
 def cells_of(inputs: Array, boxes: int = 8) -> CoveredCells:
     """The boxes of some rows, shape (inputs, n): cut in two again and again, where most empty space is left out."""
     whole = np.ptp(inputs, axis=1)
-    of_one_value = np.maximum(
-        1.0, np.abs(inputs[:, 0])
-    )  # instead of a range, for an input that does not vary
+    # Instead of a range, for an input that does not vary.
+    of_one_value = np.maximum(1.0, np.abs(inputs[:, 0]))
     reach = _REACH * np.where(whole > 0, whole, of_one_value)
     cells: list[Array] = [inputs]
     while len(cells) < boxes:
@@ -137,12 +136,10 @@ def _best_cut(cell: Array, reach: Array) -> tuple[float, int, float]:
         low_behind = np.minimum.accumulate(lows[:, from_the_end], axis=1)[:, from_the_end]
         high_behind = np.maximum.accumulate(highs[:, from_the_end], axis=1)[:, from_the_end]
         for place, at in enumerate(places.tolist()):
-            parts = int(
-                np.searchsorted(filled, place, side="right")
-            )  # stretches with rows up to the place
-            if (
-                parts == filled.size
-            ):  # of an input a few last digits wide, the last place is the end
+            # Stretches with rows up to the place.
+            parts = int(np.searchsorted(filled, place, side="right"))
+            # Of an input a few last digits wide, the last place is the end.
+            if parts == filled.size:
                 continue
             before = _volume(low_before[:, parts - 1], high_before[:, parts - 1], reach)
             behind = _volume(low_behind[:, parts], high_behind[:, parts], reach)

@@ -38,9 +38,8 @@ def require_same_signals(model: Model, data: Rows) -> None:
             where=model.name,
             remedy="Read the log with the device and the units of the training data",
         )
-    given_units: Mapping[str, str] = getattr(
-        data, "extra_units", {}
-    )  # rows of a caller's own may know none
+    # Rows of a caller's own may know none.
+    given_units: Mapping[str, str] = getattr(data, "extra_units", {})
     for name, unit in model.extra_units.items():
         given = given_units.get(name, UNKNOWN)
         if UNKNOWN not in (unit, given) and given != unit:

@@ -158,9 +158,8 @@ def read_model(
 def number_of(value: Any, name: str, *, positive: bool = False) -> float:
     """A saved number; a truth, a text, an infinite, far too large or (if positive) too small number is none."""
     low = SMALLEST if positive else -_LARGEST
-    is_number = isinstance(value, int | float) and not isinstance(
-        value, bool
-    )  # True is an int to Python
+    # True is an int to Python.
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if not is_number or not low <= value <= _LARGEST:
         raise ValueError(f"{name} is {value!r:.40}, not a number from {low:g} to {_LARGEST:g}")
     return float(value)

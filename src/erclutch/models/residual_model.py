@@ -272,9 +272,8 @@ class ResidualModel(ModelBase):
         fades = (
             "The weight is 1 where there were training rows and fades to 0 where there were none."
         )
-        of_law = stage_equations(
-            self.structure.dynamics
-        )  # of the law, whose memory the network shares
+        # Of the law, whose memory the network shares.
+        of_law = stage_equations(self.structure.dynamics)
         network = [line for line in self.correction.network.equation() if line not in of_law]
         return [*self.law.equation(), "", bounded, "", fades, "", *network]
 

@@ -55,9 +55,8 @@ class _LoneRows:
             self.extras = tuple(model.extras)
             try:
                 self.machine = machine_of(_recorded(model, len(elements)))
-            except (
-                ExportError
-            ):  # a law or a stage of functions that are not exported: do not ask again
+            # A law or a stage of functions that are not exported: do not ask again.
+            except ExportError:
                 self.asked = -sys.maxsize
                 return np.nan
         row = [element.field.item() for element in elements]

@@ -60,9 +60,8 @@ def with_haste(band: Band, data: Dataset, errors: Array) -> Band:
         return band
 
     # The quickest motion says how long lag and mean are.
-    turns: list[
-        float
-    ] = []  # [rad/s], of each element of each log: rate of the slip over slip, root mean squares
+    # Of each element of each log, rate of the slip over slip, root mean squares.
+    turns: list[float] = []  # [rad/s]
     for start, stop in logs.rows:
         logarithms = motion_of(data, slice(start, stop))
         for of_slip, of_rate in zip(logarithms[::2], logarithms[1::2], strict=True):

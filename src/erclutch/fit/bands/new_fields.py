@@ -71,7 +71,14 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     span = max(means) - min(means)
     if not span > 0.0:
         return band
-    levels = _levels(means, span)
+    # A measured field differs a little from stretch to stretch, and is one level.
+    ascending = sorted(means)
+    alike: list[list[float]] = [[ascending[0]]]
+    for lower, mean in pairwise(ascending):
+        if mean - lower > _KNOWN * span:
+            alike.append([])
+        alike[-1].append(mean)
+    levels = [sum(each) / len(each) for each in alike]
     classes = list(_classes(levels, span, band.field_edges))
     if not 1 < len(classes) <= MOST_FIELD_EDGES + 1:
         return band
@@ -101,13 +108,11 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
         if rows.any():  # a field that changes within a log may never be at its mean
             inner.append((error(rows), levels[place + 1] - levels[place - 1]))
 
-    halves = np.reshape(
-        [band.behind, band.ahead], (2, *band.shape)
-    )  # by direction, switching, field and slip
+    # Half widths, by direction, switching, field and slip.
+    halves = np.reshape([band.behind, band.ahead], (2, *band.shape))
     middles = [0.5 * (own.low + own.high) for own in classes]
-    before = np.searchsorted(
-        band.field_edges, middles
-    ).tolist()  # of each class, its class of field in the band
+    # Of each class, its class of field in the band.
+    before = np.searchsorted(band.field_edges, middles).tolist()
     widths: list[Array] = []  # of each class, by direction, switching and slip
     for k, own in enumerate(classes):
         if not own.new:
@@ -132,17 +137,6 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
         behind=tuple(behind.ravel().tolist()),
         ahead=tuple(ahead.ravel().tolist()),
     )
-
-
-def _levels(means: Sequence[float], span: float) -> list[float]:
-    """The fields of the logs, ascending: a measured field differs a little from stretch to stretch, and is one."""
-    ascending = sorted(means)
-    alike: list[list[float]] = [[ascending[0]]]
-    for lower, mean in pairwise(ascending):
-        if mean - lower > _KNOWN * span:
-            alike.append([])
-        alike[-1].append(mean)
-    return [sum(each) / len(each) for each in alike]
 
 
 def _classes(

@@ -106,9 +106,13 @@ def calibrated(
     for band in _empty_bands(data, train, field[known], np.abs(slip[known])):
         cell_of_row = band.cells(data.elements, data.clock)
         bands.append((band, cell_of_row[known]))
-    usable = [cells for cells in bands if _LEAST_PART <= _switching(cells) <= 1.0 - _LEAST_PART]
-    if not usable:
-        usable = bands[:1]
+    usable: list[_Cells] = []
+    for band, cell in bands:
+        _, fields_of_band, slips_of_band = band.shape
+        switching = float(np.mean(cell >= fields_of_band * slips_of_band))  # share of the rows
+        if _LEAST_PART <= switching <= 1.0 - _LEAST_PART:
+            usable.append((band, cell))
+    usable = usable or bands[:1]
 
     results: list[tuple[Band, float] | None] = []
     unseen = unseen or [None] * len(errors)
@@ -268,9 +272,8 @@ class _Errors:
             low = count - above
             high = above - 1
         else:
-            weight = np.cumsum(
-                self.weight[ordered]
-            )  # up to each error, the whole being their count
+            # Up to each error, the whole being their count.
+            weight = np.cumsum(self.weight[ordered])
             weight *= count / weight[-1]
             low = int(weight.searchsorted(count - rank, "right"))
             high = min(int(weight.searchsorted(rank)), count - 1)
@@ -281,13 +284,6 @@ class _Errors:
 
 #: A band without widths, and the cell of each calibration row, shape (n,).
 _Cells = tuple[Band, NDArray[np.intp]]
-
-
-def _switching(cells: _Cells) -> float:
-    """Share of the rows in which the field is switching."""
-    band, cell = cells
-    _, fields, slips = band.shape
-    return float(np.mean(cell >= fields * slips))
 
 
 def _narrowest(cells: Sequence[_Cells], errors: _Errors) -> _Cells:
@@ -365,8 +361,17 @@ def _half_widths(
     behind = np.empty(cells)
     ahead = np.empty(cells)
     for number in range(cells):
+        switching, field, slip = np.abs(indices - indices[number]).T
+        same_field = (switching == 0) & (field == 0)
+        larger_and_larger = (
+            same_field & (slip == 0),  # the cell alone
+            same_field & (slip <= 1),
+            same_field,
+            switching == 0,
+            np.ones(cells, np.bool_),
+        )
         some = every
-        for near in _neighbours(indices, number):
+        for near in larger_and_larger:
             some = np.concatenate([own[i] for i in np.flatnonzero(near)])
             if errors.enough(some):
                 break
@@ -374,17 +379,6 @@ def _half_widths(
         behind[number] = max(-low, 0.0)
         ahead[number] = max(high, 0.0)
     return behind, ahead
-
-
-def _neighbours(indices: NDArray[np.intp], cell: int) -> Iterator[NDArray[np.bool_]]:
-    """The cell alone; with those of neighbouring slips; all slips; all fields too; all cells."""
-    switching, field, slip = np.abs(indices - indices[cell]).T
-    same_field = (switching == 0) & (field == 0)
-    yield same_field & (slip == 0)
-    yield same_field & (slip <= 1)
-    yield same_field
-    yield switching == 0
-    yield np.ones(len(indices), np.bool_)
 
 
 def _empty_bands(data: Dataset, train: Mask, field: Array, slip: Array) -> Iterator[Band]:

@@ -95,7 +95,11 @@ def grown(
         here = rungs[-1]
         left = [name for name in left if name.removeprefix("=") not in here.structure.extras]
         tried = [name for name in left if is_next(left, name) and has_company(here.structure, name)]
-        counting = [name for name in tried if _counts_from_the_start(name)]
+        counting: list[str] = []  # stages that count from the start of a log
+        for name in tried:
+            is_stage = not name.startswith("=")
+            if is_stage and getattr(stage_named(name), "from_the_start", ""):
+                counting.append(name)
         showing = [name for name in counting if _shows(train, here, widened(here.structure, name))]
         if showing and folds[0].data.rows < min(train.rows, MOST_WHOLE_ROWS):
             # From here on the whole log counts: in a stretch that is cut out of it such a stage would begin anew.
@@ -130,30 +134,34 @@ def grown(
         new = worthy[taken]
         rungs.append(_bent(folds, new) if len(rungs) == 1 else new)
         left.remove(taken)
-    last = _without_idle(folds, rungs[-1], base)
-    rungs[-1] = _straightened(folds, last, base)
+    rungs[-1] = _without_stand_ins(folds, rungs[-1], base)
     return rungs
 
 
-def _without_idle(folds: Sequence[Fold], rung: Rung, base: Structure) -> Rung:
-    """The rung without the stages of the base, where unseen rows do not miss them.
+def _without_stand_ins(folds: Sequence[Fold], rung: Rung, base: Structure) -> Rung:
+    """The rung without the stages of the base, and without a bend over the field, where unseen rows do not miss them.
 
-    Before anything told of a spring, say, a lag took some of its effort for its own. Now that the rung has the spring,
-    the lag may have nothing left to say.
+    Before anything told of a spring, say, a lag or a bend took some of its effort for its own. Now that the rung has
+    the spring, these stand-ins may have nothing left to say.
     """
-    if base.dynamics == NONE or rung.structure == base:
+    if base.dynamics != NONE and rung.structure != base:
+        of_base = base.dynamics.split("+")
+        kept = [name for name in rung.structure.dynamics.split("+") if name not in of_base]
+        fewer = replace(rung.structure, dynamics="+".join(kept) or NONE)
+        leaner = rung_of(folds, fewer, rung.numbers)
+        worth = max(WORTH, by_chance(leaner, rung))
+        if rung.error >= (1.0 - worth) * leaner.error:
+            rung = leaner
+
+    # Back to the power of the field that the base has.
+    was_bent = rung.structure.law.yield_form is SATURATING and base.law.yield_form is POWER
+    if not was_bent:
         return rung
-    of_base = base.dynamics.split("+")
-    kept = [name for name in rung.structure.dynamics.split("+") if name not in of_base]
-    fewer = replace(rung.structure, dynamics="+".join(kept) or NONE)
-    leaner = rung_of(folds, fewer, rung.numbers)
-    worth = max(WORTH, by_chance(leaner, rung))
-    return leaner if rung.error >= (1.0 - worth) * leaner.error else rung
-
-
-def _counts_from_the_start(name: str) -> bool:
-    """Whether a name on the ladder is a stage that does."""
-    return not name.startswith("=") and bool(getattr(stage_named(name), "from_the_start", ""))
+    law_of_base = replace(rung.structure, specification=base.specification, law=base.law)
+    straight = rung_of(folds, law_of_base, rung.numbers)
+    worth = max(WORTH, by_chance(straight, rung))
+    is_straight = rung.numbers["E_s"] > _FAR or rung.error >= (1.0 - worth) * straight.error
+    return straight if is_straight else rung
 
 
 def _rung_above(folds: Sequence[Fold], here: Rung, richer: Structure, name: str) -> Rung:
@@ -201,22 +209,6 @@ def _bent(folds: Sequence[Fold], rung: Rung) -> Rung:
     other = rung_of(folds, bent, rung.numbers)
     worth = max(WORTH, by_chance(rung, other))
     return other if other.error < (1.0 - worth) * rung.error else rung
-
-
-def _straightened(folds: Sequence[Fold], rung: Rung, base: Structure) -> Rung:
-    """The rung with the power of the field that the base has, where unseen rows do not miss the bend any more.
-
-    Before anything told of a lag, say, a bend took some of its effort for its own.
-    """
-    was_bent = rung.structure.law.yield_form is SATURATING and base.law.yield_form is POWER
-    if not was_bent:
-        return rung
-    law_of_base = replace(rung.structure, specification=base.specification, law=base.law)
-    straight = rung_of(folds, law_of_base, rung.numbers)
-    if rung.numbers["E_s"] > _FAR:
-        return straight
-    worth = max(WORTH, by_chance(straight, rung))
-    return straight if rung.error >= (1.0 - worth) * straight.error else rung
 
 
 def _without_field(data: Dataset) -> bool:
@@ -282,9 +274,17 @@ def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
 
     Left out is a column that was made of the effort itself, such as a power: no controller has it before the effort.
     """
-    spare = {
-        name: column for name, column in train.spare.items() if not _holds_the_effort(train, column)
-    }
+    spare: dict[str, Array] = {}
+    powers = [train.effort * element.slip for element in train.elements]
+    for name, column in train.spare.items():
+        made_of_effort = False
+        for made in (train.effort, *powers):
+            both_change = np.ptp(made) > 0.0 and np.ptp(column) > 0.0
+            if both_change and abs(np.corrcoef(column, made)[0, 1]) > _OF_THE_EFFORT:
+                made_of_effort = True
+                break
+        if not made_of_effort:
+            spare[name] = column
     if not spare:
         return {}
     wide = replace(train, extras={**train.extras, **spare})
@@ -297,27 +297,16 @@ def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
     return {name: gain for name, gain in most_helpful_first if gain >= WORTH}
 
 
-def _holds_the_effort(train: Dataset, column: Array) -> bool:
-    """Whether a column goes straight with the effort, or with the power that the effort makes with a slip."""
-    powers = [train.effort * element.slip for element in train.elements]
-    for made in (train.effort, *powers):
-        both_change = np.ptp(made) > 0.0 and np.ptp(column) > 0.0
-        if both_change and abs(np.corrcoef(column, made)[0, 1]) > _OF_THE_EFFORT:
-            return True
-    return False
-
-
 def _edge_in_noise(train: Dataset, rung: Rung, name: str) -> bool:
     """Whether the edge of a stage lies in the noise of a measured field: it smooths the noise, and no iron is told."""
     edge = edge_of(name)
     if not edge:
         return False
-    noise = max(_noise(element.field) for element in train.elements)
+    # Noise from row to row shows in the bends; a command that stands still or ramps has none.
+    noise = 0.0  # standard deviation
+    for element in train.elements:
+        bends = np.abs(np.diff(element.field, 2))
+        if bends.size:
+            noise = max(noise, float(np.median(bends)) * _DEVIATION_OF_BEND)
     reference = reference_of(train)
     return rung.numbers[edge] * reference.field < _EDGE_OVER_NOISE * noise
-
-
-def _noise(signal: Array) -> float:
-    """The standard deviation of noise from row to row, by the bends; none of a command that stands still or ramps."""
-    bends = np.abs(np.diff(signal, 2))
-    return float(np.median(bends)) * _DEVIATION_OF_BEND if bends.size else 0.0

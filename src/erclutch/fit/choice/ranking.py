@@ -252,12 +252,9 @@ def _too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
             lengths[estimate.name] = estimate.value
     if not lengths:
         return []
-    steps = np.diff(
-        data.clock.time, prepend=data.clock.time[0]
-    )  # [s], to each row from the row before
-    travels: list[
-        float
-    ] = []  # of each stretch, in the unit of the slip times s: that of the element that moves least
+    steps = np.diff(data.clock.time, prepend=data.clock.time[0])  # [s], from the row before
+    # Of each stretch that of the element that moves least, in the unit of the slip times s.
+    travels: list[float] = []
     for span in data.clock.spans:
         rows = slice(span.start + 1, span.stop)
         of_elements: list[float] = []

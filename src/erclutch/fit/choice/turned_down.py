@@ -38,20 +38,17 @@ def what_speaks_against(
             rival for rival in worth if rival != name
         ]
         rival = min(bound, key=lambda each: rms(np.concatenate(errors[each])))
-        against[name] = _beside(errors[name], errors[rival], rival, unit)
+
+        # The part on which the model loses most to its rival; where it loses none, both errors over all parts.
+        parts: list[tuple[float, float]] = []
+        for own, theirs in zip(errors[name], errors[rival], strict=False):
+            parts.append((rms(own), rms(theirs)))
+        of_own, of_rival = max(parts, key=lambda pair: pair[0] - pair[1])
+        where = "on a part of the training rows that its fit had not seen"
+        if of_own <= of_rival:
+            of_own = rms(np.concatenate(errors[name]))
+            of_rival = rms(np.concatenate(errors[rival]))
+            where = "its gain on parts of the training rows that its fit had not seen is too little to tell: there"
+        own_error = amount(f"{of_own:.4g}", unit)
+        against[name] = f"{where} it errs by {own_error}, {rival} by {of_rival:.4g}"
     return against
-
-
-def _beside(own: Sequence[Array], theirs: Sequence[Array], rival: str, unit: str) -> str:
-    """The part on which a model loses most to its rival; where it loses none, both errors over all parts."""
-    of_parts = [
-        (rms(error), rms(error_of_rival))
-        for error, error_of_rival in zip(own, theirs, strict=False)
-    ]
-    of_own, of_rival = max(of_parts, key=lambda pair: pair[0] - pair[1])
-    where = "on a part of the training rows that its fit had not seen"
-    if of_own <= of_rival:
-        of_own = rms(np.concatenate(own))
-        of_rival = rms(np.concatenate(theirs))
-        where = "its gain on parts of the training rows that its fit had not seen is too little to tell: there"
-    return f"{where} it errs by {amount(f'{of_own:.4g}', unit)}, {rival} by {of_rival:.4g}"

@@ -17,7 +17,7 @@ from erclutch.fit.candidate import Fitted
 from erclutch.fit.choice.scoring import BandedFigure, Score, excess, recommend, score
 from erclutch.fit.choice.turned_down import what_speaks_against
 from erclutch.fit.choice.worth import loses, worth_their_freedom
-from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, LogGroups, groups_of
+from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, groups_of
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
@@ -121,8 +121,14 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
         words.append("whole motions")
     if masks:
         return LeftOut(" and ".join(words), masks, further=True, fields=fields, lowest=lowest)
+    # Of two logs of two motions, neither too short to be fitted alone, a further log is asked for. Two logs at a field
+    # each say nothing of each other's field, so blocks in time are left out there.
     count = len(logs.rows)
-    if count >= FEWEST_GROUPS or _two_motions(train, logs):
+    two_motions = count == 2 and len(set(logs.motion)) == 2 and len(set(logs.field)) == 1
+    if two_motions:
+        shorter = min(stop - start for start, stop in logs.rows)
+        two_motions = shorter >= max(_LEFT * train.rows, _BLOCKS * _FEWEST_ROWS)
+    if count >= FEWEST_GROUPS or two_motions:
         of_logs = _masks(train, logs.rows, range(count))
         return LeftOut("whole logs", list(of_logs), further=False)
     if train.rows < _BLOCKS * _FEWEST_ROWS:
@@ -130,17 +136,6 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     return LeftOut(
         f"{_BLOCKS} blocks in time", time_folds(train, _BLOCKS), further=False, in_time=count == 1
     )
-
-
-def _two_motions(train: Dataset, logs: LogGroups) -> bool:
-    """Whether there are two logs of two motions, neither too short to be fitted alone: a further log is asked for.
-
-    Two logs at a field each say nothing of each other's field, so blocks in time are left out there.
-    """
-    if len(logs.rows) != 2 or len(set(logs.motion)) < 2 or len(set(logs.field)) > 1:
-        return False
-    shorter = min(stop - start for start, stop in logs.rows)
-    return shorter >= max(_LEFT * train.rows, _BLOCKS * _FEWEST_ROWS)
 
 
 def _no_field(train: Dataset, start: int, stop: int) -> bool:
@@ -340,57 +335,43 @@ def _errors_on_parts(
     refitted: list[list[Fitted]] = [[] for _ in parts.masks]  # without each part
     levels = sorted(set(freedom.values()))
     for place, level in enumerate(levels):
-        bound = _best_of(usable, freedom, parts, seed)
+        # Of the models that may be recommended so far the best, which a freer one must not lose to.
+        best: str | None = None
+        if usable:
+            of_parts_that_choose = {name: own[parts.lowest :] for name, own in usable.items()}
+            weights = _weights(of_parts_that_choose, parts)
+            weighed = {name: _times(weights, own) for name, own in of_parts_that_choose.items()}
+            own_freedom = {name: freedom[name] for name in usable}
+            worth = worth_their_freedom(weighed, own_freedom, seed, parts.may_lose)
+            best = min(worth, key=lambda name: _weighed_rms(weights, of_parts_that_choose[name]))
         of_level = {f.outcome.name: f for f in contenders if f.outcome.freedom == level}
         errors: dict[str, list[Array]] = {name: [] for name in of_level}
         for number, part in enumerate(parts.masks):
             done = (place * count + number) / (len(levels) * count)
             told(done, f"choosing: part {number + 1} of {count} is left out")
+            others = train.with_neighbours(~part)
             for name in list(errors):
-                error = _error_without(part, of_level[name], train, refitted[number])
-                if error is None:
+                fitted = of_level[name]
+                try:
+                    with one_thread():
+                        outcome = fitted.candidate.refit(
+                            train, others, fitted.outcome, refitted[number]
+                        )
+                        refitted[number].append(Fitted(fitted.candidate, outcome))
+                        error: Array = (train.effort - outcome.model.predict(train))[part]
+                except CheckError:  # the rows that are left cannot make the model
+                    del errors[name]
+                    continue
+                if not np.isfinite(error).all():
                     del errors[name]
                     continue
                 errors[name].append(error)
                 asked = errors[name][parts.lowest :]
-                if bound is not None and loses(asked, bound[parts.lowest :], parts.may_lose):
+                bound = None if best is None else usable[best][parts.lowest :]
+                if bound is not None and loses(asked, bound, parts.may_lose):
                     given_up[name] = errors.pop(name)
         usable |= errors
     return usable, given_up
-
-
-def _error_without(
-    part: Mask, fitted: Fitted, train: Dataset, refitted: list[Fitted]
-) -> Array | None:
-    """Measured less estimated effort on a part by a fit without it, which joins the others without this part.
-
-    None where the rows that are left cannot make the model, or it estimates no number.
-    """
-    others = train.with_neighbours(~part)
-    with one_thread():
-        try:
-            outcome = fitted.candidate.refit(train, others, fitted.outcome, refitted)
-        except CheckError:
-            return None
-        refitted.append(Fitted(fitted.candidate, outcome))
-        error: Array = train.effort - outcome.model.predict(train)
-    of_part = error[part]
-    return of_part if np.isfinite(of_part).all() else None
-
-
-def _best_of(
-    usable: Mapping[str, Sequence[Array]], freedom: Mapping[str, int], parts: LeftOut, seed: int
-) -> Sequence[Array] | None:
-    """Errors on each part of the best of the models that may be recommended so far; None where there is none."""
-    if not usable:
-        return None
-    asked = {name: own[parts.lowest :] for name, own in usable.items()}
-    weights = _weights(asked, parts)
-    weighed = {name: _times(weights, own) for name, own in asked.items()}
-    own_freedom = {name: freedom[name] for name in usable}
-    worth = worth_their_freedom(weighed, own_freedom, seed, parts.may_lose)
-    best = min(worth, key=lambda name: _weighed_rms(weights, asked[name]))
-    return usable[best]
 
 
 def _in_question(fitted: Sequence[Fitted], *, further: bool) -> Iterator[Fitted]:

@@ -41,17 +41,15 @@ def worth_their_freedom(
         best = min(allowed, key=lambda name: squares[name], default=None)
         as_free = [name for name, own in freedom.items() if own == level]
         for name in as_free:
-            if best is None or _worth(errors[name], errors[best], seed, may_lose):
+            if best is None:
                 allowed[name] = level
+            elif not loses(errors[name], errors[best], may_lose):
+                freer = np.concatenate(errors[name])
+                bound = np.concatenate(errors[best])
+                saved = excess(bound, freer, seed=seed)
+                if saved.value > TOLERATED and saved.low > 0.0:
+                    allowed[name] = level
     return allowed
-
-
-def _worth(freer: Sequence[Array], bound: Sequence[Array], seed: int, may_lose: float) -> bool:
-    """Whether errors by parts are clearly less than those of a model that is bound by more physics."""
-    if loses(freer, bound, may_lose):
-        return False
-    saved = excess(np.concatenate(bound), np.concatenate(freer), seed=seed)
-    return saved.value > TOLERATED and saved.low > 0.0
 
 
 def loses(freer: Sequence[Array], bound: Sequence[Array], may_lose: float) -> bool:

@@ -120,7 +120,17 @@ class Laws(Kind):
         laws = laws_among(fitted)
         if settings.lag != AUTO:
             return Grown()
-        quicker = [] if steady_command(train) else _second_time_constant(train, laws)
+
+        # The plainest of the best lagged laws with a second time constant, if the training rows ask for it.
+        quicker: list[FitOutcome[TorqueModel]] = []
+        lagged = [law for law in laws if law.model.structure.dynamics == "lag"]
+        if lagged and not steady_command(train):
+            one = _plainest_of_the_best(lagged)
+            two = replace(one.model.structure, dynamics="rise-fall")
+            # Intervals take half the time of a fit, and few logs ask for the second time constant.
+            with one_thread():
+                if _called_for(train, one, fit_structure(train, two, intervals=False)):
+                    quicker = [fit_structure(train, two)]
         named: set[str | None] = set()  # laws that were asked for by name
         for name, _ in asked(settings, train, KIND):
             if name in settings.models:
@@ -190,12 +200,16 @@ def _law_of(name: str, data: Dataset) -> str | None:
 
 
 def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[TorqueModel]:
-    """A law without the constant effort or the friction that these rows cannot tell from its other terms.
+    """A law without the terms that these rows cannot tell from its others: constant effort, friction, or its own.
 
     Where the slip keeps its sign, say, a constant effort and a yield effort are one column: the sum is known, its parts
     are not. The term that was added to the law goes; a law with fewer terms that says the same stays eligible.
     So does friction where a bound alone makes the fit look sound: with two fields, say, friction, yield effort and
     exponent are three numbers for two, and the exponent or the friction ends on its bound.
+
+    A law with memory may go without those of its own terms that the memory says better. Where all of the yield effort
+    has a memory, nothing tells over which slip the law's own would turn; a power of the slip and a viscosity are one
+    column where the power is one.
     """
     structure = law.model.structure
     propped = structure.friction and more_numbers_than_fields(train, structure)
@@ -220,9 +234,8 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     if propped:
         without.insert(0, without.pop(1))  # friction first: it is what the fields do not tell
     unknown = set(law.unidentified)
-    if (
-        TRANSITION_SLIP.name in unknown
-    ):  # friction that hardly is there has no slip over which it turns
+    # Friction that hardly is there has no slip over which it turns.
+    if TRANSITION_SLIP.name in unknown:
         unknown.add("T_f")
     for terms, words, fewer in without:
         in_doubt = trade_off or terms & unknown or (propped and terms == {"T_f"})
@@ -232,46 +245,22 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
         if cured.sound and cured.train_cost <= (1.0 + _NO_WORSE) * law.train_cost:
             note = f"left out, since these rows cannot tell it from the law's own terms: {words}"
             return replace(cured, notes=(*law.notes, note))
-    return law if law.sound else _without_own_terms(train, law)
-
-
-def _without_own_terms(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[TorqueModel]:
-    """A law with memory without those of its own terms that the memory says better, where that makes it sound.
-
-    Where all of the yield effort has a memory, nothing tells over which slip the law's own would turn; a power of the
-    slip and a viscosity are one column where the power is one.
-    """
-    structure = law.model.structure
-    if not structure.remembers:
+    if law.sound or not structure.remembers:
         return law
+
+    # Its own terms, one at a time and then two.
     own = [gain for gain in structure.law.gains if gain.nonnegative]
     if structure.friction:
         own.append(next(gain for gain in structure.gains() if gain.name.startswith("T_f")))
     start = list(law.model.shape.values())
-    sizes = {gain.name: gain.meaning for gain in own}
-    for some in (*((name,) for name in sizes), *itertools.combinations(sizes, 2)):
+    meanings = {gain.name: gain.meaning for gain in own}
+    for some in (*((name,) for name in meanings), *itertools.combinations(meanings, 2)):
         cured = fit_structure(train, structure, starts=[start], without=some)
         if cured.sound and cured.train_cost <= (1.0 + _NO_WORSE) * law.train_cost:
-            words = " and ".join(sizes[name] for name in some)
+            words = " and ".join(meanings[name] for name in some)
             note = f"left out, since these rows cannot tell it from the memory's terms: {words}"
             return replace(cured, notes=(*law.notes, note))
     return law
-
-
-def _second_time_constant(
-    train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]
-) -> list[FitOutcome[TorqueModel]]:
-    """The plainest of the best lagged laws with separate time constants, if the training data ask for them."""
-    lagged = [law for law in laws if law.model.structure.dynamics == "lag"]
-    if not lagged:
-        return []
-    one = _plainest_of_the_best(lagged)
-    two = replace(one.model.structure, dynamics="rise-fall")
-    # Intervals take half the time of a fit, and few logs ask for the second time constant.
-    with one_thread():
-        if _called_for(train, one, fit_structure(train, two, intervals=False)):
-            return [fit_structure(train, two)]
-    return []
 
 
 def _called_for(
@@ -335,9 +324,8 @@ def with_memory(
     among = () if train.in_no_time else None
     with one_thread():
         rungs = grown(train, first_rung, tuple(train.extras), among)
-        spare = helpful(
-            train, rungs[-1]
-        )  # share of the error that a column would take off, by its name
+        # Share of the error that a column would take off, by its name.
+        spare = helpful(train, rungs[-1])
 
     findings: list[Finding] = []
     for name, gain in spare.items():
@@ -345,9 +333,8 @@ def with_memory(
             f"the column {name!r}, which no model has as an input, would take {percent(gain)} off the error of the "
             "best law"
         )
-        unit = (
-            None if TEMPERATURE in train.extras else train.extra_units.get(name)
-        )  # a log has one temperature
+        # A log has one temperature.
+        unit = None if TEMPERATURE in train.extras else train.extra_units.get(name)
         remedy = f"Fit with {option_for_input(name, unit)}, unless it measures the effort once more"
         findings.append(Finding("note", "spare column", seen, remedy))
 
@@ -359,11 +346,12 @@ def with_memory(
     candidates = [_of_rung(rung, base.notes) for rung in wanted.values()]
     if len(set(groups_of(train).field)) >= FEWEST_GROUPS or of_iron(rungs[-1].structure):
         others = _of_another_form(train, rungs[-1], known, base)
+        # The last stays the richest.
         candidates = [
             *others,
             *_that_saturate(train, rungs[-1], others),
             *candidates,
-        ]  # the last stays the richest
+        ]
     made = {candidate.structure.specification for candidate in candidates}
     for law in known:
         own = law.model.structure.specification

@@ -46,9 +46,8 @@ def on_cells(
     if structure.elements > 1:  # of a pair one clutch at a time is under field: the sign says which
         fields = [np.maximum(signed, 0.0), np.maximum(-signed, 0.0)]
     elements = [Element(field, slip) for field, slip in zip(fields, slips, strict=True)]
-    clock = Clock(
-        np.arange(float(cells.y.size)), ()
-    )  # laws remember nothing: the times of cells do not count
+    # Laws remember nothing: the times of cells do not count.
+    clock = Clock(np.arange(float(cells.y.size)), ())
     root = np.sqrt(cells.count)
 
     def columns(q: Sequence[Any]) -> Sequence[Any]:

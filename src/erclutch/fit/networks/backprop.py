@@ -223,9 +223,8 @@ def _slopes(
     j[end] = root
     np.multiply(active[-1], root, out=j[end - w_out.size : end])
     end -= w_out.size
-    delta: Floats = (
-        w_out[0][:, None] * root
-    )  # of the output by the outputs of a layer, (neurons, m)
+    # Of the output by the outputs of a layer, (neurons, m).
+    delta: Floats = w_out[0][:, None] * root
     for i in range(len(layers) - 2, -1, -1):
         w, _ = layers[i]
         neurons, inputs = w.shape

@@ -66,9 +66,8 @@ def forward_selection(
     basis: list[Array] = [root / float(np.linalg.norm(root))]
     left -= basis[0] * (basis[0] @ left)
     first = np.sum(columns.astype(np.float64) ** 2, axis=1)
-    norms = (
-        first - (columns @ basis[0]) ** 2
-    )  # of what is left of each candidate beside those that are chosen
+    # Of what is left of each candidate beside those that are chosen.
+    norms = first - (columns @ basis[0]) ** 2
     chosen: list[int] = []
     costs: list[float] = []
     for _ in range(min(neurons, pool.shape[0])):
@@ -127,9 +126,8 @@ def by_k_means(
         mass = np.bincount(nearest, cells.count, neurons)[:, None]
         of_inputs = [np.bincount(nearest, cells.count * x, neurons) for x in cells.x]
         sums = np.array(of_inputs).T  # (neurons, inputs)
-        moved = np.where(
-            mass > 0, sums / np.maximum(mass, 1.0), centres
-        )  # a centre without cells stays
+        # A centre without cells stays.
+        moved = np.where(mass > 0, sums / np.maximum(mass, 1.0), centres)
         if np.array_equal(moved, centres):
             break
         centres = moved

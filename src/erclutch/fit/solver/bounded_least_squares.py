@@ -22,9 +22,8 @@ def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Ar
     Returns:
         Coefficients (p,), and the mask of those held at zero.
     """
-    scale = np.sqrt(
-        np.add.reduce(triangle * triangle, axis=0)
-    )  # as `numpy.linalg.norm`, in a third of the time
+    # As `numpy.linalg.norm`, in a third of the time.
+    scale = np.sqrt(np.add.reduce(triangle * triangle, axis=0))
     scale[scale == 0] = 1.0
     a = triangle / scale
     held = np.zeros(scale.size, np.bool_)
@@ -72,11 +71,12 @@ def _enter(
 
 def _solve(a: Array, vector: Array, free: Mask) -> Array:
     """The free coefficients that fit best, the others zero; the shortest ones where columns say the same."""
+    # Without NumPy's ways around, which take 20 times as long.
     from scipy.linalg.lapack import (
         dgeqrf,
         dtrtri,
         dtrtrs,
-    )  # without NumPy's ways around, which take 20 times as long
+    )
 
     c: Array = np.zeros(free.size)
     count = int(np.count_nonzero(free))

@@ -137,9 +137,8 @@ def centroids_of(rows: Gridded, levels: Collection[int]) -> dict[int, Centroids]
         grid = Grid(low, high, grid_of(low.size, level))
         place = grid.place(by)
         size = grid.size
-        if (
-            size > 4 * y.size + 1_000_000
-        ):  # far more cells than rows: only those with rows are counted
+        # Far more cells than rows: only those with rows are counted.
+        if size > 4 * y.size + 1_000_000:
             cells, place = np.unique(place, return_inverse=True)
             size = cells.size
         totals = Totals(size, low.size)

@@ -100,9 +100,8 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         middle, bandwidth = long_run(added / scale)
         # Neighbours of a swinging residual cancel, but not in the scores of a parameter whose effect swings too. Each
         # parameter has its own independent rows: those that tell one badly take no freedom from the others.
-        alike = np.maximum(
-            np.diag(middle), correlated_rows(residual)
-        )  # rows that count as one, shape (p,)
+        # Rows that count as one, shape (p,).
+        alike = np.maximum(np.diag(middle), correlated_rows(residual))
         independent = np.maximum(n / alike, 2.0 * p)
         freedom = np.maximum(independent - p, 1.0)
         scale *= np.sqrt(independent / freedom)
@@ -189,9 +188,8 @@ def long_run(scores: Array) -> tuple[Array, int]:
     for back, weight in enumerate(weights, 1):
         explained = explained + weight * scores[order - back : n - back]
     white = scores[order:] - explained
-    bandwidth = max(
-        bandwidth_of(white), round(n ** (1 / 3))
-    )  # an autoregression does not see bursts
+    # An autoregression does not see bursts.
+    bandwidth = max(bandwidth_of(white), round(n ** (1 / 3)))
     recolour = 1.0 / (1.0 - weights.sum(axis=0))
     covariance = _bartlett(white, bandwidth) * np.outer(recolour, recolour)
     return covariance, bandwidth
@@ -241,12 +239,10 @@ def _variances_by_spectrum(influence: Array, residual: Array) -> Array:
         residual: shape (n,).
     """
     weights, unexplained = _autoregressions(residual[:, None])
-    drive = float(unexplained[0]) * float(
-        np.mean(residual**2)
-    )  # variance of what the rows before do not explain
-    points = (
-        1 << (2 * residual.size - 1).bit_length()
-    )  # so many that the ends of the log do not meet
+    # Variance of what the rows before do not explain.
+    drive = float(unexplained[0]) * float(np.mean(residual**2))
+    # So many that the ends of the log do not meet.
+    points = 1 << (2 * residual.size - 1).bit_length()
     gain = np.fft.rfft(np.concatenate([[1.0], -weights[:, 0]]), points)
     spectrum = drive / np.maximum(np.abs(gain) ** 2, np.finfo(float).tiny)
     spectrum[1:-1] *= 2.0  # frequencies below zero

@@ -46,9 +46,8 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
     weights: dict[str, Array] = {}
     for name, shape in table_shapes(structure).items():
         weights[name] = model_file.table_of(body["weights"][name], name, *shape)
-    if np.any(
-        np.abs(weights.get("spreads", 1.0)) < model_file.SMALLEST
-    ):  # squared, so the sign has no say
+    # Squared, so the sign has no say.
+    if np.any(np.abs(weights.get("spreads", 1.0)) < model_file.SMALLEST):
         raise ValueError("a spread is 0")
     period: float | None = None
     if "period_s" in body:
