@@ -273,6 +273,25 @@ commands = st.integers(0, 2**32 - 1).map(
 taus = st.floats(-3.7, 0.0).map(lambda e: 10.0**e)
 
 
+@settings(max_examples=examples(20), deadline=None)
+@given(delay=st.floats(0.0, 20e-3), switches=st.booleans())
+def test_rows_that_are_moved_have_the_bits_of_rows_that_are_looked_up(
+    delay: float, switches: bool
+) -> None:
+    clock = clock_of(2400, 7, 1200)  # long spans, and one that is shorter than many a delay
+    command = steps_of(3607)
+    seeded = Dual(delay, {0: 1.0})
+    fall = Dual(4e-3, {2: 1.0}) if switches else None
+    moved, looked_up = (
+        respond(command, clock, delay=seeded, rise=Dual(9e-3, {1: 1.0}), fall=fall, rows=rows)
+        for rows in (slice(None), np.arange(3607))
+    )
+    np.testing.assert_array_equal(moved.value, looked_up.value)
+    assert moved.partials.keys() == looked_up.partials.keys()
+    for seed, partial in moved.partials.items():
+        np.testing.assert_array_equal(partial, looked_up.partials[seed])
+
+
 def row_by_row(u: np.ndarray, clock: Clock, up: np.ndarray, down: np.ndarray) -> np.ndarray:
     """x_k = x_{k-1} + share_k (u_k - x_{k-1}), settled at first, with the share of a rising or of a falling field."""
     out = u.copy()

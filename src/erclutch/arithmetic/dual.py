@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from erclutch.arithmetic.operand import Operand
 from erclutch.signals.array import Array
+from erclutch.signals.clock import Clock
 
 Value = Array | float
 
@@ -106,10 +107,12 @@ def _sum(x: Any, y: Any) -> Dual:
 def _difference(x: Any, y: Any) -> Dual:
     if not isinstance(y, Dual):
         return Dual(x.value - y, x.partials)
-    against = _scaled(-1.0, y.partials)
     if not isinstance(x, Dual):
-        return Dual(x - y.value, against)
-    return Dual(x.value - y.value, _joined(x.partials, against))
+        return Dual(x - y.value, _scaled(-1.0, y.partials))
+    partials = x.partials.copy()
+    for seed, partial in y.partials.items():
+        partials[seed] = partials[seed] - partial if seed in partials else -1.0 * partial
+    return Dual(x.value - y.value, partials)
 
 
 def _product(x: Any, y: Any) -> Dual:
@@ -226,6 +229,26 @@ def pick(x: Any, rows: slice | NDArray[np.int64]) -> Any:
         return picked(x)
     partials = {index: picked(partial) for index, partial in x.partials.items()}
     return Dual(picked(x.value), partials)
+
+
+def rows_before(x: Any, clock: Clock, rows: int) -> Any:
+    """An array, or a dual of arrays, so many rows earlier; at the start of a span its first value."""
+
+    def earlier(values: Any) -> Any:
+        if not getattr(values, "ndim", 0):
+            return values
+        out = values.copy()
+        for span in clock.spans:
+            part = values[span.start : span.stop]
+            k = min(rows, part.size)
+            out[span.start : span.start + k] = part[0]
+            out[span.start + k : span.stop] = part[: part.size - k]
+        return out
+
+    if not isinstance(x, Dual):
+        return earlier(x)
+    partials = {index: earlier(partial) for index, partial in x.partials.items()}
+    return Dual(earlier(x.value), partials)
 
 
 def chosen(condition: Any, yes: Any, no: Any) -> Any:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.arithmetic.as_in_c import array_as_in_c
+from erclutch.arithmetic.dual import rows_before
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import CoveredCells, within
 from erclutch.models.given_rows import further_inputs
@@ -25,7 +26,7 @@ from erclutch.models.model import FluidSignals, Pair, Range, settled_memory
 from erclutch.models.model_file import SCHEMA, number_of, read_model, sealed, table_of
 from erclutch.models.networks import NetworkStructure, is_network
 from erclutch.models.networks.network_file import network_from_dict
-from erclutch.models.networks.network_inputs import inputs_from, rows_before
+from erclutch.models.networks.network_inputs import inputs_from
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import stage_equations

@@ -264,14 +264,15 @@ class _Errors:
 
     def ends(self, some: NDArray[np.intp], share: float) -> tuple[float, float]:
         """The errors below and above which a further one lies as rarely as the share allows, if so many are as one."""
-        ordered = np.sort(some)
-        count = ordered.size
+        count = some.size
         rank = share * (count + self.per_row)
         if self.weight is None:
             above = min(int(np.ceil(rank)), count)
             low = count - above
             high = above - 1
+            ordered = np.partition(some, (low, high))  # these two stand as in a sorted array
         else:
+            ordered = np.sort(some, kind="stable")  # cells that ascend are merged
             # Up to each error, the whole being their count.
             weight = np.cumsum(self.weight[ordered])
             weight *= count / weight[-1]

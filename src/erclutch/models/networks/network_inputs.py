@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.arithmetic.as_in_c import array_as_in_c
+from erclutch.arithmetic.dual import rows_before
 from erclutch.models.given_rows import further_inputs
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws.smooth import power
@@ -164,14 +165,3 @@ def recalled_of(
 ) -> list[Any]:
     """The present inputs whose past samples are inputs too."""
     return [*base, *extras] if structure.past_extras else list(base)
-
-
-def rows_before(x: Array, clock: Clock, rows: int) -> Array:
-    """The signal some rows earlier; at a stretch's start its first value."""
-    out = x.copy()
-    for span in clock.spans:
-        part = x[span.start : span.stop]
-        k = min(rows, part.size)
-        out[span.start : span.start + k] = part[0]
-        out[span.start + k : span.stop] = part[: part.size - k]
-    return out

@@ -11,14 +11,14 @@ field turns smoothly with the delay and a solver can follow it. All of it is cau
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.arithmetic.dual import chosen, pick, value_of
+from erclutch.arithmetic.dual import chosen, pick, rows_before, value_of
 from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.recursion import recur, step_of, switched
 from erclutch.errors import ExportError
@@ -30,6 +30,9 @@ from erclutch.signals.clock import Clock
 Rows = NDArray[np.int64]
 
 _MOST_ROWS = 100_000  # of a delay register in an export
+_LONG_SPAN = (
+    1000  # rows of a span, on average, from which on moving them is quicker than to look each up
+)
 _TIME = Dimension(time=1)
 
 
@@ -81,24 +84,22 @@ class CommandLag:
         delay, rise, *fall = q
         x, tau = _lag(signal, clock, rise, fall[0] if self.switches else None)
         # x(t - delay) by the cubic through values and slopes of the two rows around it.
-        before, after, lead, step = _bracket(clock, float(value_of(delay)), rows)
-        # Ahead of a span's first row there is no command to look back to: the two rows are the same one and it is held.
-        reach = np.where(after > before, step, 0.0)
-        s = (lead - delay) / step  # from 0 at the earlier row to 1 at the later one
+        around = _around(clock, float(value_of(delay)), rows)
+        s = (around.lead - delay) / around.step  # from 0 at the earlier row to 1 at the later one
         square = s * s
         cube = s * s * s
-        first = pick(x, before)
-        last = pick(x, after)
-        if 2 * before.size < clock.time.size:
+        first = around.earlier(x)
+        last = around.later(x)
+        if 2 * around.reach.size < clock.time.size:
             # The slopes of the few rows that are wanted, with the same bits.
-            slope_first = (pick(signal, before) - first) / pick(tau, before)
-            slope_last = (pick(signal, after) - last) / pick(tau, after)
+            slope_first = (around.earlier(signal) - first) / around.earlier(tau)
+            slope_last = (around.later(signal) - last) / around.later(tau)
         else:
             slope = (signal - x) / tau
-            slope_first = pick(slope, before)
-            slope_last = pick(slope, after)
+            slope_first = around.earlier(slope)
+            slope_last = around.later(slope)
         bend = slope_first * (cube - 2.0 * square + s) + slope_last * (cube - square)
-        return first + (last - first) * (3.0 * square - 2.0 * cube) + bend * reach
+        return first + (last - first) * (3.0 * square - 2.0 * cube) + bend * around.reach
 
     def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
         """The field has settled at the first command."""
@@ -147,25 +148,51 @@ class CommandLag:
         return (old + (new - old) * (3.0 * square - 2.0 * cube) + bend * period,)
 
 
-def _bracket(
-    clock: Clock,
-    delay: float,
-    rows: slice | Rows,
-) -> tuple[Rows, Rows, Array | float, Array | float]:
-    """For t - delay at each of the rows: the rows around it, t less the earlier one's time, and their distance in s."""
-    chosen = np.arange(clock.time.size)[rows]
+@dataclass(frozen=True)
+class _Around:
+    """The two rows around the time t - delay, for each row that is wanted.
+
+    Attributes:
+        earlier, later: what a signal is at these two.
+        lead: t less the time of the earlier one, in s.
+        step: their distance in s.
+        reach: the same, shape (wanted rows,). Ahead of a span's first row there is no command to look back to: the two
+            rows are the same one, the signal is held, and the reach is 0.
+    """
+
+    earlier: Callable[[Any], Any]
+    later: Callable[[Any], Any]
+    lead: Array | float
+    step: Array | float
+    reach: Array
+
+
+def _around(clock: Clock, delay: float, rows: slice | Rows) -> _Around:
     period = step_of(clock)
+    count = clock.time.size
     if isinstance(period, float):
         # One step in all spans: the delay reaches back by the same number of rows everywhere.
+        whole = int(delay / period)
+        lead = (whole + 1) * period
+        every_row = isinstance(rows, slice) and rows == slice(None)
+        if every_row and len(clock.spans) * _LONG_SPAN <= count:  # no row has to be looked up
+            reach = np.full(count, period)
+            for span in clock.spans:
+                reach[span.start : min(span.start + whole + 1, span.stop)] = 0.0
+            return _Around(
+                lambda x: rows_before(x, clock, whole + 1),
+                lambda x: rows_before(x, clock, whole),
+                lead,
+                period,
+                reach,
+            )
         starts = [span.start for span in clock.spans]
         lengths = [span.stop - span.start for span in clock.spans]
         first = np.repeat(starts, lengths)[rows]
-        whole = int(delay / period)
-        low = chosen - whole - 1
-        earlier = np.maximum(low, first)
-        later = np.maximum(low + 1, first)
-        return earlier, later, (whole + 1) * period, period
+        low = np.arange(count)[rows] - whole - 1
+        return _at_rows(np.maximum(low, first), np.maximum(low + 1, first), lead, period)
 
+    chosen = np.arange(count)[rows]
     before = np.empty_like(chosen)
     after = np.empty_like(chosen)
     lead = np.empty(chosen.size)
@@ -189,7 +216,13 @@ def _bracket(
             step[at] = clock.time[held + 1] - clock.time[held]
         before[at] = np.maximum(low, span.start)
         after[at] = np.maximum(low + 1, span.start)
-    return before, after, lead, step
+    return _at_rows(before, after, lead, step)
+
+
+def _at_rows(before: Rows, after: Rows, lead: Array | float, step: Array | float) -> _Around:
+    """The rows around t - delay by their places."""
+    reach = np.where(after > before, step, 0.0)
+    return _Around(lambda x: pick(x, before), lambda x: pick(x, after), lead, step, reach)
 
 
 def _share(clock: Clock, tau: Any) -> Any:
