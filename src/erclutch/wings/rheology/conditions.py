@@ -216,8 +216,12 @@ def _parting(table: Table, plan: FlowPlan) -> dict[str, NDArray[np.intp]]:
         levels = levels_of(values, _STEADY if is_temperature else 0.0)
         if levels is None:
             continue
-        if meaning == "condition" and unit is None and not _are_far_apart(values, levels):
-            continue  # a measured temperature without a unit may wander
+        if meaning == "condition" and unit is None and not _is_set(values, levels):
+            # A measured temperature without a unit may wander, by less than its levels are apart.
+            at_levels = [values[levels == level] for level in range(int(levels.max()) + 1)]
+            between = [after.min() - before.max() for before, after in pairwise(at_levels)]
+            if min(between) <= _WIDEST_IN_KELVIN:
+                continue
         if not any(_repeats_the_sweep(levels, rate) for rate in rates):
             continue
         if all(_flickers(levels, rate) for rate in rates):
@@ -283,19 +287,6 @@ def _groups(distinct: Array, is_gap: Mask) -> tuple[Array, float]:
 def _is_set(values: Array, levels: NDArray[np.intp]) -> bool:
     """Whether each level is one number: measured levels scatter."""
     return np.unique(values[levels >= 0]).size == levels.max() + 1
-
-
-def _are_far_apart(values: Array, levels: NDArray[np.intp]) -> bool:
-    """Whether levels of a temperature are set numbers, or apart by more than one regulated temperature wanders."""
-    if _is_set(values, levels):
-        return True
-    ranges: list[tuple[float, float]] = []  # of each level, from the lowest on
-    for level in range(int(levels.max()) + 1):
-        at_level = values[levels == level]
-        ranges.append((float(at_level.min()), float(at_level.max())))
-    return all(
-        low - high_before > _WIDEST_IN_KELVIN for (_, high_before), (low, _) in pairwise(ranges)
-    )
 
 
 def _meaning(table: Table, name: str) -> str:

@@ -108,26 +108,10 @@ def with_fields(
         curves: of a file.
         levels: of each curve, see `levels_in`.
     """
-    column, told = _by_columns(levels)
-    source = f"column {column!r}"
-    if not told:
-        told = _by_labels([curve.label for curve in curves])
-        source = "their names"
-    if len({level.number for level in told}) < 2 or len({level.unit for level in told}) > 1:
-        return [*curves], []
-    strongest = max(abs(level.number) for level in told)
-    with_field: list[FlowCurve] = []
-    for curve, level in zip(curves, told, strict=True):
-        field = level.number if level.is_set or abs(level.number) > _FAINT * strongest else 0.0
-        with_field.append(replace(curve, field=field, field_unit=level.unit))
-    return with_field, [f"fields of the curves: by {source} [{told[0].unit}]"]
-
-
-def _by_columns(levels: Sequence[Mapping[str, Level]]) -> tuple[str, list[Level]]:
-    """The name and the levels of the column that tells the curves apart best; a set column before a measured one."""
+    # The column that tells the curves apart best: a set column before a measured one.
     best: tuple[bool, int] = (False, 1)  # whether it was set, and the number of different fields
-    column = ""
-    told: list[Level] = []
+    source = "their names"
+    told: list[Level] = []  # of each curve
     for name in levels[0] if levels else ():
         if not all(name in of_curve for of_curve in levels):
             continue
@@ -136,9 +120,18 @@ def _by_columns(levels: Sequence[Mapping[str, Level]]) -> tuple[str, list[Level]
         rank = all(level.is_set for level in of_curves), len(different)
         if len(different) > 1 and rank > best:
             best = rank
-            column = name
+            source = f"column {name!r}"
             told = of_curves
-    return column, told
+    if not told:
+        told = _by_labels([curve.label for curve in curves])
+    if len({level.number for level in told}) < 2 or len({level.unit for level in told}) > 1:
+        return [*curves], []
+    strongest = max(abs(level.number) for level in told)
+    with_field: list[FlowCurve] = []
+    for curve, level in zip(curves, told, strict=True):
+        field = level.number if level.is_set or abs(level.number) > _FAINT * strongest else 0.0
+        with_field.append(replace(curve, field=field, field_unit=level.unit))
+    return with_field, [f"fields of the curves: by {source} [{told[0].unit}]"]
 
 
 def _by_labels(labels: Sequence[str]) -> list[Level]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -44,6 +45,7 @@ from erclutch.wings.rheology.held_rates import require_no_hold, require_several_
 from erclutch.wings.rheology.rotor_speeds import a_row_for_each_speed
 from erclutch.wings.rheology.summary_rows import without_summary_rows
 
+#: How many of rate, stress and viscosity a table names, and in how many columns.
 _Speaking = tuple[int, int]
 _NOTHING_SPEAKS: _Speaking = (0, 0)
 
@@ -94,22 +96,37 @@ def read_flow_curves(
             try:
                 group = None if name in recordings else group_of(name)
                 if group is None:
-                    table = _table(tables.get(name), path)
+                    read = tables.get(name)  # nothing for a file that is one recording
+                    if isinstance(read, LogError):
+                        raise read
+                    table = without_summary_rows(read_table(path) if read is None else read)
                 else:
                     if group.recording not in parted:
                         parted[group.recording] = read_table(path, variable=group.recording)
                     table = rows_of(parted[group.recording], group)
-                speaking = _speaking_for_a_flow_curve(table)
-                table, rate_label, stress_labels = _with_a_row_a_speed(table, shear_rate, stress)
-                plan = _plan_of(table, rate_label, stress_labels, sheet)
+                # Four viscosities beside the parameters of a law speak less than a rate beside a stress.
+                named = [said_by_name(column) for column in table.columns]
+                quantities = [role for role in named if role in ("rate", "stress", "viscosity")]
+                speaking = len(set(quantities)), len(quantities)
+
+                table, plan = _planned(table, shear_rate, stress, sheet)
                 require_several_rates(plan, table)
                 if not sheet:
                     require_no_hold(name)
                 parting = _parting_words(plan, table)
-                if parting and not sheet and len(chosen) == 1 and _parts_whole(table, parting[1]):
-                    return _of_each_word(path, shear_rate, stress, *parting)
-                if parting:
-                    raise _several_samples(table, *parting)
+                if parting is not None:
+                    words, sweeps, are_mixed = parting
+                    one = f"--sheet {shell_word(f'{words}={sweeps.words[0]}')}"
+                    problem = f"column {words} parts the points into {len(sweeps.words)}: {listed(sweeps.words, 6)}"
+                    if sheet or len(chosen) > 1 or are_mixed:
+                        each = f"--sheet {shell_word(f'{words}={EACH}')}"
+                        remedy = f"Take each as a curve: {each}; or one: {one}"
+                        raise MappingError(problem, where=table.name, remedy=remedy)
+                    of_each_word = read_flow_curves(
+                        path, shear_rate=shear_rate, stress=stress, sheet=[f"{words}={EACH}"]
+                    )
+                    note = f"{problem}: each is a curve ({one} takes one)"
+                    return FlowFile(of_each_word.curves, (note, *of_each_word.notes))
                 conditions = conditions_of(table, plan, parted=any(map(group_of, sheet)))
             except (LogError, MappingError) as error:
                 # A sheet of remarks or an oscillation beside the flow curves ends nothing, a file of them alone does.
@@ -118,7 +135,13 @@ def read_flow_curves(
                 gathered.refuse(name, speaking, error, f"no flow curve ({error.problem})")
                 continue
 
-            for note in _told(table, plan, conditions):
+            notes = [*table.notes, *plan.notes]
+            unused = [column for column in plan.unused if column not in conditions[0].columns]
+            if unused:
+                notes.append(f"not used: {', '.join(unused)}")
+            if len(conditions) > 1:
+                notes.append(conditions_note(conditions))
+            for note in notes:
                 if len(chosen) == 1 or not note.startswith("recording read from"):
                     gathered.notes.append((name, note))
             is_one_of_several = not each_named and len(chosen) * len(conditions) > 1
@@ -126,16 +149,6 @@ def read_flow_curves(
                 test = "; ".join(word for word in (name, condition.label) if word)
                 gathered.take(plan, condition, test, speaking, is_one_of_several=is_one_of_several)
         return gathered.as_file()
-
-
-def _speaking_for_a_flow_curve(table: Table) -> _Speaking:
-    """How many of rate, stress and viscosity a table names, and in how many columns.
-
-    Four viscosities beside the parameters of a law speak less than a rate beside a stress.
-    """
-    said = [said_by_name(name) for name in table.columns]
-    quantities = [role for role in said if role in ("rate", "stress", "viscosity")]
-    return len(set(quantities)), len(quantities)
 
 
 @dataclass
@@ -146,7 +159,7 @@ class _Gathered:
         curves: of all tests.
         fields: of each curve.
         notes: each behind the test that it is of.
-        refused: errors of tests, each behind what speaks for a flow curve, see `_speaking_for_a_flow_curve`.
+        refused: errors of tests, each behind what speaks for a flow curve, see `_Speaking`.
     """
 
     curves: list[FlowCurve] = field(default_factory=list[FlowCurve])
@@ -222,24 +235,6 @@ class _Gathered:
         return FlowFile(tuple(curves), (*said, *of_fields))
 
 
-def _told(table: Table, plan: FlowPlan, conditions: Sequence[Condition]) -> list[str]:
-    """What is said of a table: how it was read, what its columns were taken for, and what parts its points."""
-    told = [*table.notes, *plan.notes]
-    unused = [column for column in plan.unused if column not in conditions[0].columns]
-    if unused:
-        told.append(f"not used: {', '.join(unused)}")
-    if len(conditions) > 1:
-        told.append(conditions_note(conditions))
-    return told
-
-
-def _table(read: Table | LogError | None, path: str | Path) -> Table:
-    """The table of a recording that was read with the others, or of a file that is one recording."""
-    if isinstance(read, LogError):
-        raise read
-    return without_summary_rows(read_table(path) if read is None else read)
-
-
 def _chosen(
     path: str | Path,
     names: Sequence[str],
@@ -266,39 +261,40 @@ def _chosen(
     return chosen
 
 
-def _with_a_row_a_speed(
-    table: Table,
-    shear_rate: str | None,
-    stress: Sequence[str],
-) -> tuple[Table, str | None, Sequence[str]]:
-    """A table of readings at the same speeds turned, if the options give its two factors alone; with their labels."""
-    factors = [shear_rate or "", *stress]
-    if len(factors) != 2 or not all(re.fullmatch(r"\[[^\[\]]+\]", factor) for factor in factors):
-        return table, shear_rate, stress
-    turned = a_row_for_each_speed(table)
-    if turned is None:
-        return table, shear_rate, stress
-    speeds, *rows = turned.columns
-    return turned, f"{speeds} {factors[0]}", [f"{row} {factors[1]}" for row in rows]
-
-
-def _plan_of(
+def _planned(
     table: Table,
     shear_rate: str | None,
     stress: Sequence[str],
     tests: Sequence[str],
-) -> FlowPlan:
-    """The plan of a table; what it asks for is asked together with the rows that a column parts.
+) -> tuple[Table, FlowPlan]:
+    """A table and its plan; what the plan asks for is asked together with the rows that a column parts.
+
+    Readings at the same speeds are turned, a row a speed, if the options give their two factors alone.
 
     Raises:
         MappingError: see `plan_of`.
     """
+    factors = [shear_rate or "", *stress]
+    are_factors = all(re.fullmatch(r"\[[^\[\]]+\]", factor) for factor in factors)
+    turned = a_row_for_each_speed(table) if len(factors) == 2 and are_factors else None
+    if turned is not None:
+        table = turned
+        speeds, *rows = turned.columns
+        shear_rate = f"{speeds} {factors[0]}"
+        stress = [f"{row} {factors[1]}" for row in rows]
     try:
-        return plan_of(table, shear_rate, stress)
+        return table, plan_of(table, shear_rate, stress)
     except MappingError as error:
         if tests or '"' not in error.remedy:
             raise
-        parting = list(table.words) or _asked_about(table, shear_rate)
+        parting = list(table.words)
+        if not parting:
+            # Columns of numbers that would part the points, whatever the unit of the viscosities is.
+            nameless = [
+                f"{name} [Pa*s]" for name in table.columns if said_by_name(name) == "viscosity"
+            ]
+            with suppress(MappingError):
+                parting = asked_about(table, plan_of(table, shear_rate, nameless))
         if not parting:
             raise
         sheets = f"--sheet {shell_word(f'{parting[0]}={EACH}')}"
@@ -311,19 +307,13 @@ def _plan_of(
         raise type(error)(error.problem, where=error.where, remedy=remedy) from None
 
 
-def _asked_about(table: Table, shear_rate: str | None) -> list[str]:
-    """Columns of numbers that would part the points, whatever the unit of the viscosities is."""
-    nameless = [f"{name} [Pa*s]" for name in table.columns if said_by_name(name) == "viscosity"]
-    try:
-        return asked_about(table, plan_of(table, shear_rate, nameless))
-    except MappingError:
-        return []
-
-
-def _parting_words(plan: FlowPlan, table: Table) -> tuple[str, WordColumn] | None:
+def _parting_words(plan: FlowPlan, table: Table) -> tuple[str, WordColumn, bool] | None:
     """The column of words that parts the rows into several sweeps over the same rates, which are several curves.
 
     What an instrument notes beside single points, such as that a stress is below its range, parts no sweep.
+
+    Returns:
+        Its name, the column, and whether another column of words parts the rows of a word again, which are mixed then.
     """
     rate = table.columns[plan.curves[0].rate.name]
     for name, column in table.words.items():
@@ -333,45 +323,12 @@ def _parting_words(plan: FlowPlan, table: Table) -> tuple[str, WordColumn] | Non
             if np.unique(sweep).size >= RATES_OF_A_SWEEP:
                 ends.append((float(sweep.min()), float(sweep.max())))
         if overlap(ends):
-            return name, column
+            are_mixed = False
+            for other in table.words.values():
+                pairs = {*zip(column.of_row.tolist(), other.of_row.tolist(), strict=True)}
+                are_mixed = are_mixed or len(pairs) > len(column.words)
+            return name, column, are_mixed
     return None
-
-
-def _several_samples(table: Table, name: str, column: WordColumn) -> MappingError:
-    """What is said of rows of several samples where one curve is wanted."""
-    one = f"--sheet {shell_word(f'{name}={column.words[0]}')}"
-    each = f"--sheet {shell_word(f'{name}={EACH}')}"
-    problem = f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}"
-    return MappingError(
-        problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}"
-    )
-
-
-def _parts_whole(table: Table, column: WordColumn) -> bool:
-    """Whether no other column of words parts the rows of a word again, for these would be mixed."""
-    for other in table.words.values():
-        pairs = {*zip(column.of_row.tolist(), other.of_row.tolist(), strict=True)}
-        if len(pairs) > len(column.words):
-            return False
-    return True
-
-
-def _of_each_word(
-    path: str | Path,
-    shear_rate: str | None,
-    stress: Sequence[str],
-    name: str,
-    column: WordColumn,
-) -> FlowFile:
-    """The curves of a file in which a column of words parts the rows: each word has its own, so none is mixed."""
-    of_words = read_flow_curves(
-        path, shear_rate=shear_rate, stress=stress, sheet=[f"{name}={EACH}"]
-    )
-    one = f"--sheet {shell_word(f'{name}={column.words[0]}')}"
-    parted = f"column {name} parts the points into {len(column.words)}: {listed(column.words, 6)}"
-    return FlowFile(
-        of_words.curves, (f"{parted}: each is a curve ({one} takes one)", *of_words.notes)
-    )
 
 
 def curves_of(

@@ -95,10 +95,8 @@ def plan_of(
     if pairs is not None:
         return pairs
 
-    asked: dict[str, str] = {}  # what the options say of a column, by its name
-    for label in [rate, *stress]:
-        if label:
-            asked[_column(table, label)] = label
+    # What the options say of a column, by its name.
+    asked = {_column(table, label): label for label in (rate, *stress) if label}
     of_a_swing = of_oscillation(table.columns)
     roles: dict[str, Role] = {}
     for name in table.columns:
@@ -117,7 +115,7 @@ def plan_of(
     if not stresses:
         stresses = of_role("stress")
         if len(rates) == 1:
-            stresses = _without_mean(table, _distinct(table, stresses))
+            stresses = _measured_once(table, stresses)
     viscosities = of_role("viscosity")
     guessed: list[str] = []
     if not stresses and not viscosities and rates:
@@ -127,8 +125,16 @@ def plan_of(
     if not rates or not (stresses or viscosities):
         raise missing_column(table, roles, rates)
 
+    values = stresses or viscosities
+    if len(rates) not in (1, len(values)):
+        raise MappingError(
+            f"{len(rates)} columns could be the shear rate ({', '.join(rates)}) for {len(values)} columns of stresses",
+            where=table.name,
+            remedy=f"Name one: --shear-rate {shell_word(table.label(rates[0]))}",
+        )
+    rate_of_each = rates if len(rates) > 1 else rates * len(values)
     curves: list[CurvePlan] = []
-    for rate_name, value_name in _grouped(table, rates, stresses or viscosities):
+    for rate_name, value_name in zip(rate_of_each, values, strict=True):
         # A column that was asked for as a stress may be a viscosity, by its unit, or by its name without one.
         unit = _unit_asked(value_name, asked) or unit_of(table, value_name)
         said = said_by_unit(unit) if unit else said_by_name(value_name)
@@ -146,24 +152,15 @@ def plan_of(
     used = {column.name for curve in curves for column in (curve.rate, curve.stress)}
     unused = tuple(name for name in roles if name not in used)
     plan = FlowPlan(tuple(curves), _notes(curves, guessed), unused)
-    if len(curves) == 1 and not asked:
-        _compare_with_viscosities(table, curves[0], viscosities)
+    curve = curves[0]
+    if len(curves) == 1 and not asked and not curve.times_rate and len(viscosities) == 1:
+        # The only viscosity beside the stress: their units tell a wrong one, or their numbers a missing one.
+        (viscosity,) = viscosities
+        if unit_of(table, viscosity):
+            compare_with_viscosity(table, curve, _flow_column(table, viscosity, "viscosity", {}))
+        elif curve.stress.reason.startswith("no unit"):
+            require_fitting_units(table, curve, viscosity)
     return plan
-
-
-def _compare_with_viscosities(table: Table, curve: CurvePlan, viscosities: Sequence[str]) -> None:
-    """Hold a stress against the only viscosity beside it: their units tell a wrong one, or their numbers a missing one.
-
-    Raises:
-        UnitError: they disagree.
-    """
-    if curve.times_rate or len(viscosities) != 1:
-        return
-    (viscosity,) = viscosities
-    if unit_of(table, viscosity):
-        compare_with_viscosity(table, curve, _flow_column(table, viscosity, "viscosity", {}))
-    elif curve.stress.reason.startswith("no unit"):
-        require_fitting_units(table, curve, viscosity)
 
 
 def _plan_of_pairs(table: Table, rate: str | None, stress: Sequence[str]) -> FlowPlan | None:
@@ -193,33 +190,28 @@ def _plan_of_pairs(table: Table, rate: str | None, stress: Sequence[str]) -> Flo
 def oscillation(table: Table) -> tuple[Mask, list[str]]:
     """Rows of a table that were measured in oscillation, shape (n,), and the columns that say so.
 
-    An oscillation that stands beside a flow curve, as a table of its own, says nothing of the flow curve's rows.
+    An oscillation that stands beside a flow curve, as a table of its own, says nothing of the flow curve's rows: both
+    begin in one row, and the oscillation goes on without a rate. Where a row is one measurement, an instrument gives
+    each row of one test the same columns.
     """
     marks = of_oscillation(table.columns)
-    swings = np.zeros(table.rows, np.bool_)
     rates = [name for name in table.columns if name not in marks and said_by_name(name) == "rate"]
-    if _are_beside(table, marks, rates):
+    longest = {"marks": 0, "rates": 0}  # rows
+    begin_in_one_row = True
+    for kind, names in (("marks", marks), ("rates", rates)):
+        for name in names:
+            is_filled = np.isfinite(table.columns[name])
+            length = int(is_filled.sum())
+            begin_in_one_row = begin_in_one_row and bool(is_filled[:length].all())
+            longest[kind] = max(longest[kind], length)
+
+    swings = np.zeros(table.rows, np.bool_)
+    if begin_in_one_row and 0 < longest["rates"] < longest["marks"]:
         return swings, []
     for name in marks:
         values = table.columns[name]
         swings |= np.isfinite(values) & (values != 0)
     return swings, marks
-
-
-def _are_beside(table: Table, marks: Sequence[str], rates: Sequence[str]) -> bool:
-    """Whether an oscillation and a flow curve begin in one row and the oscillation goes on without a rate.
-
-    Where a row is one measurement, an instrument gives each row of one test the same columns.
-    """
-    longest = {"marks": 0, "rates": 0}  # rows
-    for kind, names in (("marks", marks), ("rates", rates)):
-        for name in names:
-            is_filled = np.isfinite(table.columns[name])
-            length = int(is_filled.sum())
-            if not is_filled[:length].all():
-                return False
-            longest[kind] = max(longest[kind], length)
-    return 0 < longest["rates"] < longest["marks"]
 
 
 def _column(table: Table, label: str) -> str:
@@ -266,8 +258,12 @@ def _unit_asked(name: str, asked: dict[str, str]) -> str | None:
     return in_plain_units(said_by_name(name), unit) if unit else None
 
 
-def _distinct(table: Table, names: Sequence[str]) -> list[str]:
-    """Columns without those that repeat an earlier one in name and numbers, as "Stress (step)" repeats "Stress"."""
+def _measured_once(table: Table, names: Sequence[str]) -> list[str]:
+    """Columns of stresses that are runs of their own.
+
+    Left out are those that repeat an earlier one in name and numbers, as "Stress (step)" repeats "Stress", and the mean
+    of all others, which somebody wrote beside the runs.
+    """
 
     def repeats(name: str, other: str) -> bool:
         if not name.startswith(other) or unit_of(table, name) != unit_of(table, other):
@@ -284,18 +280,14 @@ def _distinct(table: Table, names: Sequence[str]) -> list[str]:
     for place, name in enumerate(names):
         if not any(repeats(name, other) for other in names[:place]):
             distinct.append(name)
+    for name in distinct:
+        others = [other for other in distinct if other != name]
+        if len(others) < 2:
+            continue
+        mean = np.mean([table.columns[other] for other in others], axis=0)
+        if np.allclose(table.columns[name], mean, rtol=2e-3, atol=0.0):
+            return others
     return distinct
-
-
-def _without_mean(table: Table, names: Sequence[str]) -> list[str]:
-    """Columns without the mean of all others, which somebody wrote beside the runs: it is no further run."""
-    for name in names:
-        others = [table.columns[other] for other in names if other != name]
-        if len(others) > 1 and np.allclose(
-            table.columns[name], np.mean(others, axis=0), rtol=2e-3, atol=0.0
-        ):
-            return [other for other in names if other != name]
-    return list(names)
 
 
 def _taken_for_stresses(table: Table, rate: str, unknown: Sequence[str]) -> list[str]:
@@ -303,45 +295,24 @@ def _taken_for_stresses(table: Table, rate: str, unknown: Sequence[str]) -> list
 
     In a strong field the stress hardly grows with the rate, and a column of a series is no less a stress for that.
     """
-    likely: list[str] = []
+    alike: dict[str, str] = {}  # names without their numbers
+    rising: set[str] = set()  # such names
     for name in unknown:
         counts = np.array_equal(np.diff(table.columns[name]), np.ones(table.rows - 1))
-        if not counts and "%" not in table.label(name):
-            likely.append(name)
-    alike = {name: _NUMBER.sub("#", plain_name(name)) for name in likely}
-    rising = {alike[name] for name in likely if _rises(table, rate, name)}
-    return [name for name in likely if alike[name] in rising]
-
-
-def _rises(table: Table, rate: str, name: str) -> bool:
-    """Whether a column without a known name grows with the rate, as every stress of a flow curve does."""
-    if unit_of(table, name):
-        return False
-    rates = np.abs(table.columns[rate])
-    values = np.abs(table.columns[name])
-    known = np.isfinite(rates) & np.isfinite(values)
-    if known.sum() < 3 or not np.ptp(values[known]) > 0:
-        return True  # nothing speaks against it
-    rate_ranks = np.argsort(np.argsort(rates[known]))
-    value_ranks = np.argsort(np.argsort(values[known]))
-    return bool(np.corrcoef(rate_ranks, value_ranks)[0, 1] > 0.5)
-
-
-def _grouped(
-    table: Table,
-    rates: Sequence[str],
-    values: Sequence[str],
-) -> list[tuple[str, str]]:
-    """Pairs of a column of rates and a column of stresses or viscosities."""
-    if len(rates) == 1:
-        return [(rates[0], value) for value in values]
-    if len(rates) == len(values):
-        return list(zip(rates, values, strict=True))
-    raise MappingError(
-        f"{len(rates)} columns could be the shear rate ({', '.join(rates)}) for {len(values)} columns of stresses",
-        where=table.name,
-        remedy=f"Name one: --shear-rate {shell_word(table.label(rates[0]))}",
-    )
+        if counts or "%" in table.label(name):
+            continue
+        alike[name] = _NUMBER.sub("#", plain_name(name))
+        rates = np.abs(table.columns[rate])
+        values = np.abs(table.columns[name])
+        known = np.isfinite(rates) & np.isfinite(values)
+        rises = True  # where nothing speaks against it
+        if known.sum() > 2 and np.ptp(values[known]) > 0:
+            rate_ranks = np.argsort(np.argsort(rates[known]))
+            value_ranks = np.argsort(np.argsort(values[known]))
+            rises = bool(np.corrcoef(rate_ranks, value_ranks)[0, 1] > 0.5)
+        if rises and not unit_of(table, name):
+            rising.add(alike[name])
+    return [name for name, without_number in alike.items() if without_number in rising]
 
 
 def _flow_column(

@@ -93,12 +93,33 @@ def points_of(
         rate = np.abs(rate)
     points = _Points(rate, stress, np.flatnonzero(is_point), notes)
     _leave_noise_out(points)
-    _require_stresses_along_their_rates(points, f"{table.name}, {label}")
+    where = f"{table.name}, {label}"
+    against = points.against
+    count = points.rate.size
+    if count > _FEW_POINTS and 2 * int(against.sum()) > count:
+        problem = f"{int(against.sum())} of {count} points have no stress along their rate, as no fluid that flows has"
+        raise LogError(problem, where=where, remedy="Give a test in steady rotation")
+    if against.any():
+        first = int(np.argmax(against))
+        values = (
+            f"the shear rate {points.rate[first]:g} 1/s and the stress {points.stress[first]:g} Pa"
+        )
+        problem = f"row {int(points.rows[first]) + 1} of the table has {values}"
+        raise LogError(problem, where=where, remedy="Remove the point, or give magnitudes")
 
     held = rates_held(points.rate)
     if held < FEWEST_RATES:
         notes.append(f"the points have {held} shear rates, which tell no more parameters of a law")
-    change = _change_within_steps(points.rate, points.stress)
+    # How far off its last stress a step of one rate begins, in the median, as a share.
+    log_steps = np.abs(np.diff(np.log10(points.rate)))
+    starts = np.append(0, np.flatnonzero(log_steps > _NEXT_RATE) + 1)
+    ends = np.append(starts[1:], points.rate.size)
+    is_held = ends - starts >= _FEW_POINTS
+    change = 0.0
+    if np.count_nonzero(is_held) >= FEWEST_RATES:
+        first_stress = points.stress[starts[is_held]]
+        last_stress = points.stress[ends[is_held] - 1]
+        change = float(np.median(np.abs(first_stress / last_stress - 1.0)))
     if change > _STEADY:
         notes.append(
             f"the stress changes by {percent(change)} while a rate is held: points before it is steady are fitted too"
@@ -125,18 +146,6 @@ def rates_held(rate: Array) -> int:
     widths = log_rate[ends - 1] - log_rate[starts]
     rates_in_each = 1 + (widths / _NEXT_RATE).astype(np.intp)  # a ramp has no gaps
     return int(rates_in_each[~is_on_the_way].sum())
-
-
-def _change_within_steps(rate: Array, stress: Array) -> float:
-    """How far off its last stress a step of one rate begins, in the median, as a share; 0 where no rates are held."""
-    starts = np.append(0, np.flatnonzero(np.abs(np.diff(np.log10(rate))) > _NEXT_RATE) + 1)
-    ends = np.append(starts[1:], rate.size)
-    is_held = ends - starts >= _FEW_POINTS
-    if np.count_nonzero(is_held) < FEWEST_RATES:
-        return 0.0
-    first = stress[starts[is_held]]
-    last = stress[ends[is_held] - 1]
-    return float(np.median(np.abs(first / last - 1.0)))
 
 
 def _way_back_over_way_there(rate: Array, stress: Array) -> float:
@@ -226,23 +235,3 @@ def _leave_noise_out(points: _Points) -> None:
             f"{left_out}, below {percent(_FAINT)} of the largest stress, as noise is"
         )
         points.leave_out(is_faint)
-
-
-def _require_stresses_along_their_rates(points: _Points, where: str) -> None:
-    """Refuse points whose stress goes against their rate.
-
-    Raises:
-        LogError: there is one.
-    """
-    against = points.against
-    count = points.rate.size
-    if count > _FEW_POINTS and 2 * int(against.sum()) > count:
-        problem = f"{int(against.sum())} of {count} points have no stress along their rate, as no fluid that flows has"
-        raise LogError(problem, where=where, remedy="Give a test in steady rotation")
-    if against.any():
-        first = int(np.argmax(against))
-        row = f"row {int(points.rows[first]) + 1} of the table"
-        rate = f"{points.rate[first]:g} 1/s"
-        stress = f"{points.stress[first]:g} Pa"
-        problem = f"{row} has the shear rate {rate} and the stress {stress}"
-        raise LogError(problem, where=where, remedy="Remove the point, or give magnitudes")

@@ -53,7 +53,12 @@ def require_several_rates(plan: FlowPlan, table: Table) -> None:
         problem = f"all points have the shear rate {ends}, which is no flow curve"
         raise MappingError(problem, where=table.name, remedy="Give a test with several rates")
 
-    times = _times(table)
+    # The time of each row, in any unit; the number of the row where no column rises as a time does.
+    times: Array = np.arange(table.rows, dtype=np.float64)
+    for name, values in table.columns.items():
+        if unit_or_end(table, name) in _SECONDS and np.all(np.diff(values) > 0):
+            times = values
+            break
     on_the_way = [_points_before_the_hold(rate, times) for rate in rates]
     if all(on_the_way):
         points = "1 point" if on_the_way[0] == 1 else f"{on_the_way[0]} points"
@@ -85,14 +90,6 @@ def require_several_rates(plan: FlowPlan, table: Table) -> None:
         raise MappingError(
             problem, where=table.name, remedy="Give a test with several stresses; this is a creep"
         )
-
-
-def _times(table: Table) -> Array:
-    """The time of each row, shape (n,), in any unit; the number of the row where no column rises as a time does."""
-    for name, values in table.columns.items():
-        if unit_or_end(table, name) in _SECONDS and np.all(np.diff(values) > 0):
-            return values
-    return np.arange(table.rows, dtype=np.float64)
 
 
 def _points_before_the_hold(rate: Array, times: Array) -> int:

@@ -90,15 +90,8 @@ def chosen_table(source: LogSource, blocks: Sequence[Block], what: str) -> Table
     name, block = found_recordings.choose(
         by_name, source.variable, what, "the export holds no test"
     )
-    table = _table(source, block)
-    if len(blocks) == 1:
-        return table
-    note = f"recording read from {what} {name}, 1 of {len(blocks)}"
-    return replace(table, notes=(note, *table.notes))
 
-
-def _table(source: LogSource, block: Block) -> Table:
-    """A block read as a text log of its own, with tabs between its cells."""
+    # The block is read as a text log of its own, with tabs between its cells.
     width = len(block.names)
     lengths = Counter(map(len, block.rows))
     ((usual, _),) = lengths.most_common(1)  # a lost delimiter makes a row short
@@ -107,9 +100,11 @@ def _table(source: LogSource, block: Block) -> Table:
             problem = f"line {number} has {len(row)} cells where {width} are expected"
             raise LogError(problem, remedy="Correct or delete that line")
     labels: list[str] = []
-    for name, unit in itertools.zip_longest(block.names, block.units[:width], fillvalue=""):
+    for name_of_column, unit in itertools.zip_longest(
+        block.names, block.units[:width], fillvalue=""
+    ):
         bare = unit.strip("[]() ")
-        labels.append(f"{name} [{bare}]" if bare else name)
+        labels.append(f"{name_of_column} [{bare}]" if bare else name_of_column)
     missing = [""] * width
     rows = [[*row, *missing][:width] for row in block.rows]
     lines: list[str] = []
@@ -117,8 +112,13 @@ def _table(source: LogSource, block: Block) -> Table:
         # No cell ends its line or its column, and none starts a comment.
         plain = [" ".join(cell.replace('"', "'").split()).lstrip("#") for cell in row]
         lines.append("\t".join(plain))
+    written = "\n".join(lines).encode("utf-8")
     with placed(f"{source.name}, table from line {block.line} on"):
-        return text.read_text(replace(source, data="\n".join(lines).encode("utf-8"), variable=None))
+        table = text.read_text(replace(source, data=written, variable=None))
+    if len(blocks) == 1:
+        return table
+    note = f"recording read from {what} {name}, 1 of {len(blocks)}"
+    return replace(table, notes=(note, *table.notes))
 
 
 def reader_of_blocks(

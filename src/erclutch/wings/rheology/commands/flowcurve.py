@@ -59,7 +59,7 @@ def flowcurve(
     """
     from erclutch.errors import SettingError
     from erclutch.report.plots.matplotlib_painter import save_plot
-    from erclutch.wings.rheology.field_series import series_of
+    from erclutch.wings.rheology.field_series import series_of, with_fields
     from erclutch.wings.rheology.flow_curve import ranked
     from erclutch.wings.rheology.flow_curve_file import read_flow_curves
     from erclutch.wings.rheology.flow_picture import picture_of
@@ -68,25 +68,20 @@ def flowcurve(
         raise SettingError(
             "a figure is of one file", where="--figure", remedy="Give the files one after another"
         )
-    for path in files:
-        if figure is not None and figure.with_suffix(".csv").resolve() == path.resolve():
-            problem = f"its numbers would be written over {path.name}"
-            raise SettingError(
-                problem, where="--figure", remedy="Choose another name for the figure"
-            )
+    if figure is not None and files and figure.with_suffix(".csv").resolve() == files[0].resolve():
+        problem = f"its numbers would be written over {files[0].name}"
+        raise SettingError(problem, where="--figure", remedy="Choose another name for the figure")
     notes: list[str] = []
     curves: list[tuple[str, FlowCurve]] = []  # with the name of the file
     for path in files:
-        file = read_flow_curves(
-            path,
-            shear_rate=shear_rate,
-            stress=stress,
-            sheet=sheet,
-        )
+        file = read_flow_curves(path, shear_rate=shear_rate, stress=stress, sheet=sheet)
         notes += [f"{path.name}: {note}" for note in file.notes]
         curves += [(path.name, curve) for curve in file.curves]
-    curves, of_files = _with_fields_of_files(curves)
-    notes += of_files
+    of_files: list[str] = []  # a note where the names of several files hold the fields
+    names = [name for name, _ in curves]
+    if 1 < len(names) == len({*names}) and not any(curve.field_unit for _, curve in curves):
+        with_field, of_files = with_fields([curve for _, curve in curves], [{} for _ in curves])
+        curves = [*zip(names, with_field, strict=True)]
     fitted: list[tuple[str, FlowCurve, list[FlowFit]]] = []
     with terminal.progress("fitting flow curves") as bar:
         for done, (name, curve) in enumerate(curves, start=1):
@@ -94,10 +89,8 @@ def flowcurve(
             bar(done, len(curves), "fitting flow curves")
 
     drawn: list[Path] = []
-    every_series: list[tuple[str, FieldSeries]] = []  # with the name of the file
     of_all = series_of([(curve, fits) for _, curve, fits in fitted]) if of_files else None
-    if of_all is not None:
-        every_series.append(("", of_all))
+    every_series: list[tuple[str, FieldSeries]] = [] if of_all is None else [("", of_all)]
     for path in files:
         of_file = [(curve, fits) for name, curve, fits in fitted if name == path.name]
         series = series_of(of_file)
@@ -108,10 +101,21 @@ def flowcurve(
             drawn += save_plot(picture_of(chosen_laws, series), figure)
 
     if json:
-        print(dumps([_as_json(*each) for each in fitted], indent=1, allow_nan=False))
+        entries: list[dict[str, Any]] = [
+            {
+                "file": name,
+                "curve": curve.label,
+                "points": curve.rate.size,
+                "field": curve.field if curve.field_unit else None,
+                "field_unit": curve.field_unit or None,
+                "fits": [fit.to_dict() for fit in fits],
+            }
+            for name, curve, fits in fitted
+        ]
+        print(dumps(entries, indent=1, allow_nan=False))
         return
     several = len(files) > 1
-    terminal.tell(*notes)
+    terminal.tell(*notes, *of_files)
     _tell_curves(fitted, several)
     for name, series in every_series:
         _tell_series(series, name if several else "")
@@ -119,34 +123,8 @@ def flowcurve(
         terminal.tell("written: " + ", ".join(map(str, drawn)))
     if parameters:
         for name, curve, (chosen, *_) in fitted:
-            terminal.tell(
-                terminal.estimates(f"{name}, {curve.label}: {chosen.law}", chosen.estimates)
-            )
-
-
-def _with_fields_of_files(
-    curves: list[tuple[str, FlowCurve]],
-) -> tuple[list[tuple[str, FlowCurve]], list[str]]:
-    """The curves of several files with one curve each, with the fields that the files' names hold, and a note on it."""
-    from erclutch.wings.rheology.field_series import with_fields
-
-    names = [name for name, _ in curves]
-    if len({*names}) < len(names) or len(names) < 2 or any(curve.field_unit for _, curve in curves):
-        return curves, []
-    with_field, notes = with_fields([curve for _, curve in curves], [{} for _ in curves])
-    return [*zip(names, with_field, strict=True)], notes
-
-
-def _as_json(name: str, curve: FlowCurve, fits: Sequence[FlowFit]) -> dict[str, Any]:
-    """A curve of a file with the laws that were fitted to it."""
-    return {
-        "file": name,
-        "curve": curve.label,
-        "points": curve.rate.size,
-        "field": curve.field if curve.field_unit else None,
-        "field_unit": curve.field_unit or None,
-        "fits": [fit.to_dict() for fit in fits],
-    }
+            title = f"{name}, {curve.label}: {chosen.law}"
+            terminal.tell(terminal.estimates(title, chosen.estimates))
 
 
 def _tell_curves(fitted: Sequence[tuple[str, FlowCurve, list[FlowFit]]], several: bool) -> None:

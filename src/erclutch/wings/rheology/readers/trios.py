@@ -38,7 +38,13 @@ def _blocks(content: str) -> list[Block]:
     # A section with rows of numbers is a step, also where its mark is damaged.
     starts: list[int] = []
     for at, line in enumerate(lines):
-        if line.strip().lower() == _STEP or _begins_a_step(lines, at):
+        bare = line.strip()
+        is_in_brackets = bare.startswith("[") and "\t" not in bare
+        if not bare.lower().endswith(_STEP) and not is_in_brackets:
+            continue
+        soon = [cells(below, delimiter_of(below)) for below in lines[at + 1 : at + 1 + _NEAR]]
+        has_numbers = any(len(row) > 1 and all(map(is_numeric, row)) for row in soon)
+        if has_numbers or bare.lower() == _STEP:
             starts.append(at)
     if not starts:
         return _points(lines)
@@ -63,16 +69,6 @@ def _blocks(content: str) -> list[Block]:
         if rows:
             blocks.append(Block(lines[named].strip(), names, units, rows, points[0] + 1))
     return blocks
-
-
-def _begins_a_step(lines: list[str], at: int) -> bool:
-    """Whether a line is a section's mark with a row of numbers soon after it."""
-    line = lines[at].strip()
-    is_in_brackets = line.startswith("[") and "\t" not in line
-    if not line.lower().endswith(_STEP) and not is_in_brackets:
-        return False
-    rows = [cells(below, delimiter_of(below)) for below in lines[at + 1 : at + 1 + _NEAR]]
-    return any(len(row) > 1 and all(map(is_numeric, row)) for row in rows)
 
 
 def _points(lines: list[str]) -> list[Block]:
