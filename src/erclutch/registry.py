@@ -20,7 +20,6 @@ from dataclasses import dataclass
 from functools import cache, cached_property, wraps
 from importlib import import_module
 from importlib.resources import files
-from importlib.resources.abc import Traversable
 from opcode import opmap
 from pathlib import PurePath
 from traceback import extract_tb
@@ -279,25 +278,10 @@ def _own(group: str) -> Mapping[str, Plugin]:
     rule = _GROUPS[group]
     mark = re.compile(rf"^{rule.mark}\b.*=", re.MULTILINE)
     marked: list[tuple[str, str]] = []  # name of the module, and its package
-    for package, folder in _folders(group):
-        for file in folder.iterdir():
-            if file.name.endswith(".py") and mark.search(file.read_text(encoding="utf-8")):
-                marked.append((file.name.removesuffix(".py"), package))
-
-    own: dict[str, Plugin] = {}
-    for module, package in sorted(marked):
-        attributes = {"mark": f":{rule.mark}", "function": f":{module}", "module": ""}
-        name = module.replace("_", "-")
-        own[name] = Plugin(group, name, f"{package}.{module}{attributes[rule.value]}")
-    return own
-
-
-def _folders(group: str) -> list[tuple[str, Traversable]]:
-    """Folders of the package that may hold a group's plug-ins, each with the name by which it is imported."""
-    package = files("erclutch")
     last = group.rpartition(".")[2]
-    room = _GROUPS[group].room
-    folders = [(f"erclutch.{room}.{last}", package / room / last)] if room else []
+    package = files("erclutch")
+    # Folders that may hold the group's plug-ins, each with the name by which it is imported.
+    folders = [(f"erclutch.{rule.room}.{last}", package / rule.room / last)] if rule.room else []
     wings = package / "wings"
     if wings.is_dir():
         folders += [
@@ -305,7 +289,20 @@ def _folders(group: str) -> list[tuple[str, Traversable]]:
             for wing in wings.iterdir()
             if wing.is_dir()
         ]
-    return [(name, folder) for name, folder in folders if folder.is_dir()]
+    for name, folder in folders:
+        if not folder.is_dir():
+            continue
+        for file in folder.iterdir():
+            if file.name.endswith(".py") and mark.search(file.read_text(encoding="utf-8")):
+                marked.append((file.name.removesuffix(".py"), name))
+
+    own: dict[str, Plugin] = {}
+    for module, folder_name in sorted(marked):
+        attributes = {"mark": f":{rule.mark}", "function": f":{module}", "module": ""}
+        name = module.replace("_", "-")
+        source = f"{folder_name}.{module}{attributes[rule.value]}"
+        own[name] = Plugin(group, name, source)
+    return own
 
 
 def own_text(plugin: Plugin) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from erclutch.cli.ending_signal import EndingSignal
@@ -46,7 +47,12 @@ def main(words: Sequence[str] | None = None) -> int:
         The exit code: 0 done, 1 a question is open, 2 wrong usage or bad input, 130 interrupted.
     """
     words = sys.argv[1:] if words is None else words
-    allowed = _address_space()
+    allowed = sys.maxsize  # bytes of address space
+    with suppress(ImportError):  # Windows limits none
+        import resource
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        allowed = allowed if limit == resource.RLIM_INFINITY else limit
     if allowed < _LEAST_MEMORY:  # libraries crash or hang there, each in its own way
         problem = f"this process may have {allowed >> 20} MiB of address space, and needs {_LEAST_MEMORY >> 20}"
         return failed(f"{problem}. Raise it: ulimit -v", 2)
@@ -66,46 +72,35 @@ def _code_of(words: Sequence[str]) -> int:
         return failed(_INTERRUPTED, 130)
     except Exception as error:
         if _ENDING.number:  # a library in which a signal came may make an error of its own of it
-            return _ended()
+            if _ENDING.interrupted:
+                return failed(_INTERRUPTED, 130)
+            raise SystemExit(128 + _ENDING.number) from None
         if (
             isinstance(error, ErclutchError)
             and not isinstance(error, PluginError)
             and _made_of_an_interrupt(error)
         ):
             return failed(_INTERRUPTED, 130)
-        code = _code_of_error(error, words)
-        if code is None:
-            raise
-        return code
+        # What is told in a line; any other error is a fault of ours.
+        if isinstance(error, ErclutchError):
+            return failed(str(error), error.exit_code)
+        if isinstance(error, ModuleNotFoundError):
+            missing = of_missing_wing(error, f"the command {words[0]!r}")
+            if missing is None:
+                raise
+            return failed(str(missing), missing.exit_code)
+        if isinstance(error, MemoryError):
+            return failed(f"memory ran out. {_MORE_MEMORY}", 2)
+        unmapped = isinstance(error, OSError | ImportError) and "shared object" in str(error)
+        if unmapped:  # the library is there, and its memory is not
+            return failed(f"a library cannot be loaded ({str(error)[:200]}). {_MORE_MEMORY}", 2)
+        if isinstance(error, OSError):
+            place = f"{error.filename}: " if error.filename else ""
+            return failed(f"{place}{error.strerror or error}", 2)
+        raise
     finally:
         _ENDING.end()
         release_all()
-
-
-def _ended() -> int:
-    """The exit code of a command that a signal has ended."""
-    if _ENDING.interrupted:
-        return failed(_INTERRUPTED, 130)
-    raise SystemExit(128 + _ENDING.number) from None
-
-
-def _code_of_error(error: Exception, words: Sequence[str]) -> int | None:
-    """The exit code of an error that is told; None where it is a fault of ours."""
-    if isinstance(error, ErclutchError):
-        return failed(str(error), error.exit_code)
-    if isinstance(error, ModuleNotFoundError):
-        missing = of_missing_wing(error, f"the command {words[0]!r}")
-        return None if missing is None else failed(str(missing), missing.exit_code)
-    if isinstance(error, MemoryError):
-        return failed(f"memory ran out. {_MORE_MEMORY}", 2)
-    if isinstance(error, OSError | ImportError) and "shared object" in str(
-        error
-    ):  # a library that cannot be mapped
-        return failed(f"a library cannot be loaded ({str(error)[:200]}). {_MORE_MEMORY}", 2)
-    if isinstance(error, OSError):
-        place = f"{error.filename}: " if error.filename else ""
-        return failed(f"{place}{error.strerror or error}", 2)
-    return None
 
 
 def _run(words: Sequence[str]) -> int:
@@ -143,13 +138,3 @@ def _made_of_an_interrupt(error: BaseException | None) -> bool:
             return True
         error = error.__cause__ or error.__context__
     return False
-
-
-def _address_space() -> int:
-    """Bytes that this process may have, where the system limits them."""
-    try:
-        import resource
-    except ImportError:
-        return sys.maxsize
-    allowed = resource.getrlimit(resource.RLIMIT_AS)[0]
-    return sys.maxsize if allowed == resource.RLIM_INFINITY else allowed

@@ -52,41 +52,36 @@ class Command:
 
 def commands() -> list[Command]:
     """All commands, by heading and place."""
+    from importlib.metadata import PackageNotFoundError, metadata
+
     listed: list[Command] = []
     for plugin in registry.plugins(GROUP):
-        if not plugin.own:
-            listed.append(_foreign(plugin))
+        if plugin.own:
+            mark = _MARK.search(registry.own_text(plugin))
+            assert mark is not None, f"COMMAND of {plugin.source} is no literal that spans lines"
+            about = ast.literal_eval(mark.group(1))
+            listed.append(Command(plugin, about["help"], about["panel"], about["place"]))
             continue
-        mark = _MARK.search(registry.own_text(plugin))
-        assert mark is not None, f"COMMAND of {plugin.source} is no literal that spans lines"
-        about = ast.literal_eval(mark.group(1))
-        listed.append(Command(plugin, about["help"], about["panel"], about["place"]))
+        try:
+            summary = str(metadata(plugin.package).json.get("summary", ""))
+        except PackageNotFoundError:
+            summary = ""
+        panel = OF_OTHERS
+        if plugin.part:  # of the group's name: one of our headings, or a heading of its own
+            words = plugin.part.replace("_", " ")
+            ours = [panel for panel in PANELS if panel.lower() == words.lower()]
+            capital = words[:1].upper() + words[1:]
+            panel = ours[0] if ours else capital
+        help_line = f"{summary} ({plugin.label})".strip()
+        listed.append(Command(plugin, help_line, panel, _AFTER_OURS))
 
     def place(command: Command) -> tuple[int, str, int, str]:
         """By heading, and below it by the place that the command asks for."""
-        return _rank(command.panel), command.panel, command.place, command.name
+        rank = len(PANELS)  # a heading that is not listed comes after those that are
+        if command.panel in PANELS:
+            rank = PANELS.index(command.panel)
+        elif command.panel == OF_OTHERS:
+            rank = len(PANELS) + 1
+        return rank, command.panel, command.place, command.name
 
     return sorted(listed, key=place)
-
-
-def _foreign(plugin: Plugin) -> Command:
-    from importlib.metadata import PackageNotFoundError, metadata
-
-    try:
-        summary = str(metadata(plugin.package).json.get("summary", ""))
-    except PackageNotFoundError:
-        summary = ""
-    panel = OF_OTHERS
-    if plugin.part:  # of the group's name: one of our headings, or a heading of its own
-        words = plugin.part.replace("_", " ")
-        ours = [panel for panel in PANELS if panel.lower() == words.lower()]
-        capital = words[:1].upper() + words[1:]
-        panel = ours[0] if ours else capital
-    return Command(plugin, f"{summary} ({plugin.label})".strip(), panel, _AFTER_OURS)
-
-
-def _rank(panel: str) -> int:
-    """A heading that is not listed comes after those that are, and the one of other packages last."""
-    if panel == OF_OTHERS:
-        return len(PANELS) + 1
-    return PANELS.index(panel) if panel in PANELS else len(PANELS)

@@ -13,7 +13,7 @@ from cyclopts.help.inline_text import InlineText
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from cyclopts.help import HelpPanel
+    from cyclopts.help import HelpEntry, HelpPanel
     from rich.console import Console, ConsoleOptions
 
 HELP_ALL = "--help-all"
@@ -60,17 +60,15 @@ class Flowing(DefaultFormatter):
             ):
                 words = description.primary_renderable.plain.split()
                 description.primary_renderable.plain = " ".join(words)
-        panel.entries = [each.copy(default=_typed(each.default)) for each in panel.entries]
+        entries: list[HelpEntry] = []
+        for entry in panel.entries:
+            # As a user would type it: of several values ``pdf png``, and not Python's ``('pdf', 'png')``.
+            default = None if entry.default in _NO_VALUE else entry.default
+            if default is not None and default.startswith("("):
+                default = default.strip("()").replace(",", "").replace("'", "")
+            entries.append(entry.copy(default=default))
+        panel.entries = entries
         super().__call__(console, options, panel)
-
-
-def _typed(default: str | None) -> str | None:
-    """A default as a user would type it: of several values ``pdf png``, and not Python's ``('pdf', 'png')``."""
-    if default is None or default in _NO_VALUE:
-        return None
-    if default.startswith("("):
-        return default.strip("()").replace(",", "").replace("'", "")
-    return default
 
 
 def _show(console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:

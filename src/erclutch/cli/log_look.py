@@ -101,6 +101,7 @@ def look_at(
         SettingError: an option cannot be as it is; what a log has against it is kept instead.
     """
     from erclutch.logs import apply
+    from erclutch.logs.field_between_logs import with_paths
 
     plan = reading.plan(raw, log)
     missing: tuple[str, ...] = ()
@@ -137,8 +138,11 @@ def look_at(
         try:
             covered = reading.dataset([*read, *further])
         except ErclutchError as error:  # such as logs in different units
-            problem = _field_that_differs(error, [log, *others])
-            if problem is None:
+            if isinstance(
+                error, UnloggedFieldError
+            ):  # no column holds the field: the user is asked
+                problem = with_paths(error, [log, *others])
+            else:
                 refused[error.where] = str(error)
     unfit, share = ("", None) if covered is None else _few_or_steady(covered)
     advice: list[str] = []
@@ -160,28 +164,6 @@ def look_at(
         share=share,
         advice=advice,
     )
-
-
-def _few_or_steady(rows: Dataset) -> tuple[str, float | None]:
-    """Why no model can be fitted to rows, "" where nothing stands against it; what few rows may hold out at most."""
-    from erclutch.fit.checks.data_check import FEWEST_ROWS, require_change, smaller_share
-
-    unfit = ""
-    share = smaller_share(rows)
-    if share == 0.0:
-        unfit = f"{rows.rows} rows are too few: a fit trains on {FEWEST_ROWS} and holds others out. Log more"
-    try:
-        require_change(rows)
-    except CheckError as error:
-        unfit = str(error)
-    return unfit, share
-
-
-def _field_that_differs(error: ErclutchError, logs: Sequence[Path]) -> ErclutchError | None:
-    """What the user is asked of logs whose fields differ, where no column holds any; None for other errors."""
-    from erclutch.logs.field_between_logs import with_paths
-
-    return with_paths(error, logs) if isinstance(error, UnloggedFieldError) else None
 
 
 def table_of_first(log: Path, reading: LogOptions) -> Table:
@@ -209,3 +191,18 @@ def table_of_first(log: Path, reading: LogOptions) -> Table:
                 bar(done, None, "columns, clock and checks")
 
         return table_of_log(log, reading.column_map(), reading.device, variable, show)
+
+
+def _few_or_steady(rows: Dataset) -> tuple[str, float | None]:
+    """Why no model can be fitted to rows, "" where nothing stands against it; what few rows may hold out at most."""
+    from erclutch.fit.checks.data_check import FEWEST_ROWS, require_change, smaller_share
+
+    unfit = ""
+    share = smaller_share(rows)
+    if share == 0.0:
+        unfit = f"{rows.rows} rows are too few: a fit trains on {FEWEST_ROWS} and holds others out. Log more"
+    try:
+        require_change(rows)
+    except CheckError as error:
+        unfit = str(error)
+    return unfit, share

@@ -49,6 +49,8 @@ def figures(values: Array) -> Figures:
 
 def tell_columns(log: Path, raw: Table) -> None:
     """Columns of a file as they are, and what is known of the whole file."""
+    import numpy as np
+
     terminal.tell(f"{log.name}: {raw.rows:,} row{'s'[: raw.rows != 1]}, {len(raw.columns)} columns")
     rows: list[list[str]] = []
     for name, values in raw.columns.items():
@@ -58,22 +60,17 @@ def tell_columns(log: Path, raw: Table) -> None:
     terminal.tell(terminal.table("Columns", headings, rows, left=2))
     terminal.tell(f"  damage to the file is {raw.damage}")
     if raw.clock is not None:
-        terminal.tell(f"  {_dates(raw.clock_name, raw.clock)}")
-
-
-def _dates(name: str, clock: Array) -> str:
-    """What a column of dates holds, and its pauses: they say how many stretches the log has."""
-    import numpy as np
-
-    steps = np.diff(clock)  # [s]
-    pauses = 0
-    if steps.size:
-        usual = np.median(steps)
-        pauses = int(np.count_nonzero(steps > _PAUSE * usual))
-    many = ""
-    if 0 < pauses <= _FEW_PAUSES * steps.size:
-        many = f", {pauses} pause{'s' if pauses > 1 else ''}"
-    return f"column {name} holds dates and times over {clock[-1] - clock[0]:.4g} s{many}"
+        # Pauses say how many stretches the log has.
+        steps = np.diff(raw.clock)  # [s]
+        pauses = 0
+        if steps.size:
+            usual = np.median(steps)
+            pauses = int(np.count_nonzero(steps > _PAUSE * usual))
+        many = ""
+        if 0 < pauses <= _FEW_PAUSES * steps.size:
+            many = f", {pauses} pause{'s' if pauses > 1 else ''}"
+        seconds = raw.clock[-1] - raw.clock[0]
+        terminal.tell(f"  column {raw.clock_name} holds dates and times over {seconds:.4g} s{many}")
 
 
 def several(recordings: Sequence[Recording]) -> RichTable:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
@@ -238,13 +238,6 @@ def _signal_of(constant: str) -> str:
     return signal.strip()
 
 
-def _holds_log(folder: Path, suffixes: Container[str]) -> bool:
-    """Whether a folder has a file that may be a log."""
-    from erclutch.logs.log_reader import may_be_log
-
-    return any(may_be_log(file, suffixes) for file in folder.iterdir())
-
-
 DEFAULT_READING = LogOptions()
 
 
@@ -295,8 +288,10 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             tables = [file for file in tables if file not in no_logs]
         folders = [folder for folder in path.iterdir() if folder.is_dir() and folder_reader(folder)]
         if not folders and len(words) == len(tables):
-            inner_folders = [each for each in path.iterdir() if each.is_dir()]
-            below = sorted(each.name for each in inner_folders if _holds_log(each, suffixes))
+            below: list[str] = []  # inner folders that hold logs
+            for each in sorted(path.iterdir()):
+                if each.is_dir() and any(may_be_log(file, suffixes) for file in each.iterdir()):
+                    below.append(each.name)
             named = f"Logs end in {', '.join(suffixes)}"
             if below:
                 named = f"Give one of its folders: {', '.join(below)}"

@@ -78,7 +78,17 @@ def misused(error: CycloptsError) -> str:
         and error.argument is not None
         and error.command_chain
     ):
-        return shown(f"{_what_is_missing(error)}{_taken_by_a_list(words)}")
+        typed = error.command_chain[0]
+        name = error.argument.name
+        valueless = [word for word in words if word in error.argument.names]
+        runs = [word for word in words if (Path(word) / "run.json").is_file()]
+        given = ""
+        if name == "--run" and runs:
+            given = f" {runs[0]} is a run: give it as --run {shlex.quote(runs[0])}."
+        missing = f"{name} is missing.{given} {_written(typed)}"
+        if valueless:
+            missing = f"{valueless[0]} needs a value: see erclutch {typed} --help."
+        return shown(f"{missing}{_taken_by_a_list(words)}")
     if isinstance(error, UnknownOptionError) and error.command_chain:
         options = {word.partition("=")[0] for word in words}
         if not options.isdisjoint(_OF_MAPPINGS):
@@ -124,23 +134,6 @@ def fraction_given(words: Sequence[str]) -> str:
         if option in wholes and _FRACTION.fullmatch(value) and not float(value).is_integer():
             return f"{option}: {value!r} is no whole number. erclutch {words[0]} --help shows what it takes."
     return ""
-
-
-def _what_is_missing(error: MissingArgumentError) -> str:
-    """Which file or value a command lacks, and how the command is typed."""
-    name = error.argument.name if error.argument else ""
-    command = (error.command_chain or ("",))[0]
-    words = error.root_input_tokens or ()
-    asked = [word for word in words if error.argument and word in error.argument.names]
-    if asked:
-        return f"{asked[0]} needs a value: see erclutch {command} --help."
-    runs = [word for word in words if (Path(word) / "run.json").is_file()]
-    given = (
-        f" {runs[0]} is a run: give it as --run {shlex.quote(runs[0])}."
-        if name == "--run" and runs
-        else ""
-    )
-    return f"{name} is missing.{given} {_written(command)}"
 
 
 def _taken_by_a_list(words: Sequence[str]) -> str:

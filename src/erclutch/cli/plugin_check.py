@@ -9,10 +9,9 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from erclutch.models.law_model import TorqueModel
     from erclutch.registry import Plugin
 
 #: By the clock: what is recorded in seconds here may take long on a busy machine.
@@ -68,8 +67,27 @@ def _not_exported(law: str, stage: str) -> str:
 
     from erclutch.export import ExportOptions, step_of
     from erclutch.export.c.c_source import source
+    from erclutch.models.law_model import TorqueModel
+    from erclutch.models.laws import law_from_name
+    from erclutch.models.model import Range
+    from erclutch.models.structure import Reference, Structure
+    from erclutch.signals.device import Units
 
-    model = _model_of(law, stage)
+    # Numbers in the middle of their ranges need no fit.
+    structure = Structure("single", law, law_from_name(law, "single"), stage, True, True)
+    shapes: dict[str, float] = {}
+    for shape in structure.shapes(1e-3):
+        low = float(shape.lower)
+        high = float(shape.upper)
+        shapes[shape.name] = low + 0.4 * (high - low)
+        if shape.scale == "log":
+            shapes[shape.name] = low * (high / low) ** 0.4
+    gains = {gain.name: 0.1 for gain in structure.gains()}
+    ranges = Range((0.0, _LARGEST), (-_SLIP, _SLIP), (-1.0, 1.0))
+    reference = Reference(_LARGEST, 17.0, 1e-3)
+    units = Units("N*m", "V", "rad/s")
+    model = TorqueModel(structure, reference, shapes, gains, units, ranges)
+
     rng = np.random.default_rng(0)
     rows = 200
     fields = rng.uniform(0.0, _LARGEST, rows)
@@ -90,31 +108,6 @@ def _not_exported(law: str, stage: str) -> str:
             return f"its effort of a row depends on other rows: {alone:g} alone, {effort[row]:g} among {rows}"
     source(step_of(model, ExportOptions("checked", "float64", 1e-3)))
     return ""
-
-
-def _model_of(law: str, stage: str) -> TorqueModel:
-    """A law with a stage and numbers in the middle of their ranges, which no fit was needed for."""
-    from erclutch.models.law_model import TorqueModel
-    from erclutch.models.laws import law_from_name
-    from erclutch.models.model import Range
-    from erclutch.models.structure import Reference, Structure
-    from erclutch.signals.device import Units
-
-    structure = Structure("single", law, law_from_name(law, "single"), stage, True, True)
-
-    def middle(shape: Any) -> float:
-        low = float(shape.lower)
-        high = float(shape.upper)
-        if shape.scale == "log":
-            return low * (high / low) ** 0.4
-        return low + 0.4 * (high - low)
-
-    shapes = {shape.name: middle(shape) for shape in structure.shapes(1e-3)}
-    gains = {gain.name: 0.1 for gain in structure.gains()}
-    ranges = Range((0.0, _LARGEST), (-_SLIP, _SLIP), (-1.0, 1.0))
-    reference = Reference(_LARGEST, 17.0, 1e-3)
-    units = Units("N*m", "V", "rad/s")
-    return TorqueModel(structure, reference, shapes, gains, units, ranges)
 
 
 if __name__ == "__main__":

@@ -61,7 +61,13 @@ def ranking(comparison: Comparison, width: int, *, whole: bool = False) -> Table
         "95 % band": [_band(e.test.rmse) for e in shown],
     }
     if any(e.by_log for e in shown):
-        cells["by log"] = [_by_log(e) for e in shown]
+        cells["by log"] = []
+        for entry in shown:
+            reach = ""  # smallest and largest error over the logs
+            if entry.by_log is not None:
+                low, high, _ = entry.by_log
+                reach = f"{number(low, 3)} - {number(high, 3)}"
+            cells["by log"].append(reach)
     cells["over the best"] = [
         "" if e.name == comparison.best else _percent(e.excess) for e in shown
     ]
@@ -98,14 +104,6 @@ def left_out(comparison: Comparison) -> str:
     if more <= 0:
         return ""
     return f"{more} more model{'s' if more > 1 else ''}: --all shows every one, with its notes."
-
-
-def _by_log(entry: RankedModel) -> str:
-    """Smallest and largest error over the logs."""
-    if entry.by_log is None:
-        return ""
-    low, high, _ = entry.by_log
-    return f"{number(low, 3)} - {number(high, 3)}"
 
 
 def prediction(entry: RankedModel, unit: str) -> list[str]:
@@ -169,29 +167,44 @@ def verdict(comparison: Comparison) -> str:
     standing = comparison.standing
     if standing.sign_open:
         return f"No model is recommended before the sign is settled: see the warning. The nearest is {called}."
-    if not standing.why_none:
-        return _recommended(comparison)
-    r2 = chosen.test.r2
-    return (
-        f"No model is recommended: the nearest, {called}, {standing.why_none} (R2 "
-        f"{r2_text(r2.value)}, 95 % band {r2_text(r2.low)} to {r2_text(r2.high)}; a constant "
-        f"would err by {percent(1 / chosen.test.share.value)} of that)."
-    )
-
-
-def _recommended(comparison: Comparison) -> str:
-    """The recommendation where there is one."""
-    best = comparison.entry(comparison.best)
-    chosen = comparison.entry(comparison.recommended)
-    of_best = comparison.called(best.name)
-    called = comparison.called(chosen.name)
-    unit = comparison.data.units.effort
+    if standing.why_none:
+        r2 = chosen.test.r2
+        return (
+            f"No model is recommended: the nearest, {called}, {standing.why_none} (R2 "
+            f"{r2_text(r2.value)}, 95 % band {r2_text(r2.low)} to {r2_text(r2.high)}; a constant "
+            f"would err by {percent(1 / chosen.test.share.value)} of that)."
+        )
     if len(comparison.entries) == 1:
         return f"Only {called}, was fitted, so there is nothing to recommend it over."
     if not chosen.sound:
         return f"Nothing to recommend: these data identify no model's parameters. The nearest is {called}."
+    unit = comparison.data.units.effort
     if chosen.validation is not None:
-        return _by_training_rows(comparison, chosen, unit)
+        # Training rows that no fit has seen chose it.
+        known = {e.name: e.validation for e in comparison.entries if e.validation is not None}
+        least = min(known, key=lambda name: known[name].value)
+        place = "the least"
+        if least != chosen.name:
+            apart = "by less than 5 % or by less than these rows can tell"
+            place = f"as good as {comparison.called(least)}, by {number(known[least].value)}: they differ {apart}"
+        over_physics = f" {why}" if (why := worth_its_freedom(comparison)) else ""
+        validated = amount(number(known[chosen.name].value), unit)
+        judged = amount(number(chosen.test.rmse.value), unit)
+        better = ""  # the first model that errs by less on the rows held out, and why it is not recommended
+        for entry in comparison.entries:
+            if entry.turned_down:
+                error = amount(number(entry.test.rmse.value), unit)
+                of_better = comparison.called(entry.name)
+                better = f" {of_better}, errs by {error} there and is not recommended: {entry.turned_down}."
+                break
+        return (
+            f"Recommended: {called} ({chosen.outcome.parameters} parameters). The training rows chose it: with "
+            f"{comparison.chosen_by} left out in turn it errs by {validated}, {place}."
+            f"{over_physics} The rows held out chose nothing: there it errs by {judged}.{better}"
+        )
+
+    best = comparison.entry(comparison.best)
+    of_best = comparison.called(best.name)
     if best.name == chosen.name:
         return f"Recommended: {called}. It is the best, and no simpler model is as good."
     if chosen.excess.value > TOLERATED and chosen.excess.low > 0.0:
@@ -205,37 +218,6 @@ def _recommended(comparison: Comparison) -> str:
         f"the best one, {of_best} ({best.outcome.parameters} parameters{doubt}): inside its 95 % band, "
         f"{amount(_band(best.test.rmse), unit)}, with an error {_percent(chosen.excess)} over its own."
     )
-
-
-def _by_training_rows(comparison: Comparison, chosen: RankedModel, unit: str) -> str:
-    """The recommendation where training rows that no fit has seen chose it."""
-    called = comparison.called(chosen.name)
-    known = {e.name: e.validation for e in comparison.entries if e.validation is not None}
-    least = min(known, key=lambda name: known[name].value)
-    place = "the least"
-    if least != chosen.name:
-        apart = "by less than 5 % or by less than these rows can tell"
-        place = f"as good as {comparison.called(least)}, by {number(known[least].value)}: they differ {apart}"
-    over_physics = f" {why}" if (why := worth_its_freedom(comparison)) else ""
-    validated = amount(number(known[chosen.name].value), unit)
-    judged = amount(number(chosen.test.rmse.value), unit)
-    return (
-        f"Recommended: {called} ({chosen.outcome.parameters} parameters). The training rows chose it: with "
-        f"{comparison.chosen_by} left out in turn it errs by {validated}, {place}."
-        f"{over_physics} The rows held out chose nothing: there it errs by {judged}."
-        f"{_better_but_turned_down(comparison)}"
-    )
-
-
-def _better_but_turned_down(comparison: Comparison) -> str:
-    """The first model that errs by less on the rows held out, and why it is not recommended; empty for none."""
-    for entry in comparison.entries:
-        if entry.turned_down:
-            unit = comparison.data.units.effort
-            error = amount(number(entry.test.rmse.value), unit)
-            called = comparison.called(entry.name)
-            return f" {called}, errs by {error} there and is not recommended: {entry.turned_down}."
-    return ""
 
 
 def worth_its_freedom(comparison: Comparison) -> str:

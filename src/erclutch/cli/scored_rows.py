@@ -29,8 +29,11 @@ def score_left_out(
     how: Reading,
     tasks: Tasks,
     folder: Path | None,
-) -> EveryRow:
+) -> EveryRow | None:
     """Score the models of a comparison of stretches on every row; with the folder of the run, in which all is kept.
+
+    Returns:
+        The figures; None where the comparison has every row already.
 
     Raises:
         LogError, MappingError: a log changed meanwhile.
@@ -39,6 +42,8 @@ def score_left_out(
     from erclutch.runs.run_folder import read_run
     from erclutch.runs.scoring_plan import plan_of
 
+    if not rows.left_out:
+        return None
     run = "" if folder is None else str(read_run(folder).body["digest"])
     models = {entry.name: entry.outcome.model for entry in comparison.entries}
     return _scored(plan_of(rows, comparison, run), models, how, tasks, folder)

@@ -182,7 +182,10 @@ def _locked(place: Path) -> int | None:
     while True:
         left = lock.exists()
         try:
-            handle = _opened(lock)
+            try:
+                handle = os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
+            except PermissionError:  # another user's; it can be locked all the same
+                handle = os.open(lock, os.O_RDONLY | os.O_NOFOLLOW)
         except OSError:  # whoever writes says why the folder cannot be written
             return None
         try:
@@ -204,13 +207,6 @@ def _locked(place: Path) -> int | None:
         os.ftruncate(handle, 0)
         os.pwrite(handle, _machine(), 0)
     return handle
-
-
-def _opened(lock: Path) -> int:
-    try:
-        return os.open(lock, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666)
-    except PermissionError:  # another user's; it can be locked all the same
-        return os.open(lock, os.O_RDONLY | os.O_NOFOLLOW)
 
 
 def _machine() -> bytes:
@@ -259,7 +255,18 @@ def put_new(finished: Path, target: Path) -> None:
             target.rmdir()
             raise
     else:
-        _link_new(finished, target)
+        # No rename refuses here: a second name refuses, and so does making an empty file.
+        try:
+            os.link(finished, target)
+        except FileExistsError:
+            # A network share may have done it and lost its own answer.
+            if not os.path.samestat(target.lstat(), finished.stat()):
+                raise
+        except OSError:  # FAT and some shares know no second name
+            os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
+            os.replace(finished, target)
+            return
+        finished.unlink()
 
 
 def put_beside(finished: Path, target: Path) -> Path:
@@ -280,22 +287,6 @@ def put_beside(finished: Path, target: Path) -> Path:
         except FileExistsError:
             free = target.with_name(f"{stem}-{number}{suffix}")
     return free
-
-
-def _link_new(finished: Path, target: Path) -> None:
-    """`put_new` of a file where no rename refuses: a second name refuses, and so does making an empty file."""
-    try:
-        os.link(finished, target)
-    except FileExistsError:
-        if not os.path.samestat(
-            target.lstat(), finished.stat()
-        ):  # a network share may have done it and lost its own answer
-            raise
-    except OSError:  # FAT and some shares know no second name
-        os.close(os.open(target, os.O_CREAT | os.O_EXCL | os.O_WRONLY))
-        os.replace(finished, target)
-        return
-    finished.unlink()
 
 
 def replaced(partial: Path, target: Path, may_replace: Callable[[Path], bool]) -> bool:

@@ -49,7 +49,27 @@ def compare(
         may_write_report(out, force, (".html",))
     pairing = pair([read_run(run) for run in runs], model)
     if json:
-        terminal.say_json(_as_json(pairing))
+        # Figures in the effort's unit, each as value, low, high; differences are to the first run.
+        of_runs: list[dict[str, Any]] = []
+        for contender in pairing.contenders:
+            more, share = contender.more, contender.share  # of the first run there are none
+            of_runs.append(
+                {
+                    "run": str(contender.run.folder),
+                    "model": contender.model,
+                    "rmse": contender.figures.rmse.to_list(),
+                    "difference": None if more is None else more.to_list(),
+                    "share": None if share is None else share.to_list(),
+                }
+            )
+        terminal.say_json(
+            {
+                "rows": pairing.rows,
+                "unit": pairing.contenders[0].run.body["units"]["effort"],
+                "runs": of_runs,
+                "done_differently": {name: list(values) for name, values in pairing.differing},
+            }
+        )
     else:
         _print(pairing)
     if out is not None:
@@ -59,28 +79,6 @@ def compare(
         written = write_comparison(pairing, out)
         if not json:
             say_written(written, open_)
-
-
-def _as_json(pairing: Pairing) -> dict[str, Any]:
-    """Figures in the effort's unit, each as value, low, high; differences are to the first run."""
-    runs: list[dict[str, Any]] = []
-    for contender in pairing.contenders:
-        more, share = contender.more, contender.share  # of the first run there are none
-        runs.append(
-            {
-                "run": str(contender.run.folder),
-                "model": contender.model,
-                "rmse": contender.figures.rmse.to_list(),
-                "difference": None if more is None else more.to_list(),
-                "share": None if share is None else share.to_list(),
-            }
-        )
-    return {
-        "rows": pairing.rows,
-        "unit": pairing.contenders[0].run.body["units"]["effort"],
-        "runs": runs,
-        "done_differently": {setting: list(values) for setting, values in pairing.differing},
-    }
 
 
 def _print(pairing: Pairing) -> None:

@@ -96,7 +96,6 @@ def fit(
         reading: How to read the log.
     """
     from erclutch.fit.comparison import Settings
-    from erclutch.fit.final_fit import with_final_fit
     from erclutch.runs.tasks import tasks_on
     from erclutch.runs.written_run import may_write, run_to_dict, write_run
 
@@ -108,9 +107,8 @@ def fit(
     if out is not None:
         may_write(out, force)
     elif final:
-        raise SettingError(
-            "a model of all rows is kept in a run", where="--final", remedy="Give --out RUN too"
-        )
+        problem = "a model of all rows is kept in a run"
+        raise SettingError(problem, where="--final", remedy="Give --out RUN too")
     settings = Settings(
         models=model_names(models),
         lag=lag,
@@ -120,24 +118,20 @@ def fit(
         offset=offset,
         seed=seed,
         workers=workers,
-        past=_times_ago(past),
+        # Counts of rows are numbers; times stay as they were written.
+        past=tuple(int(ago) if ago.isdecimal() else ago for ago in past),
         polish=polish,
     )
     how = reading.how()
-    with tasks_on(
-        cluster, workers
-    ) as tasks:  # a cluster that does not answer is told before the fit
+    # A cluster that does not answer is told before the fit.
+    with tasks_on(cluster, workers) as tasks:
         rows = _read(logs, how, reading.device, 1e9 * memory)
-        comparison = _compared(rows.data, settings)
-        if final and not comparison.standing.why_none:
-            comparison = with_final_fit(comparison)
+        comparison = _compared(rows.data, settings, final=final)
         if not json:
             _print_all(rows, comparison, time.perf_counter() - began, whole=all_, final=final)
         if out is not None:
             write_run(out, comparison, rows.logs, reading=reading.to_dict(), force=force)
-        figures = (
-            scored_rows.score_left_out(rows, comparison, how, tasks, out) if rows.left_out else None
-        )
+        figures = scored_rows.score_left_out(rows, comparison, how, tasks, out)
     if json:
         body = dict(run_to_dict(comparison, rows.logs, reading.to_dict()))
         if figures is not None:
@@ -172,11 +166,6 @@ def _print_every_row(figures: EveryRow, recommended: str, unit: str) -> None:
     terminal.console().print(scored_rows.table(figures, recommended, unit))
     for name, why in figures.not_scored.items():
         terminal.tell(f"not scored on every row: {name}: {why}")
-
-
-def _times_ago(words: Sequence[str]) -> tuple[int | str, ...]:
-    """Counts of rows as numbers, and times as they were written."""
-    return tuple(int(word) if word.isdecimal() else word for word in words)
 
 
 def _print_all(
@@ -222,16 +211,20 @@ def _read(
         return read_rows(expand(logs), how, device, memory=memory, progress=show)
 
 
-def _compared(data: Dataset, settings: Settings) -> Comparison:
-    """Fit all models, behind a bar on a terminal."""
+def _compared(data: Dataset, settings: Settings, *, final: bool) -> Comparison:
+    """Fit all models, behind a bar on a terminal; the recommended model to all rows too, where that is asked for."""
     from erclutch.fit.comparison import compare
+    from erclutch.fit.final_fit import with_final_fit
 
     with terminal.progress("looking at the rows, before the first fit") as bar:
 
         def show(step: FitStep) -> None:
             bar(step.done, 1.0, step.doing, fitted=step.fitted, train_share=step.train_share)
 
-        return compare(data, settings, show)
+        comparison = compare(data, settings, show)
+    if final and not comparison.standing.why_none:
+        return with_final_fit(comparison)
+    return comparison
 
 
 def require_counts(workers: int, seed: int, blocks: int = 0) -> None:

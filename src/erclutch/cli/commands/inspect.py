@@ -23,7 +23,6 @@ from erclutch.files import may_fill, require_room
 
 if TYPE_CHECKING:
     from erclutch.logs import Plan, Table
-    from erclutch.signals.recording import Recording
 
 COMMAND = {
     "help": "Show what is in a log and what each column is taken for.",
@@ -89,9 +88,19 @@ def inspect(
     look = look_at(log, others, raw, reading)
     drawn: list[Path] = []
     if plots is not None:
+        from erclutch.report.plots.log_plots import describe_coverage, describe_section, titled
+        from erclutch.report.plots.matplotlib_painter import save_plot
+
         if look.problem is not None:
             raise look.problem
-        drawn = _draw(plots, log, look.read[0], start, seconds, reading)
+        recording = look.read[0]
+        if start is not None and start >= recording.time[-1]:
+            remedy = f"Give less than {recording.time[-1]:.4g} s, the log's end"
+            raise SettingError(f"--start {start:g} s", remedy=remedy)
+        section = describe_section(recording, start=start, seconds=seconds)
+        coverage = describe_coverage(reading.dataset([recording]), titled(recording))
+        drawn += save_plot(section, plots / f"{log.stem}-section.png")
+        drawn += save_plot(coverage, plots / f"{log.stem}-coverage.png")
     if write_mapping is not None:
         look.plan.save(write_mapping)
     if json:
@@ -107,6 +116,9 @@ def inspect(
 
 def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
     """The log as it is; None where an option must say how it is read, and that option is printed as a command."""
+    from erclutch.logs.columns.rheometer_names import of_oscillation, tells_a_flow_curve
+    from erclutch.logs.log_file import recordings_in, tables_in
+
     try:
         return table_of_first(log, reading)
     except AlikeRecordingsError:
@@ -116,59 +128,25 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
         if option is None:
             raise
         settled = f"{shlex.join(['erclutch', 'inspect', str(log)])} {option.group()}"
-        swings: list[str] = []
+        swings: dict[str, None] = {}  # columns of oscillations, each once
         if "recordings" in error.problem:
-            flows, swings = _tests_of_a_rheometer(log)
-            if flows:
+            recordings = recordings_in(log)
+            tables_or_errors = tables_in(log, recordings).values()
+            tables = [table for table in tables_or_errors if not isinstance(table, LogError)]
+            if any(tells_a_flow_curve(table.columns) for table in tables):
                 settled = shlex.join(["erclutch", "flowcurve", str(log)])
-                swings = []
+            else:
+                swings = {name: None for table in tables for name in of_oscillation(table.columns)}
         if swings:
-            terminal.say(f"Not understood yet: {log.name}: {_oscillates(swings)}")
+            terminal.say(f"Not understood yet: {log.name}: {_oscillates(list(swings))}")
             return None
         terminal.say(f"Not understood yet: {error}")
         terminal.say(f"What settles it: {_with_options(settled, reading)}")
         return None
 
 
-def _tests_of_a_rheometer(log: Path) -> tuple[bool, list[str]]:
-    """Whether a recording of a file has the columns of a flow curve, and the columns that tell of oscillations."""
-    from erclutch.logs.columns.rheometer_names import of_oscillation, tells_a_flow_curve
-    from erclutch.logs.log_file import recordings_in, tables_in
-
-    recordings = recordings_in(log)
-    tables_or_errors = tables_in(log, recordings).values()
-    tables = [table for table in tables_or_errors if not isinstance(table, LogError)]
-    swings = {name: None for table in tables for name in of_oscillation(table.columns)}
-    return any(tells_a_flow_curve(table.columns) for table in tables), list(swings)
-
-
 def _oscillates(columns: Sequence[str]) -> str:
     return f"an oscillation of a rheometer ({', '.join(columns[:3])}): no log of a device, no flow curve"
-
-
-def _draw(
-    folder: Path,
-    log: Path,
-    recording: Recording,
-    start: float | None,
-    seconds: float,
-    reading: LogOptions,
-) -> list[Path]:
-    """Figure 3 and the coverage of a log, in a folder; the files that were written."""
-    from erclutch.report.plots.log_plots import describe_coverage, describe_section, titled
-    from erclutch.report.plots.matplotlib_painter import save_plot
-
-    if start is not None and start >= recording.time[-1]:
-        raise SettingError(
-            f"--start {start:g} s",
-            remedy=f"Give less than {recording.time[-1]:.4g} s, the log's end",
-        )
-    section = describe_section(recording, start=start, seconds=seconds)
-    coverage = describe_coverage(reading.dataset([recording]), titled(recording))
-    return [
-        *save_plot(section, folder / f"{log.stem}-section.png"),
-        *save_plot(coverage, folder / f"{log.stem}-coverage.png"),
-    ]
 
 
 def _held(look: LogLook, reading: LogOptions) -> str:
@@ -289,7 +267,19 @@ def _tell_what_settles(
 
     alike = look.refused_alike
     first = shlex.quote(look.plan.path)
-    settled = _settling(look, problem)
+    plan = look.plan
+    option = _OPTION.search(problem.remedy)
+    if plan.questions:
+        # A rheometer's points are for laws at one field.
+        settled = _flow_command(look) if _is_of_a_rheometer(plan) else plan.command()
+    elif "(--time none)" in problem.remedy and plan.signal("slip") is not None:
+        settled = f"{plan.command().rstrip()} --time none"
+    elif "--invalid drop" in problem.remedy:
+        settled = f"{plan.command().rstrip()} --invalid drop"
+    elif option is not None:
+        settled = f"{shlex.join(['erclutch', 'inspect', plan.path])} {option.group()}"
+    else:  # only another file helps
+        settled = ""
     if len(alike) == len(look.refused):  # one command settles it for all of them
         settled = settled.replace(first, typed)
     why = str(problem)
@@ -324,26 +314,6 @@ def _with_options(command: str, reading: LogOptions) -> str:
             values = given[place + 1 : place + 2]
             beside += [word, *(value for value in values if not value.startswith("--"))]
     return " ".join([command.rstrip(), *map(shlex.quote, beside)])
-
-
-def _settling(look: LogLook, problem: ErclutchError) -> str:
-    """The command that answers all questions about a log; "" where only another file helps."""
-    plan = look.plan
-    if not plan.questions:
-        command = plan.command().rstrip()
-        if "(--time none)" in problem.remedy and plan.signal("slip") is not None:
-            return f"{command} --time none"
-        if "--invalid drop" in problem.remedy:
-            return f"{command} --invalid drop"
-        option = _OPTION.search(problem.remedy)
-        return (
-            f"{shlex.join(['erclutch', 'inspect', plan.path])} {option.group()}"
-            if option is not None
-            else ""
-        )
-    if _is_of_a_rheometer(plan):  # its points are for laws at one field
-        return _flow_command(look)
-    return plan.command()
 
 
 def _flow_command(look: LogLook) -> str:

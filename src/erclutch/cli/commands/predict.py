@@ -58,12 +58,24 @@ def predict(
         force: Replace a file or folder that is there.
         reading: How to read the log; by default as the run's own logs were read.
     """
+    from erclutch.logs.log_writer import is_prediction
     from erclutch.runs.new_rows import opened
 
     files = expand(logs)
     several = len(files) > 1 or logs[0].is_dir()
     if several:
-        _may_write_folder(out, force)
+        # A folder of predictions may be replaced where that is asked for, and no other folder.
+        def are_predictions(folder: Path) -> bool:
+            """Whether a folder holds nothing but predictions."""
+            return folder.is_dir() and all(is_prediction(path) for path in folder.iterdir())
+
+        may_replace = are_predictions if force else nothing
+        require_room(out)
+        reserve(out, may_replace)
+        if is_there(out) and not may_replace(out):
+            release(out)
+            problem = "exists and holds more than predictions" if force else "exists already"
+            raise RunError(problem, where=str(out), remedy="Give --out another name")
     else:
         may_write_file(out, force, endings=LOG_ENDINGS)
     kept, chosen = opened(run, model)
@@ -71,7 +83,15 @@ def predict(
     if not sensor:
         how = how.without_effort(chosen.units.effort)
     if several:
-        _refuse_same_names(files, out)
+        # Two logs of one name would be one file of the folder.
+        stems = [file.stem for file in files]
+        twice = next((stem for stem in stems if stems.count(stem) > 1), None)
+        if twice is not None:
+            remedy = "Give their predictions apart, each to a file"
+            raise SettingError(f"two logs are called {twice}", where=str(out), remedy=remedy)
+        if out.is_file() or out.suffix.lower() in (".csv", ".parquet", ".mat"):
+            remedy = "Give --out the name of a folder"
+            raise SettingError(f"one file for {len(files)} logs", where=str(out), remedy=remedy)
         with whole_folder(out, _UNWRITABLE) as folder, terminal.progress("predicting") as bar:
             for done, file in enumerate(files):
                 bar(done, len(files), file.name)
@@ -82,40 +102,6 @@ def predict(
         summary = _estimated(files[0], how, chosen, kept, out, band=band, sensor=sensor)
         terminal.say(summary)
     terminal.say(f"Written to {out}")
-
-
-def _may_write_folder(out: Path, force: bool) -> None:
-    """A folder of predictions may be replaced where that is asked for, and no other folder."""
-    from erclutch.logs.log_writer import is_prediction
-
-    def are_predictions(folder: Path) -> bool:
-        """Whether a folder holds nothing but predictions."""
-        return folder.is_dir() and all(is_prediction(path) for path in folder.iterdir())
-
-    may_replace = are_predictions if force else nothing
-    require_room(out)
-    reserve(out, may_replace)
-    if is_there(out) and not may_replace(out):
-        release(out)
-        problem = "exists and holds more than predictions" if force else "exists already"
-        raise RunError(problem, where=str(out), remedy="Give --out another name")
-
-
-def _refuse_same_names(files: list[Path], out: Path) -> None:
-    """SettingError for two logs that would be one file of the folder, or a file where the folder is to be."""
-    stems = [file.stem for file in files]
-    twice = next((stem for stem in stems if stems.count(stem) > 1), None)
-    if twice is not None:
-        problem = f"two logs are called {twice}"
-        raise SettingError(
-            problem, where=str(out), remedy="Give their predictions apart, each to a file"
-        )
-    if out.is_file() or out.suffix.lower() in (".csv", ".parquet", ".mat"):
-        raise SettingError(
-            f"one file for {len(files)} logs",
-            where=str(out),
-            remedy="Give --out the name of a folder",
-        )
 
 
 def _estimated(

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.cli.quantities import SHARE
-
-if TYPE_CHECKING:
-    from erclutch.fit.comparison import Comparison
 
 COMMAND = {
     "help": "Adapt a kept model to a new log of the same or a sister device, from few rows.",
@@ -46,7 +43,7 @@ def recalibrate(
         json: Print everything as JSON instead of tables.
         reading: How to read the log.
     """
-    from erclutch.cli import terminal
+    from erclutch.cli import ranking_table, terminal
     from erclutch.runs.recalibrated_run import recalibrated
     from erclutch.runs.run_folder import read_run
     from erclutch.runs.written_run import may_write, run_to_dict, write_run
@@ -60,7 +57,23 @@ def recalibrate(
     adapted = recalibrated(base, data, model=model, share=share, stretches=stretches)
     if not json:
         terminal.tell("\n".join(terminal.recording_lines(recordings)))
-        _print(adapted)
+        about = adapted.recalibration or {}
+        judged = int(adapted.test.sum())
+        terminal.tell(f"adapted on {adapted.data.rows - judged:,} rows, judged on {judged:,}")
+        rmse_of_blocks: dict[str, list[float]] = about[
+            "unseen_blocks_rmse"
+        ]  # by the way of adapting
+        rows: list[list[str]] = []
+        for way, errors in rmse_of_blocks.items():
+            overall = sum(rmse**2 for rmse in errors) ** 0.5 / len(errors) ** 0.5
+            rows.append([way, terminal.number(overall, zeros=True)])
+        blocks = len(rmse_of_blocks[about["way"]])
+        title = f"What moves, on {blocks} unseen blocks of these rows"
+        unit = terminal.with_unit("RMSE", adapted.data.units.effort)
+        terminal.tell(terminal.table(title, ["", unit], rows, left=1))
+        terminal.tell(ranking_table.ranking(adapted, terminal.console().width))
+        terminal.tell(about["verdict"], style="bold")
+        terminal.tell(*ranking_table.parameters(adapted))
     if out is not None:
         write_run(out, adapted, recordings, reading=reading.to_dict(), force=force)
     if json:
@@ -68,23 +81,3 @@ def recalibrate(
         terminal.say_json(body)
         return
     terminal.say(*terminal.kept_lines(out))
-
-
-def _print(adapted: Comparison) -> None:
-    from erclutch.cli import ranking_table, terminal
-
-    about = adapted.recalibration or {}
-    judged = int(adapted.test.sum())
-    terminal.tell(f"adapted on {adapted.data.rows - judged:,} rows, judged on {judged:,}")
-    rmse_of_blocks: dict[str, list[float]] = about["unseen_blocks_rmse"]  # by the way of adapting
-    rows: list[list[str]] = []
-    for way, errors in rmse_of_blocks.items():
-        overall = sum(rmse**2 for rmse in errors) ** 0.5 / len(errors) ** 0.5
-        rows.append([way, terminal.number(overall, zeros=True)])
-    blocks = len(rmse_of_blocks[about["way"]])
-    title = f"What moves, on {blocks} unseen blocks of these rows"
-    unit = terminal.with_unit("RMSE", adapted.data.units.effort)
-    terminal.tell(terminal.table(title, ["", unit], rows, left=1))
-    terminal.tell(ranking_table.ranking(adapted, terminal.console().width))
-    terminal.tell(about["verdict"], style="bold")
-    terminal.tell(*ranking_table.parameters(adapted))

@@ -59,7 +59,9 @@ def score(
     from erclutch.fit.choice.scoring import BandedFigure
     from erclutch.logs.dataset import require_units
     from erclutch.logs.log_writer import PREDICTED
+    from erclutch.models.model_titles import title_of
     from erclutch.runs.new_rows import models_of, opened, score_model, unlike_training
+    from erclutch.runs.run_shape import FINAL
 
     scores: list[_Scored] = []
     recordings: list[Recording] = []
@@ -84,17 +86,25 @@ def score(
         require_units(data, data_of_runs[0], str(folder))
         warnings += unlike_training(kept, chosen, data)
         for name, each in models_of(kept, chosen, model):
+            # A model's id in its run, and what it is called in plain words.
+            if kept is None:
+                title = title_of(name)
+            elif name in kept.names:
+                title = f"{kept.id_of(name)}, {kept.titles[name]}"
+            else:
+                title = f"{FINAL}, {kept.titles[kept.recommended]}, of all rows"
             recommended_at: BandedFigure | None = None
             if kept is not None and kept.recommends(name):
                 recommended_at = BandedFigure(*kept.entry(name)["test"]["rmse"])
-            scores.append(
-                _Scored(folder, _title(kept, name), score_model(each, data, name), recommended_at)
-            )
+            scores.append(_Scored(folder, title, score_model(each, data, name), recommended_at))
     scores.sort(key=lambda each: each.score.figures.rmse.value)
     data = data_of_runs[0]
 
     if json:
-        models = [_as_json(each) for each in scores]
+        models: list[dict[str, Any]] = []
+        for each in scores:
+            of_logs = [asdict(log) for log in each.score.by_log]
+            models.append({"title": each.title, **each.score.row(str(each.run)), "logs": of_logs})
         body = {
             "log": data.where,
             "rows": data.rows,
@@ -133,15 +143,6 @@ class _Scored(NamedTuple):
     title: str
     score: ModelScore
     recommended_at: BandedFigure | None
-
-
-def _as_json(each: _Scored) -> dict[str, Any]:
-    """A model with its figures, of each log too."""
-    return {
-        "title": each.title,
-        **each.score.row(str(each.run)),
-        "logs": [asdict(log) for log in each.score.by_log],
-    }
 
 
 def _table_by_log(each: _Scored, data: Dataset) -> Table:
@@ -213,18 +214,6 @@ def _words_on(scores: Sequence[_Scored], data: Dataset, *, all_new: bool) -> lis
         f"them; worst {worst}: the same of the {worst} that the band fits least."
     )
     return lines
-
-
-def _title(run: Run | None, name: str) -> str:
-    """A model's id in its run, and what it is called in plain words."""
-    from erclutch.models.model_titles import title_of
-    from erclutch.runs.run_shape import FINAL
-
-    if run is None:
-        return title_of(name)
-    if name not in run.names:
-        return f"{FINAL}, {run.titles[run.recommended]}, of all rows"
-    return f"{run.id_of(name)}, {run.titles[name]}"
 
 
 def _trained_on(run: Run, recordings: Sequence[Recording]) -> list[str]:
