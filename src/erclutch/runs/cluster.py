@@ -10,11 +10,9 @@ Functions stand at the top of a module.
 
 from __future__ import annotations
 
-import os
 import re
 import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Generator, Iterable, Iterator, Sized
 from concurrent.futures import (
@@ -22,20 +20,20 @@ from concurrent.futures import (
     CancelledError,
     Executor,
     Future,
-    ProcessPoolExecutor,
     ThreadPoolExecutor,
 )
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
-from multiprocessing import get_context, parent_process, resource_tracker
+from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 from weakref import WeakSet
 
 from erclutch.errors import ErclutchError, SettingError
 from erclutch.fit.solver.one_thread import one_thread
+from erclutch.runs.own_processes import OwnProcesses, one_blas_thread
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -220,80 +218,6 @@ def _ended(executor: Any) -> Generator[Any]:
     executor.shutdown()
 
 
-class OwnProcesses(Executor):
-    """Processes of this machine, each with a queue of its own: a process that dies takes its one task with it."""
-
-    def __init__(self, count: int) -> None:
-        self._idle: SimpleQueue[ProcessPoolExecutor] = SimpleQueue()
-        self._all: dict[ProcessPoolExecutor, Future[int]] = {}
-        self._over = False
-        for _ in range(count):
-            self._idle.put(self._started())
-
-    def _started(self) -> ProcessPoolExecutor:
-        process = ProcessPoolExecutor(1, get_context("spawn"), initializer=_begin)
-        self._all[process] = process.submit(os.getpid)
-        return process
-
-    def submit(
-        self,
-        fn: Callable[..., R],
-        /,
-        *args: Any,
-        **kwargs: Any,
-    ) -> Future[R]:
-        """Give a task to an idle process, and wait until there is one."""
-        process = self._idle.get()
-        try:
-            future = process.submit(fn, *args, **kwargs)
-        except BrokenExecutor:  # it died while it was idle
-            process = self._replaced(process)
-            future = process.submit(fn, *args, **kwargs)
-
-        def put_back(done: Future[R]) -> None:
-            broken = not done.cancelled() and isinstance(done.exception(), BrokenExecutor)
-            if not self._over:
-                self._idle.put(self._replaced(process) if broken else process)
-
-        future.add_done_callback(put_back)
-        return future
-
-    def _replaced(self, process: ProcessPoolExecutor) -> ProcessPoolExecutor:
-        del self._all[process]
-        return self._started()
-
-    def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """End the processes; at once where their tasks are cancelled."""
-        self._over = True
-        for process, number in list(self._all.items()):
-            if cancel_futures and number.done() and number.exception() is None:
-                with suppress(OSError):
-                    os.kill(number.result(), signal.SIGTERM)
-            process.shutdown(wait=wait, cancel_futures=cancel_futures)
-
-
-def _begin() -> None:
-    """In a process of our own: one BLAS thread; Ctrl-C ends it without a word; it never outlives its parent."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-    parent = parent_process()
-    if parent is not None:
-
-        def end_with_parent() -> None:
-            parent.join()
-            os._exit(1)
-
-        threading.Thread(target=end_with_parent, daemon=True).start()
-    one_blas_thread()
-
-
-def one_blas_thread() -> None:
-    """Keep the BLAS of this process to one thread from now on; sums have the same bits everywhere then."""
-    import scipy.linalg  # pyright: ignore[reportUnusedImport]  # noqa: F401  its BLAS must be there to be told
-    from threadpoolctl import threadpool_limits
-
-    threadpool_limits(1)
-
-
 # --- Dask -------------------------------------------------------------------------------------------------------------
 
 
@@ -418,7 +342,12 @@ async def _fetch(task: Any, answer: Future[R]) -> None:
     except BaseException as error:  # of the task, its workers, or the way here
         answer.set_exception(error)
     else:
-        _unpack(packed, answer)
+        try:
+            answer.set_result(_wire().loads(packed))
+        except Exception as unreadable:  # whatever it is, it is no result
+            problem = f"a worker's answer cannot be read ({type(unreadable).__name__})"
+            remedy = "Start workers with the same packages as here"
+            answer.set_exception(WorkerLostError(problem, remedy=remedy))
 
 
 def _on_dask(function: Callable[..., object], *args: Any, **kwargs: Any) -> bytes:
@@ -432,15 +361,6 @@ def _wire() -> Any:
     from distributed.protocol import pickle
 
     return pickle
-
-
-def _unpack(packed: bytes, answer: Future[R]) -> None:
-    try:
-        answer.set_result(_wire().loads(packed))
-    except Exception as unreadable:  # whatever it is, it is no result
-        problem = f"a worker's answer cannot be read ({type(unreadable).__name__})"
-        remedy = "Start workers with the same packages as here"
-        answer.set_exception(WorkerLostError(problem, remedy=remedy))
 
 
 def _prepare(client: Any, where: str) -> None:

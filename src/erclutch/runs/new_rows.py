@@ -225,28 +225,22 @@ def score_model(model: Model, data: Dataset, name: str) -> ModelScore:
         held = coverage(data, ends, np.ones(data.rows, np.bool_))
         low, high = ends
         inside = (data.effort >= low) & (data.effort <= high)
+    by_log: list[LogScore] = []  # of several logs
+    if len(data.sources) > 1:
+        for log, (start, stop) in zip(data.sources, data.source_rows, strict=True):
+            rows = slice(start, stop)
+            size = float(effort[rows] @ effort[rows])
+            gain = float(data.effort[rows] @ effort[rows]) / size if size > 0.0 else np.nan
+            share = None if inside is None else float(inside[rows].mean())
+            by_log.append(LogScore(log, rms(data.effort[rows] - effort[rows]), gain, share))
     return ModelScore(
         model=name,
         figures=scored(data.effort, effort),
         guessed=float(outside.mean()),
         where=_where(model, data, outside),
         held=held,
-        by_log=_by_log(data, effort, inside),
+        by_log=tuple(by_log),
     )
-
-
-def _by_log(data: Dataset, estimated: Array, inside: Mask | None) -> tuple[LogScore, ...]:
-    """How good an estimate is in each of several logs; none of a single log."""
-    if len(data.sources) < 2:
-        return ()
-    scores: list[LogScore] = []
-    for log, (start, stop) in zip(data.sources, data.source_rows, strict=True):
-        rows = slice(start, stop)
-        size = float(estimated[rows] @ estimated[rows])
-        gain = float(data.effort[rows] @ estimated[rows]) / size if size > 0.0 else np.nan
-        share = None if inside is None else float(inside[rows].mean())
-        scores.append(LogScore(log, rms(data.effort[rows] - estimated[rows]), gain, share))
-    return tuple(scores)
 
 
 def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:

@@ -46,7 +46,39 @@ def read_rows(run: Run) -> RunRows:
     try:
         columns: dict[str, Any] = dict(kept_columns(path))
         columns["test"] = columns["test"] != 0.0
-        return _rows_of(run.body, columns)
+        body = run.body
+        test = columns["test"]
+        rows = test.size
+        held = int(test.sum())
+        if (rows - held, held) != (body["train_rows"], body["test_rows"]):
+            raise ValueError(f"{rows} rows, {held} of them held out")
+        units = body["units"]
+        tails = [""] if body["device"] == "single" else ["1", "2"]
+        spans: list[Span] = []
+        for start, stop, period in body["spans"]:
+            known_period = None if period is None else float(period)
+            spans.append(Span(int(start), int(stop), known_period))
+        further = {
+            name.removeprefix(INPUT): column
+            for name, column in columns.items()
+            if name.startswith(INPUT)
+        }
+        data = Dataset(
+            device=body["device"],
+            elements=tuple(
+                Element(columns[f"field{tail}"], columns[f"slip{tail}"]) for tail in tails
+            ),
+            effort=columns["effort"],
+            clock=Clock(columns["time"], tuple(spans)),
+            units=Units(units["effort"], units["field"], units["slip"]),
+            sources=tuple(str(log["name"]) for log in body["logs"]),
+            source_rows=tuple((int(start), int(stop)) for start, stop in body["source_rows"]),
+            notes=tuple(body["notes"]),
+            origins=tuple(str(log["origin"]) for log in body["logs"]),
+            extras=further,
+        )
+        names = [entry["name"] for entry in body["ranking"]]
+        return RunRows(data, test, {name: columns[f"effort:{name}"] for name in names})
     except LogError as error:
         remedy = error.remedy if RAISED in error.remedy else "Fit the log again"
         raise RunError(
@@ -56,37 +88,3 @@ def read_rows(run: Run) -> RunRows:
         raise RunError(
             f"does not fit run.json: {error}", where=str(path), remedy="Fit the log again"
         ) from error
-
-
-def _rows_of(body: Mapping[str, Any], columns: Mapping[str, Any]) -> RunRows:
-    """Columns as rows; ValueError or KeyError where they do not fit what run.json says."""
-    test = columns["test"]
-    rows = test.size
-    held = int(test.sum())
-    if (rows - held, held) != (body["train_rows"], body["test_rows"]):
-        raise ValueError(f"{rows} rows, {held} of them held out")
-    units = body["units"]
-    tails = [""] if body["device"] == "single" else ["1", "2"]
-    spans: list[Span] = []
-    for start, stop, period in body["spans"]:
-        known_period = None if period is None else float(period)
-        spans.append(Span(int(start), int(stop), known_period))
-    further = {
-        name.removeprefix(INPUT): column
-        for name, column in columns.items()
-        if name.startswith(INPUT)
-    }
-    data = Dataset(
-        device=body["device"],
-        elements=tuple(Element(columns[f"field{tail}"], columns[f"slip{tail}"]) for tail in tails),
-        effort=columns["effort"],
-        clock=Clock(columns["time"], tuple(spans)),
-        units=Units(units["effort"], units["field"], units["slip"]),
-        sources=tuple(str(log["name"]) for log in body["logs"]),
-        source_rows=tuple((int(start), int(stop)) for start, stop in body["source_rows"]),
-        notes=tuple(body["notes"]),
-        origins=tuple(str(log["origin"]) for log in body["logs"]),
-        extras=further,
-    )
-    names = [entry["name"] for entry in body["ranking"]]
-    return RunRows(data, test, {name: columns[f"effort:{name}"] for name in names})
