@@ -190,16 +190,9 @@ def rows_as_frame(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> DataF
 def estimates_as_frame(estimates: Sequence[Estimate]) -> DataFrame:
     """Parameters with their 95 % intervals."""
     rows: list[tuple[Any, ...]] = []
-    for estimate in estimates:
-        row = (
-            estimate.name,
-            estimate.value,
-            estimate.low,
-            estimate.high,
-            estimate.unit,
-            estimate.meaning,
-        )
-        rows.append(row)
+    for fitted in estimates:
+        interval = (fitted.value, fitted.low, fitted.high)
+        rows.append((fitted.name, *interval, fitted.unit, fitted.meaning))
     return rows_as_frame(("parameter", "value", "low", "high", "unit", "meaning"), rows)
 
 

@@ -142,7 +142,23 @@ def _latex(table: PaperTable) -> str:
     for column, is_numeric in zip(columns, numeric, strict=True):
         longest = max(map(len, column), default=0)
         if is_numeric:
-            kinds.append(f"S[table-format={_format(column)}]")
+            # The digits before and after the point, and of the exponent.
+            sign = ""
+            mark = "e"
+            whole = places = 0
+            longest_power = ""
+            for cell in column:
+                mantissa, _, power = cell.partition("e")
+                before, _, behind = mantissa.partition(".")
+                whole = max(whole, len(before.lstrip("-")))
+                places = max(places, len(behind))
+                longest_power = max(longest_power, power, key=len)
+                if mantissa.startswith("-"):
+                    sign = "-"
+                if power.startswith("-"):
+                    mark = "e-"
+            exponent = f"{mark}{len(longest_power.lstrip('-'))}" if longest_power else ""
+            kinds.append(f"S[table-format={sign}{whole}.{places}{exponent}]")
         elif longest > _LONG:
             kinds.append(_PARAGRAPH)
         else:
@@ -182,26 +198,6 @@ def _broken(text: str) -> str:
 def _numeric(column: Iterable[str]) -> bool:
     filled = [cell for cell in column if cell]
     return bool(filled) and all(map(_NUMBER.fullmatch, filled))
-
-
-def _format(column: Iterable[str]) -> str:
-    """The table-format of siunitx: digits before and after the point, and of the exponent."""
-    sign = ""
-    mark = "e"
-    whole = places = 0
-    longest_power = ""
-    for cell in column:
-        mantissa, _, power = cell.partition("e")
-        before, _, behind = mantissa.partition(".")
-        whole = max(whole, len(before.lstrip("-")))
-        places = max(places, len(behind))
-        longest_power = max(longest_power, power, key=len)
-        if mantissa.startswith("-"):
-            sign = "-"
-        if power.startswith("-"):
-            mark = "e-"
-    exponent = f"{mark}{len(longest_power.lstrip('-'))}" if longest_power else ""
-    return f"{sign}{whole}.{places}{exponent}"
 
 
 def _markdown(table: PaperTable) -> str:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from erclutch.models.band import Band
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.number_text import Scale, brief, count, percent
 from erclutch.report.numbers.run_material import Material
@@ -30,49 +29,42 @@ def _fill(material: Material) -> dict[str, Any] | None:
         holds = figures[key]
         if holds is not None:
             held.append((name, holds, holds["width"] / plain_width))
-    trace = describe_trace(material).panels[0]
-    return {
-        "level": percent(band.level),
-        "figure": replace(trace, size=(880, 300)),
-        "held": held,
-        "classes": list(_classes(material, band)),
-        "logs": len(material.body["logs"]),
-    }
 
-
-BAND = Section("band", "Prediction band", "Band", _fill)
-
-
-def _classes(material: Material, band: Band) -> Iterator[tuple[str, str, str, str]]:
-    """Class, rows held out, share of them inside, mean width."""
+    # Class, rows held out, share of them inside, mean width.
     data = material.rows.data
     test = material.rows.test
     assert material.band_ends is not None
     low, high = material.band_ends
     inside = ((low <= data.effort) & (data.effort <= high))[test]
     width = (high - low)[test]
-
     ways = (
         ["field has settled", "field is switching"],
         _ranges("field", band.field_edges, material.field),
         _ranges("slip", band.slip_edges, material.slip),
     )
     cells = band.cells(data.elements, data.clock)[test]
-    classes = np.unravel_index(cells, band.shape)  # of each row held out, each way of parting them
-    for class_of_row, labels in zip(classes, ways, strict=True):
+    classes: list[tuple[str, str, str, str]] = []
+    # The class of each row held out, each way of parting them.
+    for class_of_row, labels in zip(np.unravel_index(cells, band.shape), ways, strict=True):
         if len(labels) == 1:  # the band does not part the rows this way
             continue
         for number, label in enumerate(labels):
             rows = class_of_row == number
             if rows.any():
                 share = float(inside[rows].mean())
-                mean_width = float(width[rows].mean())
-                yield (
-                    label,
-                    count(int(rows.sum())),
-                    percent(share),
-                    material.effort.bare(mean_width),
-                )
+                mean_width = material.effort.bare(float(width[rows].mean()))
+                classes.append((label, count(int(rows.sum())), percent(share), mean_width))
+    trace = describe_trace(material).panels[0]
+    return {
+        "level": percent(band.level),
+        "figure": replace(trace, size=(880, 300)),
+        "held": held,
+        "classes": classes,
+        "logs": len(material.body["logs"]),
+    }
+
+
+BAND = Section("band", "Prediction band", "Band", _fill)
 
 
 def _ranges(name: str, edges: Sequence[float], scale: Scale) -> list[str]:

@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from importlib.metadata import version
 from importlib.resources import files
-from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
@@ -69,7 +68,13 @@ def memory_terms_of(dynamics: str) -> tuple[Markup, ...]:
 
 def _kept_terms(digest: str, make: Callable[[], list[str]]) -> tuple[Markup, ...]:
     kept = cache_folder() / f"equation-{digest[:24]}.json"
-    terms = _read(kept)
+    terms: list[str] | None = None
+    with contextlib.suppress(OSError, ValueError):
+        read: object = json.loads(small_text(kept))
+        if isinstance(read, list) and all(
+            isinstance(term, str) for term in cast("list[object]", read)
+        ):
+            terms = cast("list[str]", read)
     if terms is None:
         terms = make()
         # A cache that cannot be written costs a second the next time, no more.
@@ -124,14 +129,3 @@ def _digest(names: Any, columns: Sequence[str]) -> str:
     for maker in _MAKERS:
         digest.update(files("erclutch").joinpath(maker).read_bytes())
     return digest.hexdigest()
-
-
-def _read(kept: Path) -> list[str] | None:
-    try:
-        terms: object = json.loads(small_text(kept))
-    except (OSError, ValueError):
-        return None
-    sound = isinstance(terms, list) and all(
-        isinstance(term, str) for term in cast("list[object]", terms)
-    )
-    return cast("list[str]", terms) if sound else None

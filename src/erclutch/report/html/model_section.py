@@ -96,14 +96,6 @@ def why_not_measured(material: Material, number: Mapping[str, Any]) -> str:
     return "other constants do the same on these rows"
 
 
-def _kept_back(material: Material) -> float:
-    """The share of a field that stays in the iron, as the recommended model has it; 0 without such a stage."""
-    own = (
-        response for response in material.step_responses if response.model == material.recommended
-    )
-    return next((response.kept_back for response in own), 0.0)
-
-
 def _curve_words(material: Material) -> Iterator[str]:
     """Where the effort is monotone in the field, how far it reaches, and where curves are guesses."""
     model = material.models[material.recommended]
@@ -120,9 +112,14 @@ def _curve_words(material: Material) -> Iterator[str]:
     for _, over_field in material.recommended_curves:
         moves = np.ptp(over_field.effort, axis=1)
         follows = max(follows, float(moves.max()))
+    kept = 0.0  # the share of a field that stays in the iron, as the recommended model has it
+    for response in material.step_responses:
+        if response.model == material.recommended:
+            kept = response.kept_back
+            break
     if follows <= _FLAT * measured:
         yield f"Its {word} does not follow the field."
-    elif share == 1.0 and (kept := _kept_back(material)):
+    elif share == 1.0 and kept:
         yield (
             f"Curves are drawn without what the iron keeps, up to {percent(kept, 2)} of the field: behind a field that "
             f"falls the {word} stays larger, behind a field that rises it stays smaller, so measured rows lie on both "

@@ -24,37 +24,35 @@ def _fill(material: Material) -> dict[str, Any]:
     laws: list[dict[str, Any]] = []
     networks: list[dict[str, Any]] = []
     for entry in ranking:
-        if entry["name"] in material.law_parts:
-            laws.append(_law(material, entry))
-        else:
-            networks.append({"title": entry["title"], "weights": entry["fit"]["weights"]})
+        fit = entry["fit"]
+        model = material.law_parts.get(entry["name"])
+        if model is None:
+            networks.append({"title": entry["title"], "weights": fit["weights"]})
+            continue
+        # The equation of the law with its constants, as it was fitted and as it was published.
+        stages = [(stage.name, equation_text(stage.equation)) for stage in model.structure.stages]
+        of_paper = fit["paper_form"].items()
+        laws.append(
+            {
+                "name": entry["name"],
+                "title": entry["title"],
+                "equation": equation_of(model),
+                "stages": stages,
+                "reference": meaning_of_letters(material, model),
+                "source": model.structure.law.source,
+                "rows": [parameter_row(p) for p in fit["parameters"]],
+                "published": [(symbol(name), number(value, 4)) for name, value in of_paper],
+                "condition": number(fit["condition"], 2),
+                "odd": negative_gains(model),
+                "weights": fit["weights"],
+            }
+        )
     return {"laws": laws, "networks": networks}
 
 
 PARAMETERS = Section(
     "parameters", "Equations and constants of all laws", "Parameters", _fill, folded=True
 )
-
-
-def _law(material: Material, entry: Mapping[str, Any]) -> dict[str, Any]:
-    """The equation of a law with its constants, as it was fitted and as it was published."""
-    model = material.law_parts[entry["name"]]
-    fit = entry["fit"]
-    of_paper = fit["paper_form"].items()
-    published = [(symbol(name), number(value, 4)) for name, value in of_paper]
-    return {
-        "name": entry["name"],
-        "title": entry["title"],
-        "equation": equation_of(model),
-        "stages": [(stage.name, equation_text(stage.equation)) for stage in model.structure.stages],
-        "reference": meaning_of_letters(material, model),
-        "source": model.structure.law.source,
-        "rows": [parameter_row(p) for p in fit["parameters"]],
-        "published": published,
-        "condition": number(fit["condition"], 2),
-        "odd": negative_gains(model),
-        "weights": fit["weights"],
-    }
 
 
 def negative_gains(model: TorqueModel) -> list[str]:
@@ -123,7 +121,11 @@ def equation_of(model: TorqueModel) -> Markup:
             factor = Markup('<mspace width="0.2em"/><mtext>{}</mtext>').format(added.factor)
         else:
             factor = _TURN if added.factor else Markup("")
-        terms.append(_number(added.gain) + factor)
+        # The gain is a letter with an index, a number or a word.
+        letter, _, index = added.gain.partition("_")
+        kind = Markup("mn" if index.isdecimal() else "mi")
+        gain = Markup("<msub><mi>{}</mi><{}>{}</{}></msub>").format(letter, kind, index, kind)
+        terms.append(gain + factor)
     behind = stages_at(structure.dynamics, "effort")
     before = Markup(
         "<msub><mi>T</mi><mi>fluid</mi></msub><mo>=</mo>" if behind else "<mi>T</mi><mo>=</mo>"
@@ -133,15 +135,6 @@ def equation_of(model: TorqueModel) -> Markup:
         pieces.append(Markup("<math><mrow>{}</mrow></math>").format(before + term))
         before = Markup('<mo form="infix" lspace="0.25em" rspace="0.25em">+</mo>')
     return Markup(" ").join(pieces)
-
-
-def _number(name: str) -> Markup:
-    """The symbol of a gain, a letter with an index."""
-    letter, _, index = name.partition("_")
-    kind = "mn" if index.isdecimal() else "mi"
-    return Markup("<msub><mi>{}</mi><{}>{}</{}></msub>").format(
-        letter, Markup(kind), index, Markup(kind)
-    )
 
 
 #: By what a friction is multiplied that turns with the slip.

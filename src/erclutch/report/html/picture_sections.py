@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from erclutch.report.html.section import Section
-from erclutch.report.numbers.error_map import ErrorMap
 from erclutch.report.numbers.model_stages import remembers_slip
 from erclutch.report.numbers.number_text import brief, count, number, percent
 from erclutch.report.numbers.run_material import Material
@@ -27,7 +26,6 @@ def _error_map(material: Material) -> dict[str, Any]:
     panels = describe_error_map(material).panels
     (error,) = panels[0].cells()
     (rows,) = panels[1].cells()
-    place = {"inside": inside(panels[0])}  # of the axes in the drawing, the same in all
 
     largest_errors = [worst_cell(material, cells) for cells in material.error_maps]
     worst = " ".join(filter(None, largest_errors))
@@ -35,28 +33,31 @@ def _error_map(material: Material) -> dict[str, Any]:
     holes = "Every row held out lies in a cell that training rows reach."
     if blind:
         holes = f"{percent(blind, 2)} of the rows held out lie in cells without a training row (crossed)."
+    grids: list[dict[str, Any]] = []  # for the readout under the pointer
+    units = [brief(scale.unit) for scale in (material.field, material.slip, material.effort)]
+    for cells in material.error_maps:
+        shown_rmse = cells.rmse * material.effort.factor
+        rmse = np.where(np.isfinite(cells.rmse), shown_rmse, -1.0)
+        grids.append(
+            {
+                "name": material.element_name(cells.element),
+                "field": [float(f"{v:.4g}") for v in cells.field_edges * material.field.factor],
+                "slip": [float(f"{v:.4g}") for v in cells.slip_edges * material.slip.factor],
+                "train": cells.train.tolist(),
+                "test": cells.test.tolist(),
+                "rmse": [[float(f"{v:.3g}") for v in line] for line in rmse],
+                "units": units,
+                # Where the axes lie in the drawing, the same in all.
+                "inside": inside(panels[0]),
+            }
+        )
     return {
         "pairs": list(zip(panels[::2], panels[1::2], strict=True)),
-        "grids": [_grid(material, cells) | place for cells in material.error_maps],
+        "grids": grids,
         "error_steps": [number(top, 2) for top in error.largest(RAMP)],
         "row_steps": [count(round(top)) for top in rows.largest(RAMP)],
         "error_label": error.label,
         "lead": f"{worst} {holes}",
-    }
-
-
-def _grid(material: Material, cells: ErrorMap) -> dict[str, Any]:
-    """For the readout under the pointer."""
-    shown_rmse = cells.rmse * material.effort.factor
-    rmse = np.where(np.isfinite(cells.rmse), shown_rmse, -1.0)
-    return {
-        "name": material.element_name(cells.element),
-        "field": [float(f"{v:.4g}") for v in cells.field_edges * material.field.factor],
-        "slip": [float(f"{v:.4g}") for v in cells.slip_edges * material.slip.factor],
-        "train": cells.train.tolist(),
-        "test": cells.test.tolist(),
-        "rmse": [[float(f"{v:.3g}") for v in line] for line in rmse],
-        "units": [brief(scale.unit) for scale in (material.field, material.slip, material.effort)],
     }
 
 
@@ -123,33 +124,32 @@ def _loops(material: Material) -> dict[str, Any] | None:
         return None
     panels = describe_loops(material).panels
     models = {material.titles[name]: role for name, role in material.looped.items()}
-    return {"figures": panels, "models": models, "lead": _drawn(material)}
 
-
-def _drawn(material: Material) -> str:
-    """How much of the measured loops the models draw."""
+    # How much of the measured loops the models draw.
     areas = material.loop_areas
     if areas is None and material.without_field:
-        return "Hardly a period was held out."
-    if areas is None:
-        return "Hardly a period was held out at a steady field, and at a moving field a loop is no sign of memory."
-    wide = (
-        f"Over {count(areas.periods)} periods held out at a steady field, the loops of {material.word} over slip fill "
-        f"{percent(areas.measured, 2)} of the boxes around them"
-    )
-    if areas.measured < _NARROW:
-        none = f"{wide}, next to nothing: they show no memory of the motion."
-        # Closed loops seem to deny the memory of the recommended model, where it has one.
-        if remembers_slip(material.run.entry(material.recommended)):
-            none += (
-                " The recommended model has a memory all the same: “Lag and memory” says what it "
-                "gains over all rows."
-            )
-        return none
-    shares: list[str] = []
-    for name, share in areas.drawn.items():
-        shares.append(f"{material.titles[name]} draws {percent(max(share, 0.0), 2)}")
-    return f"{wide}; of that area {' and '.join(shares)}."
+        lead = "Hardly a period was held out."
+    elif areas is None:
+        lead = "Hardly a period was held out at a steady field, and at a moving field a loop is no sign of memory."
+    else:
+        lead = (
+            f"Over {count(areas.periods)} periods held out at a steady field, the loops of {material.word} over slip "
+            f"fill {percent(areas.measured, 2)} of the boxes around them"
+        )
+        if areas.measured < _NARROW:
+            lead += ", next to nothing: they show no memory of the motion."
+            # Closed loops seem to deny the memory of the recommended model, where it has one.
+            if remembers_slip(material.run.entry(material.recommended)):
+                lead += (
+                    " The recommended model has a memory all the same: “Lag and memory” says what it "
+                    "gains over all rows."
+                )
+        else:
+            shares: list[str] = []
+            for name, share in areas.drawn.items():
+                shares.append(f"{material.titles[name]} draws {percent(max(share, 0.0), 2)}")
+            lead += f"; of that area {' and '.join(shares)}."
+    return {"figures": panels, "models": models, "lead": lead}
 
 
 ERROR_MAP = Section(

@@ -77,7 +77,15 @@ def command_of(body: Mapping[str, Any]) -> str:
     """The command that gives the run again from its logs; empty where it was not made by ``erclutch fit``."""
     if body["reading"] is None:
         return ""
-    logs = list(dict.fromkeys(_file_of(str(log["name"])) for log in body["logs"]))
+    logs: list[str] = []  # files, each once
+    for log in body["logs"]:
+        # Of "log.xlsx: Test A" the file is log.xlsx, which holds several recordings.
+        name = str(log["name"])
+        file, colon, _ = name.partition(": ")
+        if not colon or not PurePath(file).suffix:
+            file = name
+        if file not in logs:
+            logs.append(file)
     reading: list[str] = []
     for key, value in body["reading"].items():
         name = _SHORT.get(str(key), str(key).replace("_", "-"))
@@ -102,12 +110,6 @@ def command_of(body: Mapping[str, Any]) -> str:
     if "final" in body:
         words.append("--final")
     return shlex.join([*words, "--out", "RUN"])
-
-
-def _file_of(log: str) -> str:
-    """The file of a log: of "log.xlsx: Test A" it is log.xlsx, which holds several recordings."""
-    file, colon, _ = log.partition(": ")
-    return file if colon and PurePath(file).suffix else log
 
 
 def _option(name: str, value: Any) -> list[str]:

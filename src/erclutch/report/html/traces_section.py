@@ -13,7 +13,6 @@ from erclutch.report.html.section import Section
 from erclutch.report.numbers.correlation import noise_of
 from erclutch.report.numbers.number_text import Scale, brief, count, number
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.plots.plot_description import Panel
 from erclutch.report.plots.trace_plot import describe_trace
 from erclutch.signals.array import Array, largest_size
 from erclutch.signals.clock import stretches
@@ -35,19 +34,34 @@ def _fill(material: Material) -> dict[str, Any]:
     """The interactive plot."""
     packer, inputs = _packed(material)
     models: list[dict[str, Any]] = []
-    for name in material.run.names:
-        if f"estimate:{name}" in packer.channels:
-            role = material.shown.get(name, "")
-            detail = _detail(packer, material, name)
-            models.append(
-                {"name": name, "title": material.titles[name], "role": role, "detail": detail}
-            )
     data = material.rows.data
+    held = stretches(material.rows.test)
+    for name in material.run.names:
+        channel = f"estimate:{name}"
+        if channel not in packer.channels:
+            continue
+        detail = "coarse"  # how many of its rows are whole
+        if packer.has(channel, 0, data.rows):
+            detail = "all"
+        elif all(packer.has(channel, start, stop) for start, stop in held):
+            detail = "test"
+        role = material.shown.get(name, "")
+        models.append(
+            {"name": name, "title": material.titles[name], "role": role, "detail": detail}
+        )
     logs: list[list[Any]] = []  # name, first row, and the row behind the last one
     for log, (start, stop) in zip(data.sources, data.source_rows, strict=True):
         logs.append([log, start, stop])
     windows = material.windows
-    drawn, drawn_rows = _on_paper(material)
+
+    # For paper: traces under one another over the whole width, and which rows these are.
+    first, stop = windows.lively
+    time = data.clock.time[first : min(stop, first + _DRAWN)]
+    begin = float(time[0])
+    seconds = float(time[-1] - time[0])
+    panels = describe_trace(material, start=begin, seconds=seconds, band=False).panels
+    drawn = [replace(panel, size=(_WIDE, round(_HIGH * panel.share))) for panel in panels]
+    ends = f"{number(begin, 4)} to {number(begin + seconds, 4)} s"
     layers = [layer for channel in packer.channels.values() for layer in channel.layers]
     coarsest = max(layer.bucket for layer in layers)  # rows that a value stands for
     return {
@@ -56,7 +70,7 @@ def _fill(material: Material) -> dict[str, Any]:
             "time": _clock(material),
             "breaks": [span.start for span in data.clock.spans][1:],
             "logs": logs,
-            "test": stretches(material.rows.test),
+            "test": held,
             "windows": {"typical": list(windows.typical), "worst": list(windows.worst)},
             "recommended": material.recommended,
             "models": models,
@@ -73,25 +87,11 @@ def _fill(material: Material) -> dict[str, Any]:
         "bucket": count(coarsest),
         "word": material.word,
         "drawn": drawn,
-        "drawn_rows": drawn_rows,
+        "drawn_rows": f"Held-out rows from {ends}, in which much happens.",
     }
 
 
 TRACES = Section("traces", "Measured against estimated", "Traces", _fill)
-
-
-def _on_paper(material: Material) -> tuple[list[Panel], str]:
-    """The traces for paper, under one another over the whole width, and which rows these are."""
-    first, stop = material.windows.lively
-    time = material.rows.data.clock.time[first : min(stop, first + _DRAWN)]
-    start = float(time[0])
-    seconds = float(time[-1] - time[0])
-    panels = describe_trace(material, start=start, seconds=seconds, band=False).panels
-    wide = [replace(panel, size=(_WIDE, round(_HIGH * panel.share))) for panel in panels]
-    return (
-        wide,
-        f"Held-out rows from {number(start, 4)} to {number(start + seconds, 4)} s, in which much happens.",
-    )
 
 
 def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
@@ -110,7 +110,17 @@ def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
     size_of_error = rmse or float(np.std(data.effort))
     fine = _resolution(data.effort, _FINE * size_of_error)
     packer.add("measured", data.effort, fine, buckets)
-    inputs = _inputs(material, packer, buckets)
+    inputs: list[dict[str, Any]] = []  # fields and slips; those of a pair in two plots
+    kinds: dict[str, Scale] = {"field": material.field, "slip": material.slip}
+    for kind, scale in kinds.items():
+        for place, element in enumerate(data.elements):
+            channel = f"{kind}{place}"
+            values = element.field if kind == "field" else element.slip
+            reach = float(np.ptp(values)) or 1.0
+            packer.add(channel, values, _resolution(values, _RANGE * reach), buckets)
+            label = f"{kind} {material.element_name(place)}".strip()
+            shown_as = {"label": label, "unit": brief(scale.unit), "factor": scale.factor}
+            inputs.append({"channel": channel, "kind": kind, **shown_as})
     limit = 3.0 * largest_size(data.effort)  # a model that runs away shall not take the resolution
     for name in finite:
         estimate = np.clip(rows.predicted[name], -limit, limit)
@@ -137,30 +147,6 @@ def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
 
 def _resolution(values: Array, wanted: float) -> float:
     return min(wanted, _NOISE * noise_of(values) or wanted)
-
-
-def _inputs(material: Material, packer: Packer, buckets: int) -> list[dict[str, Any]]:
-    """Fields and slips as channels; those of a pair in two plots."""
-    made: list[dict[str, Any]] = []
-    kinds: dict[str, Scale] = {"field": material.field, "slip": material.slip}
-    for kind, scale in kinds.items():
-        for place, element in enumerate(material.rows.data.elements):
-            channel = f"{kind}{place}"
-            values = element.field if kind == "field" else element.slip
-            reach = float(np.ptp(values)) or 1.0
-            packer.add(channel, values, _resolution(values, _RANGE * reach), buckets)
-            label = f"{kind} {material.element_name(place)}".strip()
-            shown_as = {"label": label, "unit": brief(scale.unit), "factor": scale.factor}
-            made.append({"channel": channel, "kind": kind, **shown_as})
-    return made
-
-
-def _detail(packer: Packer, material: Material, model: str) -> str:
-    name = f"estimate:{model}"
-    if packer.has(name, 0, material.rows.data.rows):
-        return "all"
-    held = stretches(material.rows.test)
-    return "test" if all(packer.has(name, start, stop) for start, stop in held) else "coarse"
 
 
 def _said(packer: Packer, material: Material, models: list[dict[str, Any]]) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -49,8 +49,37 @@ def _fill(material: Material) -> dict[str, Any]:
     effort = material.effort
     test = material.run.entry(material.recommended)["test"]
     rest = _rest(material)
+    against = ""  # how much better than the plainest model
+    plain = next((name for name, role in material.shown.items() if role == "baseline"), None)
+    mine = test["rmse"][0]
+    theirs = plain and material.run.entry(plain)["test"]["rmse"][0]
+    if plain and mine and theirs and mine < theirs:
+        less = percent(1 - mine / theirs, 2)
+        against = (
+            f"{material.titles[plain]}, the plainest model here, errs by {effort.of(theirs)}: "
+            f"this one by {less} less."
+        )
     # Rows at rest flatter a model. Where there are many, the error in motion comes first.
     matters = rest.held_out >= MANY_AT_REST and rest.moving > 0
+
+    # Figures of the recommended model on the rows held out: what, how much, and a word on it.
+    facts: list[tuple[str, str, str]] = []
+    rows = count(body["test_rows"])
+    error = effort.of(test["rmse"][0])
+    if matters:
+        moving = f"on {count(rest.moving)} rows held out that move"
+        facts.append(("RMSE in motion", effort.of(rest.rmse), moving))
+    over = f"RMSE on {'all ' if matters else ''}{rows} rows held out"
+    facts.append((over, error, f"95 % band {effort.band(test['rmse'])}"))
+    share, low, high = test["share"]
+    of_spread = "of the standard deviation, all rows" if matters else "of the standard deviation"
+    facts.append((of_spread, percent(share), f"{share_span(_or_nan(low), _or_nan(high))} %"))
+    if not matters:
+        texts = [r2_text(_or_nan(figure), 4).replace("-", "−") for figure in test["r2"]]
+        r2, *ends = texts
+        facts.append(("of the variance explained (R²)", r2, " to ".join(ends)))
+    bias = f"bias {effort.of(test['bias'], 2)}"
+    facts.append(("largest error", effort.of(test["largest"][0]), bias))
     return {
         "about": [text for text in (about.device, about.author, about.date) if text],
         "note": about.note,
@@ -61,47 +90,18 @@ def _fill(material: Material) -> dict[str, Any]:
             "error": effort.of(rest.rmse if matters else test["rmse"][0]),
             "share": percent(rest.share if matters else test["share"][0]),
             "word": material.word,
-            "over_all": effort.of(test["rmse"][0]) if matters else "",
+            "over_all": error if matters else "",
             "at_rest": percent(rest.held_out, 2),
         },
         "why": choice(material),
-        "facts": list(_facts(material, rest, matters=matters)),
-        "against": _against(material),
+        "facts": facts,
+        "against": against,
         "worries": worries(material),
         "next": next_steps(material),
     }
 
 
 VERDICT = Section("verdict", "Verdict", "Verdict", _fill)
-
-
-def _facts(
-    material: Material,
-    rest: _Rest,
-    *,
-    matters: bool,
-) -> Iterator[tuple[str, str, str]]:
-    """Figures of the recommended model on the rows held out: what, how much, and a word on it."""
-    effort = material.effort
-    test = material.run.entry(material.recommended)["test"]
-    rows = count(material.body["test_rows"])
-    if matters:
-        yield (
-            "RMSE in motion",
-            effort.of(rest.rmse),
-            f"on {count(rest.moving)} rows held out that move",
-        )
-    over = f"RMSE on {'all ' if matters else ''}{rows} rows held out"
-    yield over, effort.of(test["rmse"][0]), f"95 % band {effort.band(test['rmse'])}"
-    share, low, high = test["share"]
-    of_spread = "of the standard deviation, all rows" if matters else "of the standard deviation"
-    yield of_spread, percent(share), f"{share_span(_or_nan(low), _or_nan(high))} %"
-    if not matters:
-        r2, low, high = test["r2"]
-        texts = [r2_text(_or_nan(figure), 4) for figure in (r2, low, high)]
-        value, *ends = [text.replace("-", "−") for text in texts]
-        yield "of the variance explained (R²)", value, " to ".join(ends)
-    yield "largest error", effort.of(test["largest"][0]), f"bias {effort.of(test['bias'], 2)}"
 
 
 def _or_nan(value: float | None) -> float:
@@ -161,11 +161,17 @@ def choice(material: Material) -> str:
     if not chosen["sound"]:
         return "Nothing can be recommended: these data identify no model's parameters. This one comes nearest."
     if "chosen_by" in material.body:
+        better = ""  # the first model that errs by less on the rows held out, and why it is not recommended
+        for entry in material.body["ranking"]:
+            if entry.get("turned_down"):
+                error = material.effort.of(entry["test"]["rmse"][0])
+                better = f" {entry['title']} errs by {error} there and is not recommended: {entry['turned_down']}."
+                break
         return (
             f"The training rows chose it. They were divided into {material.body['chosen_by']}; each part was left out "
             f"in turn and estimated by models fitted to the others. On the parts left out no model with as much "
             f"physics erred clearly less, and no model with less physics erred less on every part. The rows "
-            f"held out chose nothing.{_turned_down(material)}"
+            f"held out chose nothing.{better}"
         )
     if best is chosen:
         return "It is the best of all models, and no simpler one is as good."
@@ -187,29 +193,6 @@ def choice(material: Material) -> str:
     )
 
 
-def _turned_down(material: Material) -> str:
-    """The first model that errs by less on the rows held out, and why it is not recommended; empty for none."""
-    for entry in material.body["ranking"]:
-        if entry.get("turned_down"):
-            error = material.effort.of(entry["test"]["rmse"][0])
-            return f" {entry['title']} errs by {error} there and is not recommended: {entry['turned_down']}."
-    return ""
-
-
-def _against(material: Material) -> str:
-    """How much better than the plainest model."""
-    plain = next((name for name, role in material.shown.items() if role == "baseline"), None)
-    if plain is None:
-        return ""
-    mine = material.run.entry(material.recommended)["test"]["rmse"][0]
-    theirs = material.run.entry(plain)["test"]["rmse"][0]
-    if not mine or not theirs or mine >= theirs:
-        return ""
-    less = percent(1 - mine / theirs, 2)
-    error = material.effort.of(theirs)
-    return f"{material.titles[plain]}, the plainest model here, errs by {error}: this one by {less} less."
-
-
 def worries(material: Material) -> list[str]:
     """What may mislead, the gravest first; each a sentence or two."""
     body = material.body
@@ -220,11 +203,57 @@ def worries(material: Material) -> list[str]:
         for note in entry["notes"]
         if not note.startswith(_TOLD_WITH_ITS_CONSTANTS)
     ]
-    sentences += _not_measured(material, entry)
+
+    # How many constants the data do not tell, and why the first of them.
+    constants = entry["fit"]["parameters"]
+    reasons = [(constant, why_not_measured(material, constant)) for constant in constants]
+    lost = [(constant, why) for constant, why in reasons if why]
+    if lost:
+        first, why = lost[0]
+        symbols = ", ".join(plain_symbol(constant["name"]) for constant, _ in lost)
+        were = "were" if len(lost) > 1 else "was"
+        sentences.append(
+            f"{len(lost)} of its {len(constants)} constants {were} not measured: {symbols}. "
+            f"For {plain_symbol(first['name'])} ({first['meaning']}) {why}."
+        )
     if entry["name"] in material.laws:
         sentences += negative_gains(material.laws[entry["name"]])
-    sentences += _of_rows(material, entry)
-    sentences += _of_errors(material, entry)
+
+    # What is special about the rows held out.
+    train = entry["train"]["share"][0]
+    test = entry["test"]["share"][0]
+    if test is not None and test > NEXT_TO_NOTHING:
+        sentences.append(
+            "It explains next to nothing of the rows held out: a constant would do about as well."
+        )
+    rest = _rest(material)
+    if rest.held_out >= MANY_AT_REST and rest.moving:
+        sentences.append(
+            f"{percent(rest.held_out, 2)} of the rows held out are at rest ({percent(rest.training, 2)} of the "
+            f"training rows). Over those in motion the RMSE is {material.effort.of(rest.rmse)}."
+        )
+    if train is not None and test is not None and test >= 1.25 * train:
+        sentences.append(
+            f"The error is {percent(train, 2)} of the standard deviation on the training rows and {percent(test, 2)} "
+            "on those held out: the two parts of the log differ, or the model has learnt its rows by heart."
+        )
+
+    # What is special about the errors: bouts, a bias.
+    residual = material.rows.residual(material.recommended)[material.rows.test]
+    independent = independent_rows(residual**2) / residual.size  # a share of all rows
+    if independent <= _FEW_INDEPENDENT:
+        as_many = count(max(1, round(independent * residual.size)))
+        sentences.append(
+            f"Errors come in bouts: {count(residual.size)} rows tell as much of their size as "
+            f"{as_many} independent ones. The bands allow for that."
+        )
+    bias = entry["test"]["bias"]
+    rmse = entry["test"]["rmse"][0]
+    if bias is not None and rmse is not None and abs(bias) >= 0.25 * rmse > 0.0:
+        share = percent(abs(bias) / rmse, 2)
+        sentences.append(
+            f"The mean error is {material.effort.of(bias, 2)}, {share} of the RMSE: a drift or an offset."
+        )
     if material.badge in ("TWIN", "SYNTHETIC"):
         sentences.append(
             "The data were made by a computer. What the figures say of a real device is a guess."
@@ -234,43 +263,6 @@ def worries(material: Material) -> list[str]:
             "One recording: the intervals know nothing of another day, another temperature or another device."
         )
     return sentences
-
-
-def _of_rows(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
-    """What is special about the rows held out."""
-    train = entry["train"]["share"][0]
-    test = entry["test"]["share"][0]
-    if test is not None and test > NEXT_TO_NOTHING:
-        yield "It explains next to nothing of the rows held out: a constant would do about as well."
-    rest = _rest(material)
-    if rest.held_out >= MANY_AT_REST and rest.moving:
-        yield (
-            f"{percent(rest.held_out, 2)} of the rows held out are at rest ({percent(rest.training, 2)} of the "
-            f"training rows). Over those in motion the RMSE is {material.effort.of(rest.rmse)}."
-        )
-    if train is not None and test is not None and test >= 1.25 * train:
-        yield (
-            f"The error is {percent(train, 2)} of the standard deviation on the training rows and {percent(test, 2)} "
-            "on those held out: the two parts of the log differ, or the model has learnt its rows by heart."
-        )
-
-
-def _of_errors(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
-    """What is special about the errors: bouts, a bias."""
-    residual = material.rows.residual(material.recommended)[material.rows.test]
-    independent = independent_rows(residual**2) / residual.size  # a share of all rows
-    if independent <= _FEW_INDEPENDENT:
-        rows = max(1, round(independent * residual.size))
-        as_many = count(rows)
-        yield (
-            f"Errors come in bouts: {count(residual.size)} rows tell as much of their size as "
-            f"{as_many} independent ones. The bands allow for that."
-        )
-    bias = entry["test"]["bias"]
-    rmse = entry["test"]["rmse"][0]
-    if bias is not None and rmse is not None and abs(bias) >= 0.25 * rmse > 0.0:
-        share = percent(abs(bias) / rmse, 2)
-        yield f"The mean error is {material.effort.of(bias, 2)}, {share} of the RMSE: a drift or an offset."
 
 
 def next_steps(material: Material) -> list[dict[str, str]]:
@@ -334,21 +326,6 @@ def _fit_again(body: Mapping[str, Any], changed: Mapping[str, Any]) -> str:
     return command_of({**body, "settings": {**body["settings"], **changed}})
 
 
-def _not_measured(material: Material, entry: Mapping[str, Any]) -> Iterator[str]:
-    """How many constants the data do not tell, and why the first of them."""
-    constants = entry["fit"]["parameters"]
-    reasons = [(constant, why_not_measured(material, constant)) for constant in constants]
-    lost = [(constant, why) for constant, why in reasons if why]
-    if lost:
-        first, why = lost[0]
-        symbols = ", ".join(plain_symbol(constant["name"]) for constant, _ in lost)
-        were = "were" if len(lost) > 1 else "was"
-        yield (
-            f"{len(lost)} of its {len(constants)} constants {were} not measured: {symbols}. "
-            f"For {plain_symbol(first['name'])} ({first['meaning']}) {why}."
-        )
-
-
 def _ranking(material: Material) -> dict[str, Any]:
     """The table of models: the first ones, and the others folded."""
     ranking = material.body["ranking"]
@@ -371,40 +348,38 @@ def _ranking(material: Material) -> dict[str, Any]:
         if of_folds and None not in of_folds:
             mean_square = sum(rmse * rmse for rmse in of_folds) / len(of_folds)
             folds[entry["name"]] = mean_square**0.5
+
+    # Figures of every row of logs of which stretches were fitted.
+    every_row: dict[str, Any] | None = None
+    figures = read_every_row(material.run)
+    if figures is not None:
+        known: dict[
+            str, tuple[Any, Any]
+        ] = {}  # of the rows held out, and of those to fit, by model
+        error_of: dict[str, float] = {}
+        for name, scored in figures["models"].items():
+            test = scored.get("test")
+            train = scored.get("train")
+            rmse = (test or train)["rmse"][0]
+            if rmse is not None:
+                known[name] = (test, train)
+                error_of[name] = rmse
+        ranked = sorted(error_of, key=lambda name: error_of[name])
+        not_scored = figures["not_scored"].items()
+        every_row = {
+            "rows": count(figures["rows"]),
+            "held_out": count(next((test["rows"] for test, _ in known.values() if test), 0)),
+            "models": [(name, *known[name]) for name in ranked[:SHOWN]],
+            "left": max(0, len(ranked) - SHOWN),
+            "not_scored": {material.titles[name]: why for name, why in not_scored},
+        }
     return {
         "first": first,
         "left": left,
-        "every_row": _every_row(material),
+        "every_row": every_row,
         "most": longest_bar or 1.0,
         "standing": standing_of_run(material.body).word,
         "folds": folds,
-    }
-
-
-def _every_row(material: Material) -> dict[str, Any] | None:
-    """Figures of every row of logs of which stretches were fitted; None where all rows were fitted or held out."""
-    figures = read_every_row(material.run)
-    if figures is None:
-        return None
-    known: dict[
-        str, tuple[Any, Any]
-    ] = {}  # figures of the rows held out, and of those to fit, by model
-    errors: dict[str, float] = {}
-    for name, scored in figures["models"].items():
-        test = scored.get("test")
-        train = scored.get("train")
-        error = (test or train)["rmse"][0]
-        if error is not None:
-            known[name] = (test, train)
-            errors[name] = error
-    ranked = sorted(errors, key=lambda name: errors[name])
-    held_out = next((test["rows"] for test, _ in known.values() if test), 0)
-    return {
-        "rows": count(figures["rows"]),
-        "held_out": count(held_out),
-        "models": [(name, *known[name]) for name in ranked[:SHOWN]],
-        "left": max(0, len(ranked) - SHOWN),
-        "not_scored": {material.titles[name]: why for name, why in figures["not_scored"].items()},
     }
 
 

@@ -123,33 +123,24 @@ def spectrum(rows: RunRows, models: Sequence[str]) -> Spectrum | None:
     signals = {"measured": rows.data.effort}
     for name in models:
         signals[name] = rows.residual(name)
+    taper = np.hanning(width)
     density: dict[str, Array] = {}
     for name, values in signals.items():
-        power = _welch(values, spans, width, period)[1:]
+        # Power spectral density, shape (width / 2 + 1,): the mean over windows that overlap by half.
+        total = np.zeros(width // 2 + 1)
+        count = 0
+        for span in spans:
+            for first in range(span.start, span.stop - width + 1, width // 2):
+                piece = values[first : first + width]
+                tapered = (piece - piece.mean()) * taper
+                total += np.abs(np.fft.rfft(tapered)) ** 2
+                count += 1
+        windows = float(taper @ taper) * max(count, 1)
+        power = (total * (2.0 * period / windows))[1:]
         of_groups = np.array([power[group].mean() for group in groups])
         density[name] = np.sqrt(of_groups)
     middles = np.array([frequency[group].mean() for group in groups])
     return Spectrum(middles, density)
-
-
-def _welch(
-    values: Array,
-    spans: Sequence[Span],
-    width: int,
-    period: float,
-) -> Array:
-    """Power spectral density, shape (width / 2 + 1,): the mean over windows that overlap by half."""
-    taper = np.hanning(width)
-    total = np.zeros(width // 2 + 1)
-    count = 0
-    for span in spans:
-        for first in range(span.start, span.stop - width + 1, width // 2):
-            piece = values[first : first + width]
-            tapered = (piece - piece.mean()) * taper
-            total += np.abs(np.fft.rfft(tapered)) ** 2
-            count += 1
-    windows = float(taper @ taper) * max(count, 1)
-    return total * (2.0 * period / windows)
 
 
 def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | None:
@@ -164,7 +155,18 @@ def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | N
     gone: list[int] = []  # rows of lag at which a correlation has first fallen to a tenth
     for name in models:
         residual = rows.residual(name)
-        values = _correlate(residual, spans, most)
+        # At lags of 0 to so many rows, shape (most + 1,); pairs of rows across a gap do not count.
+        pieces = [residual[span.start : span.stop] for span in spans]
+        mean = np.mean(np.concatenate(pieces))
+        total = np.zeros(most + 1)
+        for piece in pieces:
+            size = 1 << (piece.size + most).bit_length()  # room enough that the ends do not meet
+            power = np.abs(np.fft.rfft(piece - mean, size)) ** 2
+            total += np.fft.irfft(power, size)[: most + 1]
+        values = np.zeros(most + 1)
+        values[0] = 1.0  # of a residual of nothing
+        if total[0] > 0:
+            values = total / total[0]
         whole[name] = values
         independent[name] = independent_rows(residual[rows.test] ** 2)
         is_gone = np.append(values, 0.0) < 0.1
@@ -179,18 +181,3 @@ def autocorrelation(rows: RunRows, models: Sequence[str]) -> Autocorrelation | N
         white=1.96 / count**0.5,
         independent=independent,
     )
-
-
-def _correlate(residual: Array, spans: Sequence[Span], most: int) -> Array:
-    """Autocorrelation at lags of 0 to so many rows, shape (most + 1,); pairs of rows across a gap do not count."""
-    pieces = [residual[span.start : span.stop] for span in spans]
-    mean = np.mean(np.concatenate(pieces))
-    total = np.zeros(most + 1)
-    for piece in pieces:
-        size = 1 << (piece.size + most).bit_length()  # room enough that the ends do not meet
-        power = np.abs(np.fft.rfft(piece - mean, size)) ** 2
-        total += np.fft.irfft(power, size)[: most + 1]
-    if total[0] > 0:
-        return total / total[0]
-    perfect, *_ = np.eye(1, most + 1)  # a residual of nothing: one at lag 0
-    return perfect

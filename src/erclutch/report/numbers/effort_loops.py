@@ -92,7 +92,32 @@ def effort_loops(rows: RunRows, models: Sequence[str]) -> list[EffortLoop]:
         if restless:  # shorter windows have a steadier field
             windows = _windows(rows, element, 1)
         for place in _chosen(rows, element, windows, largest):
-            loops.append(_loop(rows, models, element, windows, place))
+            start = int(windows.starts[place])
+            stop = int(windows.stops[place]) + 1
+            own = rows.data.elements[element]
+            time = rows.data.clock.time[start:stop]
+            field = np.abs(own.field[start:stop])
+            slip = own.slip[start:stop]
+            steps = 0.5 * (slip[1:] + slip[:-1]) * np.diff(time)
+            travel = np.concatenate([[0.0], np.cumsum(steps)])
+            travel -= 0.5 * (travel.min() + travel.max())
+            # Few enough points to be drawn.
+            even = np.linspace(0, slip.size - 1, min(slip.size, _POINTS))
+            few = np.unique(even.round().astype(np.intp))
+            logs = zip(rows.data.sources, rows.data.source_rows, strict=True)
+            log = next(name for name, (_, end) in logs if start < end)
+            loop = EffortLoop(
+                element=element,
+                held=bool(windows.held[place]),
+                log=log if len(rows.data.sources) > 1 else "",
+                start=float(time[0]),
+                fields=(float(field.min()), float(field.max())),
+                slip=slip[few],
+                travel=travel[few],
+                measured=rows.data.effort[start:stop][few],
+                modelled={name: rows.predicted[name][start:stop][few] for name in models},
+            )
+            loops.append(loop)
     return loops
 
 
@@ -206,40 +231,6 @@ def _chosen(
         if best not in chosen and all(apart):
             chosen.append(best)
     return chosen
-
-
-def _loop(
-    rows: RunRows,
-    models: Sequence[str],
-    element: int,
-    windows: _Periods,
-    place: int,
-) -> EffortLoop:
-    """The window at a place, with few enough points to be drawn."""
-    start = int(windows.starts[place])
-    stop = int(windows.stops[place]) + 1
-    own = rows.data.elements[element]
-    time = rows.data.clock.time[start:stop]
-    field = np.abs(own.field[start:stop])
-    slip = own.slip[start:stop]
-    steps = 0.5 * (slip[1:] + slip[:-1]) * np.diff(time)
-    travel = np.concatenate([[0.0], np.cumsum(steps)])
-    travel -= 0.5 * (travel.min() + travel.max())
-    even = np.linspace(0, slip.size - 1, min(slip.size, _POINTS))
-    few = np.unique(even.round().astype(np.intp))
-    logs = zip(rows.data.sources, rows.data.source_rows, strict=True)
-    log = next(name for name, (_, end) in logs if start < end)
-    return EffortLoop(
-        element=element,
-        held=bool(windows.held[place]),
-        log=log if len(rows.data.sources) > 1 else "",
-        start=float(time[0]),
-        fields=(float(field.min()), float(field.max())),
-        slip=slip[few],
-        travel=travel[few],
-        measured=rows.data.effort[start:stop][few],
-        modelled={name: rows.predicted[name][start:stop][few] for name in models},
-    )
 
 
 def _mean(values: Array, starts: Rows, stops: Rows) -> Array:

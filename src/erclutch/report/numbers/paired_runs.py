@@ -201,7 +201,17 @@ def pair(
 
 def _shared(runs: Sequence[Run], loaded: Sequence[RunRows]) -> list[Rows]:
     """Rows of each run that all of them held out, matched by the log's digest and the time stamp."""
-    tables = [_held_out(run, rows) for run, rows in zip(runs, loaded, strict=True)]
+    tables: list[
+        dict[str, tuple[Array, Rows]]
+    ] = []  # times that increase and their rows, by a log's digest
+    for run, rows in zip(runs, loaded, strict=True):
+        of_logs: dict[str, tuple[Array, Rows]] = {}
+        for log, (start, stop) in zip(run.body["logs"], rows.data.source_rows, strict=True):
+            at = start + np.flatnonzero(rows.test[start:stop])
+            time = rows.data.clock.time[at]
+            order = np.argsort(time, kind="stable")
+            of_logs[str(log["sha256"])] = (time[order], at[order])
+        tables.append(of_logs)
     of_runs: list[list[Rows]] = [[] for _ in runs]  # rows of each log, of each run
     for digest in tables[0]:
         if not all(digest in table for table in tables):
@@ -213,7 +223,7 @@ def _shared(runs: Sequence[Run], loaded: Sequence[RunRows]) -> list[Rows]:
             own_times, own_rows = table[digest]
             of_run.append(own_rows[np.searchsorted(own_times, times)])
     nothing = np.zeros(0, np.int64)
-    shared = [np.concatenate([nothing, *of_logs]) for of_logs in of_runs]
+    shared = [np.concatenate([nothing, *of_run]) for of_run in of_runs]
     if shared[0].size < _FEWEST:
         raise RunError(
             f"only {shared[0].size} rows were held out by all runs, at least {_FEWEST} are needed",
@@ -230,17 +240,6 @@ def _shared(runs: Sequence[Run], loaded: Sequence[RunRows]) -> list[Rows]:
                 remedy="Compare runs that read the same column as the effort",
             )
     return shared
-
-
-def _held_out(run: Run, rows: RunRows) -> dict[str, tuple[Array, Rows]]:
-    """Times and rows held out of each log, by its digest, times increasing."""
-    of_logs: dict[str, tuple[Array, Rows]] = {}
-    for log, (start, stop) in zip(run.body["logs"], rows.data.source_rows, strict=True):
-        at = start + np.flatnonzero(rows.test[start:stop])
-        time = rows.data.clock.time[at]
-        order = np.argsort(time, kind="stable")
-        of_logs[str(log["sha256"])] = (time[order], at[order])
-    return of_logs
 
 
 def _labels(folders: Sequence[Path]) -> list[str]:
@@ -326,15 +325,6 @@ def differing_settings(
     return tuple(differing)
 
 
-def _said(value: Any) -> str:
-    """A setting as the user would say it."""
-    if value is None:
-        return "by default"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return f"{value:.9g}" if isinstance(value, float) else str(value)
-
-
 def _flat(body: Mapping[str, Any]) -> dict[str, str]:
     """Settings of a run as text, by name."""
     values: dict[str, str] = {"device": str(body["device"])}
@@ -342,8 +332,16 @@ def _flat(body: Mapping[str, Any]) -> dict[str, str]:
         part: dict[str, Any] = body[group] or {}
         for key, value in part.items():
             title = str(key) if group == "settings" else f"{group}: {key}"
-            several = cast(list[Any], value) if isinstance(value, list) else [value]
-            values[title] = ", ".join(_said(each) for each in several) or "none"
+            # As the user would say them.
+            words: list[str] = []
+            for each in cast(list[Any], value) if isinstance(value, list) else [value]:
+                if each is None:
+                    words.append("by default")
+                elif isinstance(each, bool):
+                    words.append("yes" if each else "no")
+                else:
+                    words.append(f"{each:.9g}" if isinstance(each, float) else str(each))
+            values[title] = ", ".join(words) or "none"
     values["logs"] = ", ".join(str(log["name"]) for log in body["logs"])
     values["rows to fit"] = str(body["train_rows"])
     values["rows held out"] = str(body["test_rows"])

@@ -91,7 +91,26 @@ def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
     """
     period = period_of(rows)
     within = max(1, round(_WITHIN / period))
-    since = _time_since(rows, within)
+    # Rows at which any element's command switches: the first row of a run of rows that have moved.
+    count = rows.data.rows
+    switch = np.zeros(count, np.bool_)
+    for element in rows.data.elements:
+        reach = float(np.ptp(element.field)) or 1.0
+        step = np.abs(element.field[within:] - element.field[:-within])
+        jump = np.zeros(count, np.bool_)
+        jump[within:] = step > _STEP * reach
+        switch[1:] |= jump[1:] & ~jump[:-1]
+
+    # Seconds since the last switch in the same stretch; nan where there was none yet.
+    of_switches = np.where(switch, np.arange(count), -1)
+    last = np.maximum.accumulate(of_switches)
+    time = rows.data.clock.time
+    since = np.where(last >= 0, time - time[last], np.nan)
+    # A gap hides switches: what was before it does not count behind it.
+    for span in rows.data.clock.spans:
+        own = slice(span.start, span.stop)
+        lost = last[own] < span.start + within
+        since[own][lost] = np.nan
     test = rows.test & np.isfinite(since)
     switches = int(np.count_nonzero(rows.test & (since == 0.0)))
     if switches < _FEWEST:
@@ -117,31 +136,6 @@ def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
     return AfterSwitch(switches, middles, counts, rmse)
 
 
-def _time_since(rows: RunRows, within: int) -> Array:
-    """Seconds since the last switch of any element's command in the same stretch; nan where there was none yet."""
-    count = rows.data.rows
-    switch = np.zeros(count, np.bool_)
-    for element in rows.data.elements:
-        reach = float(np.ptp(element.field)) or 1.0
-        step = np.abs(element.field[within:] - element.field[:-within])
-        jump = np.zeros(count, np.bool_)
-        jump[within:] = step > _STEP * reach
-        # The first row of a run of such rows is the switch.
-        switch[1:] |= jump[1:] & ~jump[:-1]
-
-    # The last switch at or before each row; -1 where there was none.
-    of_switches = np.where(switch, np.arange(count), -1)
-    last = np.maximum.accumulate(of_switches)
-    time = rows.data.clock.time
-    since = np.where(last >= 0, time - time[last], np.nan)
-    # A gap hides switches: what was before it does not count behind it.
-    for span in rows.data.clock.spans:
-        own = slice(span.start, span.stop)
-        lost = last[own] < span.start + within
-        since[own][lost] = np.nan
-    return since
-
-
 def step_responses(body: Mapping[str, Any], models: Sequence[str]) -> tuple[StepResponse, ...]:
     """Step responses of those models that have stages on the command, from their numbers in run.json."""
     responses = [step_response(entry) for entry in body["ranking"] if entry["name"] in models]
@@ -150,36 +144,28 @@ def step_responses(body: Mapping[str, Any], models: Sequence[str]) -> tuple[Step
 
 def step_response(entry: Mapping[str, Any]) -> StepResponse | None:
     """How the stages of a model on the command follow a step; None where there is none."""
-    if not any(stage.place == "command" for stage in stages_in(entry)):
+    on_command = [stage for stage in stages_in(entry) if stage.place == "command"]
+    if not on_command:
         return None
     # The time is made longer until the last quarter of the response stands still. Iron keeps a share for ever.
     last_quarter = slice(-_POINTS // 4, None)
     horizon = _SHORTEST
     while True:
-        response = _response(entry, horizon)
+        time = np.linspace(0.0, horizon, _POINTS)
+        period = horizon / (time.size - 1)  # [s]
+        clock = Clock(time, (Span(0, time.size, period),))
+        # The command steps in the second row.
+        rising: Array = np.minimum(np.arange(time.size, dtype=np.float64), 1.0)
+        falling: Array = 1.0 - rising
+        for stage in on_command:
+            parameters = list(stage_values(entry, stage).values())
+            rising = np.asarray(stage.respond(rising, clock, parameters, slice(None)))
+            falling = np.asarray(stage.respond(falling, clock, parameters, slice(None)))
+        response = StepResponse(str(entry["name"]), time, rising, falling)
+        # Before a dead time is over everything stands still, and nothing of the step has come.
+        has_come = bool(response.rising[-1] > _SOME_OF_A_STEP)
         rise_left = np.abs(response.rising[-1] - response.rising[last_quarter]).max()
         fall_left = np.abs(response.falling[-1] - response.falling[last_quarter]).max()
-        if (max(rise_left, fall_left) < _STILL and _has_come(response)) or horizon > _LONGEST:
+        if (max(rise_left, fall_left) < _STILL and has_come) or horizon > _LONGEST:
             return response
         horizon *= 1.5
-
-
-def _has_come(response: StepResponse) -> bool:
-    """Whether some of a step has arrived: before a dead time is over everything stands still."""
-    return bool(response.rising[-1] > _SOME_OF_A_STEP)
-
-
-def _response(entry: Mapping[str, Any], horizon: float) -> StepResponse:
-    """The response up to a horizon in s: the command steps in the second row."""
-    time = np.linspace(0.0, horizon, _POINTS)
-    period = horizon / (time.size - 1)  # [s]
-    clock = Clock(time, (Span(0, time.size, period),))
-    rising: Array = np.minimum(np.arange(time.size, dtype=np.float64), 1.0)
-    falling: Array = 1.0 - rising
-    for stage in stages_in(entry):
-        if stage.place != "command":
-            continue
-        parameters = list(stage_values(entry, stage).values())
-        rising = np.asarray(stage.respond(rising, clock, parameters, slice(None)))
-        falling = np.asarray(stage.respond(falling, clock, parameters, slice(None)))
-    return StepResponse(str(entry["name"]), time, rising, falling)

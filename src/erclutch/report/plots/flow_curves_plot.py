@@ -84,33 +84,32 @@ def flow_panels(material: Material, laws: Sequence[FlowCurves]) -> list[Panel]:
     low_end = float(low - slack)
     high_end = float(high + slack)
     y = Axis(material.word, material.effort.unit, low_end, high_end)
-    return [_panel(material, curves, y) for curves in laws]
 
-
-def _panel(material: Material, law: FlowCurves, y: Axis) -> Panel:
-    """The curves of a law, and the rows near each of them."""
-    slip = law.slip * material.slip.factor
-    last = max(law.fields.size - 1, 1)
-    styles = [f"level{round(_SHADES * k / last)}" for k in range(law.fields.size)]
-    marks: list[Mark] = [ReferenceLine(0.0)]
-    for style, near in zip(styles, law.dots, strict=True):
-        dot_slip = near[:, 0] * material.slip.factor
-        dot_effort = near[:, 1] * material.effort.factor
-        marks.append(Dots(dot_slip, dot_effort, style, size=1.1))
-    for style, level, effort in zip(styles, law.fields, law.effort, strict=True):
-        label = material.field.of(float(level), 2)
-        marks.append(Line(slip, effort * material.effort.factor, style, label))
-
-    model = material.titles[law.model]
-    title = f"{model} {material.element_name(law.element)}".strip()
-    if law.alike:
-        title += f" (and {len(law.alike)} alike)"
-    return Panel(
-        Axis.over("slip", material.slip.unit, slip),
-        y,
-        marks,
-        f"{material.word} over slip of {model} at {law.fields.size} fields, with measured rows as dots.",
-        title,
-        chosen=law.model == material.recommended,
-        size=(330, 230),
-    )
+    panels: list[Panel] = []
+    for law in laws:
+        slip = law.slip * material.slip.factor
+        last = max(law.fields.size - 1, 1)
+        styles = [f"level{round(_SHADES * k / last)}" for k in range(law.fields.size)]
+        marks: list[Mark] = [ReferenceLine(0.0)]
+        for style, near in zip(styles, law.dots, strict=True):
+            dot_slip = near[:, 0] * material.slip.factor
+            dot_effort = near[:, 1] * material.effort.factor
+            marks.append(Dots(dot_slip, dot_effort, style, size=1.1))
+        for style, level, effort in zip(styles, law.fields, law.effort, strict=True):
+            label = material.field.of(float(level), 2)
+            marks.append(Line(slip, effort * material.effort.factor, style, label))
+        model = material.titles[law.model]
+        title = f"{model} {material.element_name(law.element)}".strip()
+        if law.alike:
+            title += f" (and {len(law.alike)} alike)"
+        panel = Panel(
+            Axis.over("slip", material.slip.unit, slip),
+            y,
+            marks,
+            f"{material.word} over slip of {model} at {law.fields.size} fields, with measured rows as dots.",
+            title,
+            chosen=law.model == material.recommended,
+            size=(330, 230),
+        )
+        panels.append(panel)
+    return panels

@@ -6,7 +6,7 @@ import numpy as np
 
 from erclutch.errors import CheckError
 from erclutch.report.numbers.run_material import Material
-from erclutch.report.numbers.switching import AfterSwitch, StepResponse
+from erclutch.report.numbers.switching import StepResponse
 from erclutch.report.plots.plot_description import Axis, Line, Panel, Plot, PlotTable
 
 _Rows = list[tuple[object, ...]]
@@ -22,7 +22,24 @@ def describe_lag(material: Material) -> Plot:
     rows: list[tuple[object, ...]] = []
     after = material.after_switch
     if after is not None:
-        panels.append(_after(material, after))
+        # The axis is logarithmic: the row of the switch itself stands half a period after it.
+        since_switch = np.maximum(after.since * 1e3, 0.5e3 * material.period)  # [ms]
+        curves = {name: rmse * material.effort.factor for name, rmse in after.rmse.items()}
+        largest = max(float(curve.max()) for curve in curves.values())
+        lines: list[Line] = []
+        for name, role in reversed(material.shown.items()):
+            lines.append(Line(since_switch, curves[name], role, material.titles[name]))
+        titles = ", ".join(material.titles[name] for name in after.rmse)
+        panel = Panel(
+            Axis.over("time since the command switched", "ms", since_switch, log=True),
+            Axis("RMSE", material.effort.unit, 0.0, 1.08 * largest),
+            lines,
+            f"RMSE over the time since the command last switched, of {titles}.",
+            caption="Error over the time since the command last switched, rows held out. A hump on the left is a lag "
+            "that the model does not have.",
+            size=(430, 250),
+        )
+        panels.append(panel)
         for name, rmse in after.rmse.items():
             for since, error in zip(after.since, rmse, strict=True):
                 rows.append(("rmse", name, float(since), float(error)))
@@ -42,27 +59,6 @@ def describe_lag(material: Material) -> Plot:
         height=2.0 * len(panels),
         badge=material.print_badge,
         legend="above",
-    )
-
-
-def _after(material: Material, after: AfterSwitch) -> Panel:
-    """The error over the time since a switch."""
-    # The axis is logarithmic: the row of the switch itself stands half a period after it.
-    since = np.maximum(after.since * 1e3, 0.5e3 * material.period)  # [ms]
-    curves = {name: rmse * material.effort.factor for name, rmse in after.rmse.items()}
-    largest = max(float(curve.max()) for curve in curves.values())
-    lines: list[Line] = []
-    for name, role in reversed(material.shown.items()):
-        lines.append(Line(since, curves[name], role, material.titles[name]))
-    titles = ", ".join(material.titles[name] for name in after.rmse)
-    return Panel(
-        Axis.over("time since the command switched", "ms", since, log=True),
-        Axis("RMSE", material.effort.unit, 0.0, 1.08 * largest),
-        lines,
-        f"RMSE over the time since the command last switched, of {titles}.",
-        caption="Error over the time since the command last switched, rows held out. A hump on the left is a lag that "
-        "the model does not have.",
-        size=(430, 250),
     )
 
 

@@ -39,7 +39,18 @@ def describe_section(
         seconds: length.
     """
     effort = "effort" if "effort" in recording.signals else "T"
-    section = _section(recording, recording.signals[effort], start, seconds)
+    window_rows = max(2, round(seconds / recording.period))
+    width = min(window_rows, recording.rows)
+    if start is not None:
+        before = int(np.count_nonzero(recording.time < start))
+        first = min(before, recording.rows - width)
+    else:
+        # The section with the median spread of the effort; sections overlap by half.
+        firsts = range(0, recording.rows - width + 1, max(1, width // 2))
+        spreads = [float(recording.signals[effort][at : at + width].std()) for at in firsts]
+        by_spread = np.argsort(spreads, kind="stable")
+        first = firsts[int(by_spread[len(firsts) // 2])]
+    section = slice(first, first + width)
     begin = recording.time[section.start]
     time = recording.time[section] - begin
     x = Axis(f"time from {begin:.2f} s", "s", 0.0, float(time[-1]))
@@ -75,30 +86,6 @@ def titled(recording: Recording) -> str:
     """Name of a log with the label that a computer-made one carries."""
     label = f" ({recording.origin})" if recording.origin else ""
     return printable(recording.name + label)
-
-
-def _section(
-    recording: Recording,
-    effort: Array,
-    start: float | None,
-    seconds: float,
-) -> slice:
-    """Rows of a section; without a start the section with the median spread of the effort."""
-    window_rows = max(2, round(seconds / recording.period))
-    width = min(window_rows, recording.rows)
-    if start is not None:
-        before = int(np.count_nonzero(recording.time < start))
-        first = min(before, recording.rows - width)
-        return slice(first, first + width)
-
-    def spread(first: int) -> float:
-        return float(effort[first : first + width].std())
-
-    half = max(1, width // 2)  # sections overlap by half
-    firsts = range(0, recording.rows - width + 1, half)
-    by_spread = sorted(firsts, key=spread)
-    first = by_spread[len(by_spread) // 2]
-    return slice(first, first + width)
 
 
 def describe_coverage(data: Dataset, name: str = "") -> Plot:

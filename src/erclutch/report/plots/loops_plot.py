@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from erclutch.errors import CheckError
 from erclutch.report.numbers.effort_loops import EffortLoop
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import PAGE, Axis, Line, Panel, Plot, PlotTable
 from erclutch.signals.array import Array
+from erclutch.signals.device import largest_field
 
 _STEADY = 0.01  # share of the largest field by which a field may move and still be one
 
@@ -65,7 +64,17 @@ def _panel(
     lines = [Line(values, loop.measured * factor, "measured", "measured")]
     for name, role in material.looped.items():
         lines.append(Line(values, loop.modelled[name] * factor, role, material.titles[name]))
-    at = "" if material.without_field else f" at {_field_of(material, loop)}"
+    at = ""
+    if not material.without_field:
+        low, high = loop.fields
+        name = f"{material.element_name(loop.element)} ".lstrip()
+        if not material.field.unit:
+            name += "E = "
+        largest = largest_field(material.rows.data.elements)
+        field = f"{material.field.bare(low, 2)} to {material.field.of(high, 2)}"
+        if high - low < _STEADY * largest:
+            field = material.field.of(0.5 * (low + high), 2)
+        at = f" at {name}{field}"
     where = f"from {loop.start:.4g} s"
     if loop.log:
         where += f" of {loop.log}"
@@ -81,16 +90,3 @@ def _panel(
         caption=f"Over {x.label}{at}, {where}.",
         size=(430, 250),
     )
-
-
-def _field_of(material: Material, loop: EffortLoop) -> str:
-    """The field as text, or its range where the field moves."""
-    low, high = loop.fields
-    begin = f"{material.element_name(loop.element)} ".lstrip()
-    if not material.field.unit:
-        begin += "E = "
-    fields = [np.abs(element.field) for element in material.rows.data.elements]
-    largest = max(float(field.max()) for field in fields)
-    if high - low < _STEADY * largest:
-        return f"{begin}{material.field.of(0.5 * (low + high), 2)}"
-    return f"{begin}{material.field.bare(low, 2)} to {material.field.of(high, 2)}"

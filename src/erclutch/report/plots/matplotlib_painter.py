@@ -70,7 +70,23 @@ def paint(figure: Any, plot: Plot) -> None:
 
     letters = int(plot.width / plot.columns / _LETTER) - _MARGIN  # that fit into a panel's width
     for panel, axis in zip(plot.panels, axes.flat, strict=False):
-        _panel(axis, panel, letters)
+        x_ends, y_ends = panel.limits()
+        axis.set(xscale=_scale(panel.x), yscale=_scale(panel.y), xlim=x_ends, ylim=y_ends)
+        if panel.x.log:
+            _plain_decades(axis.xaxis, *x_ends)
+        if panel.y.log:
+            _plain_decades(axis.yaxis, *y_ends)
+        if panel.x.whole:
+            axis.xaxis.get_major_locator().set_params(integer=True)
+        for layer, mark in enumerate(panel.marks):  # maps follow in `_maps`
+            _draw(axis, mark, 2.0 + 0.01 * layer)
+        if panel.square:
+            axis.set_aspect("equal")
+        if panel.title:
+            title = _parted(panel.title, letters)
+            side = "right" if _names_bars(panel) else "left"
+            weight = "bold" if panel.chosen else "normal"
+            axis.set_title(title, loc=side, fontweight=weight, fontsize=7.0)
     _maps(figure, axes, plot)
     _titles(axes, plot, letters)
     _legends(figure, axes, plot, letters)
@@ -84,36 +100,6 @@ def paint(figure: Any, plot: Plot) -> None:
         )
     if plot.columns == 1:
         figure.align_ylabels(list(axes.flat))
-
-
-def _panel(axis: Any, panel: Panel, letters: int) -> None:
-    """Scales, marks and title of a panel; its maps follow in `_maps`."""
-    x_ends, y_ends = panel.limits()
-    axis.set(
-        xscale=_scale(panel.x),
-        yscale=_scale(panel.y),
-        xlim=x_ends,
-        ylim=y_ends,
-    )
-    if panel.x.log:
-        _plain_decades(axis.xaxis, *x_ends)
-    if panel.y.log:
-        _plain_decades(axis.yaxis, *y_ends)
-    if panel.x.whole:
-        axis.xaxis.get_major_locator().set_params(integer=True)
-    for layer, mark in enumerate(panel.marks):
-        _draw(axis, mark, 2.0 + 0.01 * layer)
-    if panel.square:
-        axis.set_aspect("equal")
-    if panel.title:
-        title = _parted(panel.title, letters)
-        side = "right" if _names_bars(panel) else "left"
-        axis.set_title(
-            title,
-            loc=side,
-            fontweight="bold" if panel.chosen else "normal",
-            fontsize=7.0,
-        )
 
 
 def _scale(axis: Axis) -> str:
@@ -139,10 +125,28 @@ def _parted(name: str, letters: int) -> str:
 
 def _maps(figure: Any, axes: Any, plot: Plot) -> None:
     """Maps of coloured cells; those with the same label share one colour bar."""
+    from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
+
     drawn: dict[str, list[tuple[Any, Any, Cells]]] = {}  # image, axis and cells, by label
     for panel, axis in zip(plot.panels, axes.flat, strict=False):
         for cells in panel.cells():
-            image = _cells(axis, cells)
+            colours: Any = LinearSegmentedColormap.from_list(cells.style, RAMPS[cells.style])
+            norm = Normalize(0.0, cells.top)
+            if cells.log:
+                norm = LogNorm(1.0, max(2.0, cells.top))
+            image = axis.pcolormesh(
+                cells.x_edges,
+                cells.y_edges,
+                cells.values.T,
+                cmap=colours,
+                norm=norm,
+                rasterized=True,
+            )
+            if cells.crossed is not None:
+                i, j = np.nonzero(cells.crossed)
+                x_middles = 0.5 * (cells.x_edges[i] + cells.x_edges[i + 1])
+                y_middles = 0.5 * (cells.y_edges[j] + cells.y_edges[j + 1])
+                axis.plot(x_middles, y_middles, "x", color=BLACK, ms=2.0, mew=0.4)
             drawn.setdefault(cells.label, []).append((image, axis, cells))
     for label, maps in drawn.items():
         if not label:
@@ -203,7 +207,22 @@ def _draw(axis: Any, mark: Mark, layer: float) -> None:
                 **look,
             )
         case NamedBars():
-            _named_bars(axis, mark)
+            rows = np.arange(len(mark.names))
+            colours = [STYLES[name]["color"] for name in mark.styles]
+            axis.barh(rows, mark.values, 0.62, color=colours)
+            axis.errorbar(
+                mark.values,
+                rows,
+                xerr=[mark.values - mark.low, mark.high - mark.values],
+                fmt="none",
+                ecolor=BLACK,
+                elinewidth=0.7,
+                capsize=1.5,
+            )
+            names = [_parted(name, LONGEST_NAME) for name in mark.names]
+            axis.set_yticks(rows, names, fontsize=6.0)
+            axis.invert_yaxis()  # the first bar is on top
+            axis.grid(False, axis="y")
         case Shade() if mark.x is not None:
             axis.fill_between(mark.x, mark.low, mark.high, **STYLES[mark.style], zorder=1.0)
         case Shade():
@@ -214,56 +233,6 @@ def _draw(axis: Any, mark: Mark, layer: float) -> None:
             axis.axhline(mark.at, **STYLES["zero"])
         case Cells():  # drawn with their colour bars
             pass
-
-
-def _named_bars(axis: Any, bars: NamedBars) -> None:
-    rows = np.arange(len(bars.names))
-    colours = [STYLES[name]["color"] for name in bars.styles]
-    axis.barh(rows, bars.values, 0.62, color=colours)
-    whiskers = [bars.values - bars.low, bars.high - bars.values]
-    axis.errorbar(
-        bars.values,
-        rows,
-        xerr=whiskers,
-        fmt="none",
-        ecolor=BLACK,
-        elinewidth=0.7,
-        capsize=1.5,
-    )
-    names = [_parted(name, LONGEST_NAME) for name in bars.names]
-    axis.set_yticks(rows, names, fontsize=6.0)
-    axis.invert_yaxis()  # the first bar is on top
-    axis.grid(False, axis="y")
-
-
-def _cells(axis: Any, cells: Cells) -> Any:
-    from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
-
-    colours: Any = LinearSegmentedColormap.from_list(cells.style, RAMPS[cells.style])
-    norm = LogNorm(1.0, max(2.0, cells.top)) if cells.log else Normalize(0.0, cells.top)
-    x = cells.x_edges
-    y = cells.y_edges
-    image = axis.pcolormesh(
-        x,
-        y,
-        cells.values.T,
-        cmap=colours,
-        norm=norm,
-        rasterized=True,
-    )
-    if cells.crossed is not None:
-        i, j = np.nonzero(cells.crossed)
-        x_middles = 0.5 * (x[i] + x[i + 1])
-        y_middles = 0.5 * (y[j] + y[j + 1])
-        axis.plot(
-            x_middles,
-            y_middles,
-            "x",
-            color=BLACK,
-            ms=2.0,
-            mew=0.4,
-        )
-    return image
 
 
 def _titles(axes: Any, plot: Plot, letters: int) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from erclutch.fit.choice.standing import standing_of_run
-from erclutch.report.numbers.flow_curves import FieldCurves, FlowCurves
+from erclutch.report.numbers.flow_curves import FlowCurves
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import (
     PAGE,
@@ -37,13 +37,31 @@ def describe_model(material: Material) -> Plot:
     rows: list[tuple[object, ...]] = []
     for over_slip, over_field in material.recommended_curves:
         own, *rivals = over_slip
-        y = _effort_axis(material, own, over_field, rivals)
+        # One axis for all panels of an element, so that they can be compared. It reaches around the recommended
+        # model's curves and all dots; a rival that leaves it is cut off.
+        efforts_around = [own.effort.ravel(), over_field.effort.ravel()]
+        for curves in (own, *rivals, over_field):
+            efforts_around += [dots[:, 1] for dots in curves.dots if dots.size]
+        all_efforts = np.concatenate(efforts_around)
+        lowest = float(np.quantile(all_efforts, 0.001)) * material.effort.factor
+        highest = float(np.quantile(all_efforts, 0.999)) * material.effort.factor
+        slack = 0.06 * ((highest - lowest) or 1.0)
+        y = Axis(material.word, material.effort.unit, lowest - slack, highest + slack)
         name = material.element_name(over_field.element)
         panels.append(_over_slip(material, own, y, f"{name} {word}, over slip".strip()))
         if low < high:
-            panels.append(
-                _over_field(material, over_field, y, f"{name} {word}, over the field".strip())
+            field = over_field.field * material.field.factor
+            labels = [material.slip.of(float(level), 2) for level in over_field.slips]
+            dots = [near * [material.field.factor, 1.0] for near in over_field.dots]
+            panel = Panel(
+                Axis.over("field", material.field.unit, field),
+                y,
+                _marks(material, field, over_field.effort, labels, dots),
+                _sentence(material, material.title, "field", len(labels)),
+                f"{name} {word}, over the field".strip(),
+                size=_SIZE,
             )
+            panels.append(panel)
         for rival in rivals:
             panels.append(_over_slip(material, rival, y, f"{name} rival, over slip".strip()))
         for curves in over_slip:
@@ -70,26 +88,6 @@ def describe_model(material: Material) -> Plot:
     )
 
 
-def _effort_axis(
-    material: Material,
-    own: FlowCurves,
-    over_field: FieldCurves,
-    rivals: Sequence[FlowCurves],
-) -> Axis:
-    """One axis for all panels of an element, so that they can be compared.
-
-    It reaches around the recommended model's curves and all dots. A rival that leaves it is cut off.
-    """
-    efforts_around = [own.effort.ravel(), over_field.effort.ravel()]
-    for curves in (own, *rivals, over_field):
-        efforts_around += [dots[:, 1] for dots in curves.dots if dots.size]
-    efforts = np.concatenate(efforts_around)
-    low = float(np.quantile(efforts, 0.001)) * material.effort.factor
-    high = float(np.quantile(efforts, 0.999)) * material.effort.factor
-    slack = 0.06 * ((high - low) or 1.0)
-    return Axis(material.word, material.effort.unit, low - slack, high + slack)
-
-
 def _over_slip(
     material: Material,
     curves: FlowCurves,
@@ -106,25 +104,6 @@ def _over_slip(
         y,
         _marks(material, slip, curves.effort, labels, dots),
         _sentence(material, material.titles[curves.model], "slip", len(labels)),
-        title,
-        size=_SIZE,
-    )
-
-
-def _over_field(
-    material: Material,
-    curves: FieldCurves,
-    y: Axis,
-    title: str,
-) -> Panel:
-    field = curves.field * material.field.factor
-    labels = [material.slip.of(float(level), 2) for level in curves.slips]
-    dots = [near * [material.field.factor, 1.0] for near in curves.dots]
-    return Panel(
-        Axis.over("field", material.field.unit, field),
-        y,
-        _marks(material, field, curves.effort, labels, dots),
-        _sentence(material, material.title, "field", len(labels)),
         title,
         size=_SIZE,
     )

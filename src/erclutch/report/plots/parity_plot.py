@@ -23,23 +23,7 @@ from erclutch.signals.array import Array
 
 def describe_parity(material: Material) -> Plot:
     """Two panels: density of the rows held out around the diagonal; histograms of the residual."""
-    residuals = material.distributions
-    edges = residuals[0].edges
-    columns = {"residual_from": edges[:-1], "residual_to": edges[1:]}
-    for residual in residuals:
-        columns[f"density:{residual.model}"] = residual.density
-    numbers = np.column_stack(list(columns.values()))
-    return Plot(
-        [_parity(material), _distribution(material)],
-        PlotTable(list(columns), numbers.tolist()),
-        height=4.7,
-        badge=material.print_badge,
-        legend="above",
-    )
-
-
-def _parity(material: Material) -> Panel:
-    """The density of the rows held out around the diagonal, of the recommended model."""
+    # The density of the rows held out around the diagonal, of the recommended model.
     density = parity(material.rows, material.recommended)
     edges = density.edges * material.effort.factor
     low = float(edges[0])
@@ -57,7 +41,7 @@ def _parity(material: Material) -> Panel:
     diagonal = Line(ends, ends, "ref")
     r2, *_ = material.run.entry(material.recommended)["test"]["r2"]
     beyond = f" {count(density.beyond)} rows lie outside." if density.beyond else ""
-    return Panel(
+    around_diagonal = Panel(
         Axis("measured", material.effort.unit, low, high),
         Axis("estimated", material.effort.unit, low, high),
         [cells, diagonal],
@@ -71,9 +55,7 @@ def _parity(material: Material) -> Panel:
         share=1.6,
     )
 
-
-def _distribution(material: Material) -> Panel:
-    """Histograms of the residuals, and a normal distribution as wide as the recommended model's."""
+    # Histograms of the residuals, and a normal distribution as wide as the recommended model's.
     effort = material.effort
     first, *others = material.distributions
     edges = first.edges * effort.factor
@@ -100,7 +82,7 @@ def _distribution(material: Material) -> Panel:
     tallest = max(float(each.density.max()) for each in material.distributions) / effort.factor
     half = effort.of(first.quantiles[0])
     nearly_all = effort.of(first.quantiles[2])
-    return Panel(
+    histograms = Panel(
         Axis("measured less estimated", effort.unit, lowest, highest),
         Axis(f"share of rows per {effort.unit or 'unit'}", low=0.0, high=1.06 * tallest),
         marks,
@@ -108,4 +90,16 @@ def _distribution(material: Material) -> Panel:
         f"are below {half}, 99 % below {nearly_all}.",
         caption=f"Filled: {material.title}. Thin line: a normal distribution of the same width.",
         size=(430, 300),
+    )
+
+    columns = {"residual_from": first.edges[:-1], "residual_to": first.edges[1:]}
+    for each in material.distributions:
+        columns[f"density:{each.model}"] = each.density
+    numbers = np.column_stack(list(columns.values()))
+    return Plot(
+        [around_diagonal, histograms],
+        PlotTable(list(columns), numbers.tolist()),
+        height=4.7,
+        badge=material.print_badge,
+        legend="above",
     )

@@ -220,29 +220,28 @@ class Panel:
 
     def limits(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Ranges of both axes: those given, else around the marks."""
-        extents = [_extent(mark) for mark in self.marks]
-        across = [x for x, _ in extents]
-        up = [y for _, y in extents]
+        across: list[Array] = []  # values of each mark along both axes
+        up: list[Array] = []
+        for mark in self.marks:
+            match mark:
+                case Line() | Dots():
+                    across.append(mark.x)
+                    up.append(mark.y)
+                case Bars():
+                    across.append(mark.edges)
+                    up.append(np.append(mark.heights, 0.0))
+                case NamedBars():
+                    across.append(np.append(mark.high, 0.0))
+                    up.append(np.array([-0.6, len(mark.names) - 0.4]))  # ends of the rows of bars
+                case Cells():
+                    across.append(mark.x_edges)
+                    up.append(mark.y_edges)
+                case Shade(x=x) if x is not None:
+                    across.append(x)
+                    up += [np.atleast_1d(mark.low), np.atleast_1d(mark.high)]
+                case Shade() | ReferenceLine():  # they lie within what others span
+                    pass
         return _range(self.x, across), _range(self.y, up)
-
-
-def _extent(mark: Mark) -> tuple[Array, Array]:
-    """Values of a mark along both axes."""
-    none = np.zeros(0)
-    match mark:
-        case Line() | Dots():
-            return mark.x, mark.y
-        case Bars():
-            return mark.edges, np.append(mark.heights, 0.0)
-        case NamedBars():
-            ends = np.array([-0.6, len(mark.names) - 0.4])  # of the rows of bars
-            return np.append(mark.high, 0.0), ends
-        case Cells():
-            return mark.x_edges, mark.y_edges
-        case Shade(x=x) if x is not None:
-            return x, np.concatenate([np.atleast_1d(mark.low), np.atleast_1d(mark.high)])
-        case Shade() | ReferenceLine():
-            return none, none
 
 
 def _range(axis: Axis, values: Sequence[Array]) -> tuple[float, float]:

@@ -41,11 +41,34 @@ def svg(panel: Panel) -> Markup:
     (x_low, x_high), (y_low, y_high) = panel.limits()
     x = _Ruler(x_low, x_high, panel.x.log, _left(panel), width - _RIGHT)
     y = _Ruler(y_low, y_high, panel.y.log, height - _BOTTOM, _TOP)
+
+    # Grid, ticks and titles. A small drawing has fewer ticks.
+    frame: list[str] = []
+    left = x.first
+    right = x.last
+    bottom = y.first
+    for value in _up(panel, y_low, y_high):
+        at = y.one(value)
+        place = f'x="{left - _TO_AXIS:.0f}" y="{at + 3.5:.1f}" text-anchor="end"'
+        frame.append(f'<path class="grid" d="M{left} {at:.1f}H{right:.1f}"/>')
+        frame.append(f"<text {place}>{_mark(value)}</text>")
+    for value in ticks(x_low, x_high, 6 if width > _SMALL else 5, log=panel.x.log):
+        if panel.x.whole and abs(value - round(value)) > 1e-9:
+            continue
+        at = x.one(value)
+        place = f'x="{at:.1f}" y="{bottom + 16:.1f}" text-anchor="middle"'
+        frame.append(f'<path class="tick" d="M{at:.1f} {bottom:.1f}v4"/>')
+        frame.append(f"<text {place}>{_mark(value)}</text>")
+    frame.append(f'<path class="axis" d="M{left} {bottom:.1f}H{right:.1f}"/>')
+    frame.append(f'<text class="title" x="4" y="12">{escape(panel.y.title)}</text>')
+    place = f'x="{right:.1f}" y="{bottom + 32:.1f}" text-anchor="end"'
+    frame.append(f'<text class="title" {place}>{escape(panel.x.title)}</text>')
+
     drawn = "".join(_drawn(mark, x, y) for mark in panel.marks)
     wide = " broad" if width > _BROAD else ""
     return Markup(
         f'<svg class="plot{wide}" viewBox="0 0 {width} {height}" role="img" aria-label="{escape(panel.says)}">'
-        f"{_frame(panel, x, y)}{drawn}</svg>"
+        f"{''.join(frame)}{drawn}</svg>"
     )
 
 
@@ -107,7 +130,17 @@ def ticks(
 ) -> list[float]:
     """Round values inside a range; about as many as asked for."""
     if log:
-        return _decades(low, high, most)
+        # Powers of ten; where two at most lie inside, their doubles and halves too.
+        first = math.ceil(math.log10(low) - 1e-9)
+        last = math.floor(math.log10(high) + 1e-9)
+        marks: list[float] = [10.0**power for power in range(first, last + 1)]
+        if len(marks) <= 2:
+            marks = []
+            for power in range(first - 1, last + 2):
+                finer = [digit * 10.0**power for digit in (1, 2, 5)]
+                marks += [mark for mark in finer if low <= mark <= high]
+        every = max(1, math.ceil(len(marks) / most))
+        return marks[::every]
     wanted = (high - low) / max(most, 1)
     if not wanted > 0:
         return [low]
@@ -127,20 +160,6 @@ def _multiples(step: float, low: float, high: float) -> list[float]:
     return [k * step for k in range(first, last + 1)]
 
 
-def _decades(low: float, high: float, most: int) -> list[float]:
-    """Powers of ten; where two at most lie inside, their doubles and halves too."""
-    first = math.ceil(math.log10(low) - 1e-9)
-    last = math.floor(math.log10(high) + 1e-9)
-    marks: list[float] = [10.0**power for power in range(first, last + 1)]
-    if len(marks) <= 2:
-        marks = []
-        for power in range(first - 1, last + 2):
-            finer = [digit * 10.0**power for digit in (1, 2, 5)]
-            marks += [mark for mark in finer if low <= mark <= high]
-    every = max(1, math.ceil(len(marks) / most))
-    return marks[::every]
-
-
 def _drawn(mark: Mark, x: _Ruler, y: _Ruler) -> str:
     match mark:
         case Line():
@@ -148,7 +167,13 @@ def _drawn(mark: Mark, x: _Ruler, y: _Ruler) -> str:
         case Dots():
             return _dots(mark, x, y)
         case Bars():
-            return _bars(mark, x, y)
+            edges = x.at(mark.edges).tolist()
+            tops = y.at(mark.heights).tolist()
+            words = [f"M{edges[0]:.1f} {y.first:.1f}"]
+            for (left, right), top in zip(itertools.pairwise(edges), tops, strict=True):
+                words.append(f"L{left:.1f} {top:.1f}L{right:.1f} {top:.1f}")
+            words.append(f"L{edges[-1]:.1f} {y.first:.1f}Z")
+            return f'<path class="bars {mark.style}" d="{"".join(words)}"/>'
         case NamedBars():
             return _named_bars(mark, x, y)
         case Cells():
@@ -207,16 +232,6 @@ def _dots(dots: Dots, x: _Ruler, y: _Ruler) -> str:
     return f'<path class="dots {dots.style}" stroke-width="{2 * dots.size:.1f}" d="{path}"/>'
 
 
-def _bars(bars: Bars, x: _Ruler, y: _Ruler) -> str:
-    edges = x.at(bars.edges).tolist()
-    tops = y.at(bars.heights).tolist()
-    words = [f"M{edges[0]:.1f} {y.first:.1f}"]
-    for (left, right), top in zip(itertools.pairwise(edges), tops, strict=True):
-        words.append(f"L{left:.1f} {top:.1f}L{right:.1f} {top:.1f}")
-    words.append(f"L{edges[-1]:.1f} {y.first:.1f}Z")
-    return f'<path class="bars {bars.style}" d="{"".join(words)}"/>'
-
-
 def _named_bars(bars: NamedBars, x: _Ruler, y: _Ruler) -> str:
     """The first bar is on top, so row k lies where an axis that points up has the number of the rows below it."""
     from_below = np.arange(len(bars.names), dtype=np.float64)[::-1]
@@ -259,34 +274,6 @@ def _cells(cells: Cells, x: _Ruler, y: _Ruler) -> str:
     if crosses:
         drawn.append(f'<path class="blind" d="{"".join(crosses)}"/>')
     return "".join(drawn)
-
-
-def _frame(panel: Panel, x: _Ruler, y: _Ruler) -> str:
-    """Grid, ticks and titles. A small drawing has fewer ticks."""
-    out: list[str] = []
-    left = x.first
-    right = x.last
-    bottom = y.first
-    across = 6 if panel.size[0] > _SMALL else 5
-    for value in _up(panel, y.low, y.high):
-        at = y.one(value)
-        out.append(f'<path class="grid" d="M{left} {at:.1f}H{right:.1f}"/>')
-        out.append(
-            f'<text x="{left - _TO_AXIS:.0f}" y="{at + 3.5:.1f}" text-anchor="end">{_mark(value)}</text>'
-        )
-    for value in ticks(x.low, x.high, across, log=x.log):
-        if panel.x.whole and abs(value - round(value)) > 1e-9:
-            continue
-        at = x.one(value)
-        out.append(f'<path class="tick" d="M{at:.1f} {bottom:.1f}v4"/>')
-        out.append(
-            f'<text x="{at:.1f}" y="{bottom + 16:.1f}" text-anchor="middle">{_mark(value)}</text>'
-        )
-    out.append(f'<path class="axis" d="M{left} {bottom:.1f}H{right:.1f}"/>')
-    out.append(f'<text class="title" x="4" y="12">{escape(panel.y.title)}</text>')
-    place = f'x="{right:.1f}" y="{bottom + 32:.1f}" text-anchor="end"'
-    out.append(f'<text class="title" {place}>{escape(panel.x.title)}</text>')
-    return "".join(out)
 
 
 def _mark(value: float) -> str:

@@ -69,6 +69,18 @@ def describe_trace(
         title = material.element_name(place)
         commands.append(Line(time, field, style, title, dashed=place > 0))
 
+    # The table has all models of the run, not only those that are drawn.
+    names = [material.element_name(place) for place in range(len(rows.data.elements))]
+    columns = {"time": rows.data.clock.time}
+    for name, element in zip(names, rows.data.elements, strict=True):
+        columns[f"field {name}".strip()] = element.field
+    for name, element in zip(names, rows.data.elements, strict=True):
+        columns[f"slip {name}".strip()] = element.slip
+    columns["effort"] = rows.data.effort
+    for name in material.run.names:
+        columns[f"effort:{name}"] = rows.predicted[name]
+    numbers = np.column_stack([column[section] for column in columns.values()])
+
     x = Axis.over("time", "s", time)
     y = Axis(material.word, material.effort.unit)
     return Plot(
@@ -77,27 +89,11 @@ def describe_trace(
             Panel(x, Axis("residual", material.effort.unit), residuals, "Measured less estimated."),
             Panel(x, Axis("field", material.field.unit), commands, "The command.", share=1.2),
         ],
-        _table(material, section),
+        PlotTable(list(columns), numbers.tolist()),
         height=3.3,
         badge=material.print_badge,
         legend="above",
     )
-
-
-def _table(material: Material, section: slice) -> PlotTable:
-    """All models of the run, not only those that are drawn."""
-    data = material.rows.data
-    names = [material.element_name(place) for place in range(len(data.elements))]
-    columns = {"time": data.clock.time}
-    for name, element in zip(names, data.elements, strict=True):
-        columns[f"field {name}".strip()] = element.field
-    for name, element in zip(names, data.elements, strict=True):
-        columns[f"slip {name}".strip()] = element.slip
-    columns["effort"] = data.effort
-    for model in material.run.names:
-        columns[f"effort:{model}"] = material.rows.predicted[model]
-    numbers = np.column_stack([column[section] for column in columns.values()])
-    return PlotTable(list(columns), numbers.tolist())
 
 
 def _rows(material: Material, start: float | None, seconds: float | None) -> slice:
