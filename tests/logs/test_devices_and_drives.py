@@ -10,8 +10,9 @@ import pytest
 
 from erclutch.errors import LogError
 from erclutch.logs import ColumnMap, Plan, Table, plan_of, read
-from erclutch.logs.columns.labels import header_pairs, name_columns
+from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.columns.senses import with_senses
+from erclutch.logs.readers.header_pairs import header_pairs
 from erclutch.signals.array import Array
 
 N = 800

@@ -7,14 +7,13 @@ import time
 import pytest
 
 from erclutch.logs.columns.labels import (
-    header_pairs,
     name_columns,
     own_unit,
-    sample_period,
     split_end,
     split_label,
     units_behind_names,
 )
+from erclutch.logs.readers.header_pairs import header_pairs, sample_period
 
 
 @pytest.mark.parametrize(

@@ -19,12 +19,13 @@ from erclutch.logs import ColumnMap, read, read_table
 from erclutch.logs.applied import apply
 from erclutch.logs.clock import time_stamps
 from erclutch.logs.clock.resample import resampled
-from erclutch.logs.columns.labels import header_pairs, sample_period, split_label
+from erclutch.logs.columns.labels import split_label
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.held_out import hold_out, time_folds
 from erclutch.logs.keywords import rate_of, seconds_of
 from erclutch.logs.planning.draft import scaled
 from erclutch.logs.planning.whole_plan import plan_of
+from erclutch.logs.readers.header_pairs import header_pairs, sample_period
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
 from erclutch.signals.array import Array

@@ -10,7 +10,7 @@ import numpy as np
 
 from erclutch.errors import LogError, printable
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.row_groups import parting_note, words_of
+from erclutch.logs.columns.word_columns import parting_note, words_of
 from erclutch.logs.readers.switches import switched
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array

@@ -131,6 +131,15 @@ def recordings_in(path: str | Path, variable: str | None = None) -> list[str]:
         with placed(Path(path).name):
             parted = groups_in(read_table(path, variable=group.recording), group.column)
         return [f"{group.recording}; {name}" if group.recording else name for name in parted]
+    return recordings_of_file(path)
+
+
+def recordings_of_file(path: str | Path) -> list[str]:
+    """Names of the recordings that the format of a file tells apart; none where it is a recording itself.
+
+    Raises:
+        LogError: the file cannot be read.
+    """
     log = log_at(path)
     if log.plugin.of_type(LogReader).recordings is None:
         return []

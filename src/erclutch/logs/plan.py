@@ -191,6 +191,11 @@ class Plan:
         return next((each for each in self.signals if each.signal == name), None)
 
     @property
+    def signals_with_columns(self) -> set[str]:
+        """Names of the signals that are read from a column."""
+        return {each.signal for each in self.signals if each.column}
+
+    @property
     def choices(self) -> dict[str, ColumnChoice]:
         """The column of each signal, and of the time."""
         choices: dict[str, ColumnChoice] = {}

@@ -12,22 +12,21 @@ import numpy as np
 
 from erclutch.logs.columns.joints import ESTIMATED, of_joints
 from erclutch.logs.columns.labels import split_end
-from erclutch.logs.columns.names import (
-    NEED_UNIT,
-    OTHER,
-    PARTS_OF_A_MODEL,
-    SINGLE,
-    TOLD,
-    VOLTAGES,
-    headed,
-    spoken_name,
-)
+from erclutch.logs.columns.names import headed, spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import follows, is_rate_of
 from erclutch.logs.columns.two_shafts import between_shafts
+from erclutch.logs.columns.vocabulary import (
+    NEED_UNIT,
+    OTHER,
+    PARTS_OF_A_MODEL,
+    SINGLE,
+    TOLD,
+    VOLTAGES,
+)
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-from erclutch.logs.columns.names import NAMES, TOLD, headed, spoken_name, words_of
+from erclutch.logs.columns.names import headed, spoken_name, words_of
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
+from erclutch.logs.columns.vocabulary import NAMES, TOLD
 
 _MOTIONS = ("slip", "position")
 #: What a drive says of a torque or a motion that it does not measure itself.

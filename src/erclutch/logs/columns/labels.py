@@ -1,4 +1,4 @@
-"""Names and units are read from column headers and from ``Key: value`` header blocks."""
+"""Names and units are read from the labels of columns, one by one and of all columns together."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from erclutch.errors import UnitError, printable
-from erclutch.logs.columns.model_paths import ends_of_paths
+from erclutch.errors import printable
+from erclutch.logs.columns.vocabulary import set_of
 from erclutch.signals import units
 
 _SQUARE = re.compile(r"(.+?)\s*\[([^\[\]]*)\]", re.DOTALL)
@@ -19,50 +19,9 @@ _EASTERN = re.compile(r"(.*[\u3040-\u30ff\u4e00-\u9fff])\s*([A-Za-zµ°%][\w./·
 _LETTERS = {"V": "电压 電壓 電圧", "A": "电流 電流", "N": "力 荷重", "s": "时间 時間", "W": "功率"}
 _SLASH = re.compile(r"(.+?)\s+(?:/|in)\s+(\S.*)", re.DOTALL)
 _UNIT_ALONE = re.compile(r"in\s+(\S+)")  # what an oscilloscope writes over its time
-_PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
-# A quantity that a remark ends in: ``lever arm 0.15 m``.
-_REMARK = re.compile(
-    r"\W*([^\d\W][^\d:=,;\t]{1,40}?)\s+([+-]?\d+(?:\.\d+)?\s?([^\W\d_][\w/*^·]*))\s*"
-)
-# A cell in quotes, with the mark behind it: signs that part keys from values have no meaning in it.
-_QUOTED_KEY = re.compile(r'[\s#%/,;]*"((?:[^"]|"")+)"\s*[:=,;\t]\s*(.*)')
-_NUMBER_AND_UNIT = re.compile(
-    r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)"?\s*[,;\t]\s*"?([^\d\W][^,;\t"]*|[%°][^,;\t"]*)"?'
-)
 _CHANNEL = re.compile(r"\d{3,4} <([^<>]+)> \(([VA](?:DC|AC))\)")
-_DECIMAL_COMMA = re.compile(
-    r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)'
-)  # three digits may be thousands
-# A number that a remark gives in the middle of a line.
-_ASSIGNMENT = re.compile(
-    r"(?<=[,;] )[^\W\d_]\w{0,20} ?= ?[+-]?\d[\d.eE+-]*(?: ?[^\W\d_][\w/*^]*)?(?=[,;]|\.?\s*$)"
-)
-_MOST_PAIRS = 200  # of a header block
-LONGEST_PERIOD = 0.5  # s, of a period without a unit: a larger number may be one of ms
-_PERIOD = re.compile(
-    r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|time[ _]?step|"
-    r"tick(?:[ _]?(?:period|size|length))?|abtast(?:zeit|intervall|periode)|p[ée]riode d.[ée]chantillonnage|"
-    r"periodo de muestreo|periodo di campionamento|"
-    r"采样(?:周期|间隔)|サンプリング(?:周期|間隔)|샘플링 ?주기",
-    re.I,
-)
 #: Units that say no more than that a column holds whole numbers of a converter or an encoder.
-COUNTS = frozenset(
-    {
-        "count",
-        "counts",
-        "LSB",
-        "lsb",
-        "bit",
-        "bits",
-        "digit",
-        "digits",
-        "tick",
-        "ticks",
-        "step",
-        "steps",
-    }
-)
+COUNTS = set_of("count counts LSB lsb bit bits digit digits tick ticks step steps")
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
 _AS_THEY_ARE = "A mA V mV kV N kN kg krpm gauss Pa kPa MPa s ms us ns mm cm m rad deg rpm T mT"
 _NONE_WRITTEN = ("None", "N/A", "n/a", "null", "NULL", "undefined")  # by programs that know no unit
@@ -112,43 +71,12 @@ _ENDS = {
 _SIDES = frozenset("ABCDLR")
 _INDICES = frozenset({"A", "C", "T", "s", "m"})
 _LENGTHS = frozenset({"position", "displacement", "stroke", "travel", "extension", "weg", "hub"})
-_TURNING = frozenset(
-    {
-        "torque",
-        "moment",
-        "omega",
-        "rpm",
-        "angle",
-        "theta",
-        "drehmoment",
-        "drehzahl",
-        "winkel",
-        "couple",
-    }
-)
-_FORCES_AND_SPEEDS = frozenset(
-    {"force", "thrust", "speed", "velocity", "kraft", "geschwindigkeit", "vitesse", "fuerza"}
-)
+_TURNING = set_of("torque moment omega rpm angle theta drehmoment drehzahl winkel couple")
+_FORCES_AND_SPEEDS = set_of("force thrust speed velocity kraft geschwindigkeit vitesse fuerza")
 _MEASURED = _LENGTHS | _TURNING | _FORCES_AND_SPEEDS
 #: Names that are a unit and nothing else: the column is told by it.
 _BARE = {
-    **{
-        unit: unit
-        for unit in (
-            "rpm",
-            "Nm",
-            "kN",
-            "mm",
-            "ms",
-            "us",
-            "mNm",
-            "rad/s",
-            "mm/s",
-            "m/s",
-            "deg/s",
-            "N*m",
-        )
-    },
+    **{unit: unit for unit in set_of("rpm Nm kN mm ms us mNm rad/s mm/s m/s deg/s N*m")},
     **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us", "ms_today": "ms"},
     **{"milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns"},
     **dict.fromkeys(("RPM", "r/min", "tr/min", "U/min"), "rpm"),
@@ -192,7 +120,11 @@ _SYMBOLS = {
     "E": "V/m",
     "H": "A/m",
 }
-#: A block of a model with the port behind it, as controllers record it: ``Model Root/Sensors/Torque/Out1``.
+# A block of a model with the port behind it, as ControlDesk and dSPACE write it: ``Model Root/Sensors/Torque/Out1``.
+_PATH = re.compile(
+    r'"?(?:[^/]+/)+"?([^/]*[^/"])"?/"?(?:(?:Out|In)\d*|Value)"?(?:\[0\])?', re.IGNORECASE
+)
+_IN_A_MODEL = re.compile(r'"?(?:Platform\(\)://)?Model Root/(?:[^/]+/)*"?([^/"]+)"?', re.IGNORECASE)
 _OF_A_MESSAGE = "field."  # before each name behind the time, as rostopic echo -p writes it: no field of a device
 _FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
 # A quotient behind an underscore (``SR_1/s``, ``v_m/s``); a capital letter there is an index (``M_A/Nm``).
@@ -209,13 +141,6 @@ _RPM_WITHIN = re.compile(
     r"(?<![a-z/])(?<!per)(?<!per[_ ])rpm(?![a-z/]|.*per)", re.I
 )  # Status_RPM_2; no torque per rpm
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
-_OF_SAMPLES = re.compile(r"([kM]?)(?:fps|SPS|[Ff]rames?/s|(?:S|Sa|[Ss]amples?)/s)(?:ec)?$")
-_RATE = re.compile(
-    r"(?:sampl\w*|scan|acquisition|data|frame)?[ _-]*(?:rate|freq\w*)|fs|f_s|fps|"
-    r"(?:abtast|mess)(?:rate|frequenz)|fr[ée]quence d.[ée]chantillonnage|frecuencia de muestreo|"
-    r"frequenza di campionamento|采样(?:频率|率)|サンプリング(?:周波数|レート)|샘플링 ?(?:주파수|속도)",
-    re.I,
-)
 
 
 def split_label(label: str) -> tuple[str, str | None]:
@@ -307,7 +232,10 @@ def split_end(name: str) -> tuple[str, str | None]:
             continue
         if stem.lower().endswith("_per"):
             return name, None  # the last of a quotient that is no unit of ours
-        if _is_index(stem, end) or (end in _SIDES and split_end(stem)[1]):
+        # A letter behind a word for a quantity cannot be its unit: it tells this column from others of its kind.
+        word = re.split(r"[\W_]+", stem.lower())[-1]
+        is_index = end in _INDICES and word in (_MEASURED - _LENGTHS if end == "m" else _MEASURED)
+        if is_index or (end in _SIDES and split_end(stem)[1]):
             continue
         if len(stem) > 1 or stem == "t" or (len(stem) == 1 and len(end) > 2):
             return stem, unit
@@ -324,12 +252,6 @@ def _unit_of_end(end: str) -> str | None:
     """The unit that an end of a name is, in small letters too; a word in letters of any size (``Angle_Degrees``)."""
     is_word = len(end) >= _WORD and end.isalpha()
     return _ENDS.get(end) or (_LOWER_ENDS.get(end.lower()) if is_word or end.islower() else None)
-
-
-def _is_index(stem: str, end: str) -> bool:
-    """Whether a letter behind a name cannot be its unit, and so tells this column from others of its kind."""
-    word = re.split(r"[\W_]+", stem.lower())[-1]
-    return end in _INDICES and word in (_MEASURED - _LENGTHS if end == "m" else _MEASURED)
 
 
 def units_behind_names(labels: Sequence[str]) -> dict[str, str]:
@@ -425,7 +347,11 @@ def name_columns(
     Two labels that differ in their unit only keep their whole label as name; the second of two equal ones gets (2).
     Hidden characters of a label are written out. A label's own unit goes before that of ``own_units``, with a note.
     """
-    shown = [_of_keysight(printable(label.strip())) for label in labels]
+    shown: list[str] = []
+    for label in labels:
+        written = printable(label.strip())
+        channel = _CHANNEL.fullmatch(written)  # 101 <Coil I> (ADC), as Keysight writes Coil I (A)
+        shown.append(f"{channel[1]} ({channel[2][0]})" if channel else written)
     if len(shown) > 1 and all(label.startswith(_OF_A_MESSAGE) for label in shown[1:]):
         shown = [label.removeprefix(_OF_A_MESSAGE) for label in shown]
     notes: list[str] = []
@@ -468,53 +394,22 @@ def name_columns(
     return list(names), units_of, notes
 
 
-def _of_keysight(label: str) -> str:
-    """``Coil I (A)`` for ``101 <Coil I> (ADC)``: a name behind the number of its channel, and what that measures."""
-    match = _CHANNEL.fullmatch(label)
-    return f"{match[1]} ({match[2][0]})" if match else label
+def ends_of_paths(labels: Sequence[tuple[str, str | None, str]]) -> list[str]:
+    """Labels without the way through a model and the port behind: ``Torque`` for ``Model Root/Sensors/Torque/Out1``.
 
+    As they were where that leaves two labels the same, or no two are such paths.
 
-def header_pairs(lines: Iterable[str]) -> dict[str, str]:
-    """``Key: value`` lines of a header block as texts, the first 200; a number and its unit may stand in two cells."""
-    pairs: dict[str, str] = {}
-    for line in lines:
-        # The line, and behind it the parts of a remark that say ``dt = 0.002 s`` among other words.
-        for text in (line, *_ASSIGNMENT.findall(line)):
-            match = _QUOTED_KEY.fullmatch(text) or _PAIR.fullmatch(text)
-            if match is None:
-                remark = _REMARK.fullmatch(text)
-                match = remark if remark and units.is_unit(remark.group(3)) else None
-            if match is None or len(pairs) == _MOST_PAIRS:
-                continue
-            key, value, *_ = match.groups()
-            value = value.strip(" \t,;")
-            cells = value
-            comma = _DECIMAL_COMMA.fullmatch(value)
-            if comma:
-                whole, decimals, rest = comma.groups()
-                cells = f"{whole}.{decimals}{rest}"
-            number_and_unit = _NUMBER_AND_UNIT.fullmatch(cells)
-            if number_and_unit:
-                number, unit = number_and_unit.groups()
-                value = f"{number} {unit.strip()}"
-            pairs.setdefault(key.strip(), value.strip('"'))
-    return pairs
-
-
-def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
-    """Sampling period in s that a header block states, and the key that states it; an interval wins over a rate."""
-    for pattern, usual_unit, power in ((_PERIOD, "s", 1), (_RATE, "Hz", -1)):
-        for key, value in pairs.items():
-            name, unit_of_key = split_label(key)
-            if not pattern.fullmatch(name.strip()):
-                continue
-            try:
-                number, unit_of_value = units.quantity(_OF_SAMPLES.sub(r"\1Hz", value.strip()))
-                written = unit_of_value or unit_of_key
-                unit = units.parse(written or usual_unit)
-            except UnitError:
-                continue
-            may_be_in_ms = not written and power == 1 and number > LONGEST_PERIOD
-            if number > 0 and unit.dimension == (("second", float(power)),) and not may_be_in_ms:
-                return (number * unit.factor) ** power, key
-    return None
+    Args:
+        labels: name, unit and whole label of each column.
+    """
+    ends: list[str] = []
+    paths = 0
+    for name, unit, label in labels:
+        with_port = _PATH.fullmatch(label)
+        match = with_port or _IN_A_MODEL.fullmatch(name)
+        if match is None:
+            ends.append(label)
+            continue
+        paths += 1
+        ends.append(match[1] if with_port or not unit else f"{match[1]} [{unit}]")
+    return ends if paths > 1 and len({*ends}) == len(labels) else [label for _, _, label in labels]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from erclutch.logs.columns.names import CURRENTS, VOLTAGES
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import known_rows, takes_both_signs
+from erclutch.logs.columns.vocabulary import CURRENTS, VOLTAGES
 
 _THREE = frozenset({"1", "2", "3"})
 #: What an analyser makes of a voltage and a current in a phase: powers, their factor, an angle, frequencies.

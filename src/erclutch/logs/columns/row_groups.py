@@ -7,22 +7,17 @@ place of the word, the rows of each word are one.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from erclutch.errors import LogError, listed, printable, shell_word
+from erclutch.errors import LogError, listed, shell_word
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.table import Table, WordColumn
+from erclutch.logs.columns.word_columns import MOST_WORDS
+from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 EACH = "all"  # in place of a word
-_MOST_WORDS = 200
-_FEWEST_ROWS = 3  # of a word, on average; a column of remarks or of names has a word a row
-_LONGEST = 60  # characters of a word
 
 
 class Group(NamedTuple):
@@ -46,45 +41,6 @@ def wants_each(variable: str | None) -> bool:
     """Whether each recording of a file, or the rows of each word of a column, are wanted as logs."""
     group = group_of(variable)
     return variable == EACH or (group is not None and group.word == EACH)
-
-
-def words_of(texts: dict[str, pd.Series[Any]]) -> dict[str, WordColumn]:
-    """Those columns of texts whose words part the rows; remarks and names, a new one in each row, part none."""
-    import pandas as pd
-
-    parting: dict[str, WordColumn] = {}
-    for column, cells in texts.items():
-        text_of_row, texts_once = pd.factorize(cells)  # -1 where a cell is empty
-        if not 1 < len(texts_once) <= _MOST_WORDS:
-            continue
-        # Texts that differ in blanks are one word.
-        written = [printable(str(text).strip()) for text in texts_once]
-        words = [*dict.fromkeys(written)]
-        if any(not 0 < len(word) <= _LONGEST for word in words):
-            continue
-        filled = text_of_row >= 0
-        if len(words) > 1 and np.count_nonzero(filled) >= _FEWEST_ROWS * len(words):
-            word_of_text = np.asarray([words.index(word) for word in written], np.int32)
-            word_of_row = np.where(filled, word_of_text[text_of_row], -1)
-            parting[column] = WordColumn(tuple(words), word_of_row.astype(np.int32))
-    return parting
-
-
-def names_of_rows(texts: dict[str, pd.Series[Any]]) -> tuple[str, ...]:
-    """What the first column of texts calls each row; nothing for many rows, or where a row has no name."""
-    for cells in texts.values():
-        if len(cells) > _MOST_WORDS:
-            return ()
-        names = [printable(str(cell).strip()) for cell in cells.dropna()]
-        if len(names) == len(cells) and all(0 < len(name) <= _LONGEST for name in names):
-            return tuple(names)
-    return ()
-
-
-def parting_note(column: str, parting: WordColumn) -> str:
-    """What is said of a column whose words part the rows."""
-    choice = shell_word(f"{column}={parting.words[0]}")
-    return f"column {column} parts the rows by {len(parting.words)} words: --variable {choice} takes those of one"
 
 
 def groups_in(table: Table, column: str) -> list[str]:
@@ -157,7 +113,7 @@ def _words(table: Table, label: str) -> list[str]:
         return [*table.words[name].words]
     values = table.columns[name]
     numbers = np.unique(values[np.isfinite(values)])
-    if numbers.size > _MOST_WORDS:
-        problem = f"column {name} has {numbers.size:,} different numbers, above {_MOST_WORDS}: they part no rows"
+    if numbers.size > MOST_WORDS:
+        problem = f"column {name} has {numbers.size:,} different numbers, above {MOST_WORDS}: they part no rows"
         raise LogError(problem, remedy="Name another column")
     return [f"{number:.15g}" for number in numbers]

@@ -16,8 +16,9 @@ import numpy as np
 
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import own_unit, split_end, without_unit
-from erclutch.logs.columns.names import OTHER, SpokenName, spoken
+from erclutch.logs.columns.names import SpokenName, spoken
 from erclutch.logs.columns.shapes import Shape, shape_of, spread_of
+from erclutch.logs.columns.vocabulary import OTHER
 from erclutch.logs.table import MINUS, Table
 from erclutch.signals import units
 from erclutch.signals.array import Array

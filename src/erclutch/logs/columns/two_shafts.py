@@ -14,10 +14,11 @@ import numpy as np
 
 from erclutch.errors import MappingError
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.columns.names import NAMES, NEED_UNIT, plain, spoken_name, words_of
+from erclutch.logs.columns.names import plain, spoken_name, words_of
 from erclutch.logs.columns.seen_columns import SeenColumns, unit_fits
 from erclutch.logs.columns.shapes import FEW, takes_both_signs
 from erclutch.logs.columns.two_courses import go_straight
+from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.table import MINUS, Table
 from erclutch.signals.array import Array

@@ -11,9 +11,9 @@ from math import floor, log10
 
 import numpy as np
 
-from erclutch.logs.columns.names import TOLD
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.two_courses import over_rate
+from erclutch.logs.columns.vocabulary import TOLD
 from erclutch.signals import units
 from erclutch.signals.array import Array
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.columns.labels import COUNTS, LONGEST_PERIOD, split_end, split_label
+from erclutch.logs.columns.labels import COUNTS, split_end, split_label
 from erclutch.logs.columns.names import plain
 from erclutch.logs.columns.seen_columns import EVEN, SeenColumns
 from erclutch.logs.columns.shapes import are_whole
@@ -17,6 +17,7 @@ from erclutch.logs.plan import THOUGH, ClockPlan
 from erclutch.logs.planning.clock_by_motion import rate_by_motion, unit_by_motion
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.named_columns import locate
+from erclutch.logs.readers.header_pairs import LONGEST_PERIOD
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array

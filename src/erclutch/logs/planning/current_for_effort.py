@@ -12,10 +12,10 @@ import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import candidates
-from erclutch.logs.columns.names import CURRENTS, NOT_MEASURED, TOLD
 from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import follows
+from erclutch.logs.columns.vocabulary import CURRENTS, NOT_MEASURED, TOLD
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import ELECTRICAL, missing
 from erclutch.signals.array import Array

@@ -12,10 +12,10 @@ from collections.abc import Iterable
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
-from erclutch.logs.columns.names import CURRENTS, NAMES, NOT_MEASURED, TOLD, VOLTAGES
 from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import FEW, LOOKED_AT, takes_both_signs
 from erclutch.logs.columns.two_courses import go_straight, goes_along
+from erclutch.logs.columns.vocabulary import CURRENTS, NAMES, NOT_MEASURED, TOLD, VOLTAGES
 from erclutch.logs.mapping import NONE
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.planning.draft import Draft

@@ -9,10 +9,10 @@ import numpy as np
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.labels import split_end
-from erclutch.logs.columns.names import NOT_MEASURED as COMPUTED
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.seen_columns import SeenColumn
+from erclutch.logs.columns.vocabulary import NOT_MEASURED as COMPUTED
 from erclutch.logs.plan import OPTIONAL, SignalPlan
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.named_columns import locate

@@ -6,9 +6,10 @@ from collections.abc import Iterable
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.labels import COUNTS
-from erclutch.logs.columns.names import NAMES, NEED_UNIT, NOT_MEASURED, plain, spoken_name
+from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.quotients import pressing_loads
 from erclutch.logs.columns.seen_columns import UNITS_OF_KIND, SeenColumn, SeenColumns
+from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED
 from erclutch.signals.recording import SIGNALS
 
 #: Words for counts at the end of a name; a step there may be one of a test.

@@ -11,7 +11,8 @@ from difflib import get_close_matches
 
 from erclutch.errors import LogError, MappingError, UnitError, shell_word
 from erclutch.logs.columns.labels import own_unit, split_end, split_label
-from erclutch.logs.columns.names import NEED_UNIT, OTHER, TOLD, spoken_name
+from erclutch.logs.columns.names import spoken_name
+from erclutch.logs.columns.vocabulary import NEED_UNIT, OTHER, TOLD
 from erclutch.logs.mapping import NONE, ColumnChoice
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.planning.draft import Draft

@@ -8,12 +8,13 @@ from collections.abc import Iterable
 import numpy as np
 
 from erclutch.logs.columns.labels import COUNTS, split_label
-from erclutch.logs.columns.names import TOLD, spoken_name
+from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import quotient_of
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import FEW, are_whole, known_rows
 from erclutch.logs.columns.two_courses import go_straight, is_rate_of
+from erclutch.logs.columns.vocabulary import TOLD
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive
 from erclutch.logs.planning.stated_field import take_stated_field

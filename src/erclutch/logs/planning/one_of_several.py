@@ -17,12 +17,13 @@ import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import DIGITS, DRIVES, candidates
-from erclutch.logs.columns.names import CURRENTS, EASTERN_TOLD, NOT_MEASURED, VOLTAGES, plain
+from erclutch.logs.columns.names import plain
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.seen_columns import KINDS, UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import go_straight, goes_along
 from erclutch.logs.columns.two_shafts import is_of_clutch
+from erclutch.logs.columns.vocabulary import CURRENTS, EASTERN_TOLD, NOT_MEASURED, VOLTAGES
 from erclutch.signals import units
 from erclutch.signals.array import Array
 

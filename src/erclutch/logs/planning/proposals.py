@@ -12,10 +12,11 @@ from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.columns.names import NAMES, NEED_UNIT, NOT_MEASURED, TOLD, plain, spoken_name
+from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import follows, go_straight
+from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOLD
 from erclutch.logs.plan import Question
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import has_short_name, sensor_options, usual_unit

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from erclutch.errors import AlikeRecordingsError, ErclutchError, LogError, listed
+from erclutch.errors import AlikeRecordingsError, LogError, listed
 from erclutch.logs.clock.timing import MINIMUM_ROWS
-from erclutch.logs.log_file import read_table, readable_tables, recordings_in
+from erclutch.logs.log_file import read_table, readable_tables, recordings_of_file
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
 from erclutch.logs.planning.stated_field import differ_by_field
-from erclutch.logs.planning.whole_plan import is_log, plan_of, signals_of
+from erclutch.logs.planning.whole_plan import plan_if_any
 from erclutch.logs.readers.found_recordings import JOINT
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -51,19 +51,25 @@ def table_of_log(
     except LogError as error:
         if variable or "several recordings" not in error.problem:
             raise
-        names = recordings_in(path)
+        names = recordings_of_file(path)
         if not 1 < len(names) <= _MOST:
             raise
         unchosen = error
 
     tables = readable_tables(path, names, told.decimal)
-    logs = {name: table for name, table in tables.items() if is_log(table, told, device)}
+    logs: dict[str, Table] = {}
+    plans: dict[str, Plan] = {}  # of those that are logs
+    for name, table in tables.items():
+        plan = plan_if_any(table, told, device)
+        if plan is not None and plan.is_of_a_log:
+            logs[name] = table
+            plans[name] = plan
     # Beside a log, a table of fewer rows than a log has is a summary.
     long_logs = {name: table for name, table in logs.items() if table.rows >= MINIMUM_ROWS}
     logs = long_logs or logs
     if len(logs) == 1:
         name, table = next(iter(logs.items()))
-        beside = _with_the_field(path, name, tables, told, device)
+        beside = _with_the_field(path, name, plans[name], tables, told, device)
         if beside:
             problem = (
                 f"recording {name} is a log without a field, and {listed(beside)} may be the field"
@@ -77,16 +83,16 @@ def table_of_log(
 
     if len(logs) > 1:
         first = shlex.quote(next(iter(logs)))
-        plans = [plan_of(table, told, device=device) for table in logs.values()]
-        answers = {plan.examples for plan in plans}
-        have_one_answer = len(answers) == 1 and not any(plan.doubts for plan in plans)
+        plans_of_logs = [plans[name] for name in logs]
+        answers = {plan.examples for plan in plans_of_logs}
+        have_one_answer = len(answers) == 1 and not any(plan.doubts for plan in plans_of_logs)
         if have_one_answer:
             options = " ".join(["--variable all", *answers.pop()])
             remedy = f"Take each as a log: {options}; or choose one: --variable {first}"
         else:
             remedy = f"Choose one, such as --variable {first}"
         problem = f"{len(logs)} of {len(names)} recordings of the file are logs: {listed(logs)}"
-        if _are_alike(plans, logs):
+        if _are_alike(plans_of_logs, logs):
             raise AlikeRecordingsError(problem, remedy=remedy, where=unchosen.where)
         raise LogError(problem, remedy=remedy, where=unchosen.where)
 
@@ -96,12 +102,14 @@ def table_of_log(
         raise unchosen
     with_effort: list[str] = []
     for name in names:
-        if name in tables and not signals_of(tables[name]).isdisjoint(("effort", "T")):
+        plan = plan_if_any(tables[name]) if name in tables else None
+        if plan is not None and not plan.signals_with_columns.isdisjoint(("effort", "T")):
             with_effort.append(name)
     others = [name for name in names if name not in with_effort]
     together = JOINT.join([*with_effort, *others])
     joined = readable_tables(path, [together], told.decimal).get(together)
-    if joined is None or not is_log(joined, told, device):
+    plan = None if joined is None else plan_if_any(joined, told, device)
+    if plan is None or not plan.is_of_a_log:
         raise unchosen
     problem = f"no recording of the file is a log alone, and together they are one: {listed(names)}"
     raise LogError(
@@ -114,38 +122,35 @@ def table_of_log(
 def _with_the_field(
     path: str | Path,
     name: str,
+    plan: Plan,
     tables: Mapping[str, Table],
     told: ColumnMap,
     device: DeviceName | None,
 ) -> list[str]:
     """The recordings beside the only log that hold a field, where the log has none; as a topic of a current may be."""
     said = told.columns.keys() | told.constants.keys()
-    if not said.isdisjoint({"field", "E", "E1", "E2"}) or _field_of(tables[name], told, device):
+    if not said.isdisjoint({"field", "E", "E1", "E2"}) or _field_of(plan):
         return []
     beside: list[str] = []
     for other in [other for other in tables if other != name][:_MOST_JOINED]:
         together = JOINT.join([name, other])
         joined = readable_tables(path, [together], told.decimal).get(together)
-        found = _field_of(joined, told, device) if joined is not None else ""
-        if found and found not in tables[name].columns:
-            beside.append(other)
-        elif (
-            joined is None
-            and tables[other].rows >= MINIMUM_ROWS
-            and "field" in signals_of(tables[other])
-        ):
+        if joined is not None:
+            field = _field_of(plan_if_any(joined, told, device))
+            if field and field not in tables[name].columns:
+                beside.append(other)
+            continue
+        by_itself = plan_if_any(tables[other]) if tables[other].rows >= MINIMUM_ROWS else None
+        if by_itself is not None and "field" in by_itself.signals_with_columns:
             problem = f"recording {name} is a log without a field, and {other}, which may be it, has no time in common"
             remedy = f"Put the field beside its rows, or leave it out: --variable {shlex.quote(name)} --field none"
             raise LogError(problem, remedy=remedy, where=Path(path).name)
     return beside
 
 
-def _field_of(table: Table, told: ColumnMap, device: DeviceName | None) -> str:
-    """The column that is the field of a table without much doubt; "" for none."""
-    try:
-        field = plan_of(table, told, device=device).signal("field")
-    except ErclutchError:
-        return ""
+def _field_of(plan: Plan | None) -> str:
+    """The column that is the field without much doubt; "" for none, and without a plan."""
+    field = None if plan is None else plan.signal("field")
     is_sure = field is not None and field.column and field.sureness != "doubtful"
     return field.column if field is not None and is_sure else ""
 
@@ -193,5 +198,9 @@ def logs_among(
     path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None
 ) -> dict[str, Table]:
     """The tables of those recordings of a file that have a motion and an effort, by name."""
-    tables = readable_tables(path, names, told.decimal)
-    return {name: table for name, table in tables.items() if is_log(table, told, device)}
+    logs: dict[str, Table] = {}
+    for name, table in readable_tables(path, names, told.decimal).items():
+        plan = plan_if_any(table, told, device)
+        if plan is not None and plan.is_of_a_log:
+            logs[name] = table
+    return logs

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from erclutch.errors import shell_word
-from erclutch.logs.columns.names import SENSES, words_of
+from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.senses import DIRECTIONS
 from erclutch.logs.columns.shapes import FEW, LOOKED_AT, known_rows, takes_both_signs
+from erclutch.logs.columns.vocabulary import SENSES
 from erclutch.logs.planning.draft import Draft
 from erclutch.signals.array import Array
 

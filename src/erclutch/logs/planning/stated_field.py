@@ -12,7 +12,8 @@ from typing import NamedTuple
 from erclutch.errors import MappingError, UnitError, listed, shell_word
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME, FIELD_UNITS, NUMBER, number_of
-from erclutch.logs.columns.names import OTHER, TOLD, spoken_name
+from erclutch.logs.columns.names import spoken_name
+from erclutch.logs.columns.vocabulary import OTHER, TOLD
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.planning.draft import Draft

@@ -208,8 +208,10 @@ def plan_of(
     )
 
 
-def is_log(table: Table, told: ColumnMap | None = None, device: DeviceName | None = None) -> bool:
-    """Whether a table has columns of a motion and an effort.
+def plan_if_any(
+    table: Table, told: ColumnMap | None = None, device: DeviceName | None = None
+) -> Plan | None:
+    """The plan of a table; None for a table that no plan can be made of.
 
     Args:
         table: columns as in the file.
@@ -217,14 +219,18 @@ def is_log(table: Table, told: ColumnMap | None = None, device: DeviceName | Non
         device: whose signals count; see `plan_of`.
     """
     try:
-        return plan_of(table, told or ColumnMap(), device=device).is_of_a_log
+        return plan_of(table, told or ColumnMap(), device=device)
     except ErclutchError:
-        return False
+        return None
+
+
+def is_log(table: Table) -> bool:
+    """Whether a table has columns of a motion and an effort, by names and units alone."""
+    plan = plan_if_any(table)
+    return plan is not None and plan.is_of_a_log
 
 
 def signals_of(table: Table) -> set[str]:
     """Signals that have a column in a table, by names and units alone."""
-    try:
-        return {each.signal for each in plan_of(table, ColumnMap()).signals if each.column}
-    except ErclutchError:
-        return set()
+    plan = plan_if_any(table)
+    return set() if plan is None else plan.signals_with_columns

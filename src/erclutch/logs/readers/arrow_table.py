@@ -8,7 +8,7 @@ import numpy as np
 
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.row_groups import parting_note, words_of
+from erclutch.logs.columns.word_columns import parting_note, words_of
 from erclutch.logs.log_reader import ROWS_WANTED
 from erclutch.logs.readers.arrow_lists import with_lists_opened
 from erclutch.logs.readers.switches import switched

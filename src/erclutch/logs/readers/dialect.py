@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from erclutch.errors import LogError
-from erclutch.logs.columns.labels import header_pairs, name_columns
+from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.readers.cells import WORDS, Marks, cells_of, is_comment, is_number
 from erclutch.logs.readers.header_lines import (
     Header,
@@ -19,6 +19,7 @@ from erclutch.logs.readers.header_lines import (
     with_legend,
     with_lines_above,
 )
+from erclutch.logs.readers.header_pairs import header_pairs
 from erclutch.logs.readers.stated_units import units_of_a_comment
 
 SAMPLE = (

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.logs.columns.labels import sample_period
 from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings, mat, reader_in_child
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
+from erclutch.logs.readers.header_pairs import sample_period
 from erclutch.logs.readers.mat_tree import stored_values
 from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table

@@ -19,7 +19,7 @@ import numpy as np
 
 from erclutch.errors import LogError, printable
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.row_groups import names_of_rows, parting_note, words_of
+from erclutch.logs.columns.word_columns import names_of_rows, parting_note, words_of
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import dates, json_layout
 from erclutch.logs.readers.budget import Budget

@@ -15,13 +15,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.columns.labels import sample_period
-from erclutch.logs.columns.row_groups import names_of_rows, parting_note, words_of
+from erclutch.logs.columns.word_columns import names_of_rows, parting_note, words_of
 from erclutch.logs.log_reader import ROWS_WANTED, LogReader, LogSource, claims_nothing
 from erclutch.logs.readers import dates, first_bytes, found_recordings, numerals
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.cells import DASHES, NO_NUMBERS, is_comment
 from erclutch.logs.readers.dialect import LINE_END, SAMPLE, Dialect, sniff
+from erclutch.logs.readers.header_pairs import sample_period
 from erclutch.logs.readers.keyed_heads import with_keyed_heads
 from erclutch.logs.readers.list_cells import without_lists
 from erclutch.logs.readers.loose_text import (

@@ -16,7 +16,6 @@ from typing import NamedTuple
 import numpy as np
 
 from erclutch.errors import LogError, placed
-from erclutch.logs.columns.labels import header_pairs
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers.cells import (
     DELIMITERS,
@@ -28,6 +27,7 @@ from erclutch.logs.readers.cells import (
 )
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.logs.readers.found_recordings import ALL, Found, choose, time_of
+from erclutch.logs.readers.header_pairs import header_pairs
 from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import decode
 from erclutch.logs.table import Table

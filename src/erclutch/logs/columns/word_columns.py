@@ -1,0 +1,57 @@
+"""A column of a few words parts the rows of a file; a column of remarks or of names has a new text in each row."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from erclutch.errors import printable, shell_word
+from erclutch.logs.table import WordColumn
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Words of a column that parts the rows, at most.
+MOST_WORDS = 200
+_FEWEST_ROWS = 3  # of a word, on average
+_LONGEST = 60  # characters of a word
+
+
+def words_of(texts: dict[str, pd.Series[Any]]) -> dict[str, WordColumn]:
+    """Those columns of texts whose words part the rows; remarks and names, a new one in each row, part none."""
+    import pandas as pd
+
+    parting: dict[str, WordColumn] = {}
+    for column, cells in texts.items():
+        text_of_row, texts_once = pd.factorize(cells)  # -1 where a cell is empty
+        if not 1 < len(texts_once) <= MOST_WORDS:
+            continue
+        # Texts that differ in blanks are one word.
+        written = [printable(str(text).strip()) for text in texts_once]
+        words = [*dict.fromkeys(written)]
+        if any(not 0 < len(word) <= _LONGEST for word in words):
+            continue
+        filled = text_of_row >= 0
+        if len(words) > 1 and np.count_nonzero(filled) >= _FEWEST_ROWS * len(words):
+            word_of_text = np.asarray([words.index(word) for word in written], np.int32)
+            word_of_row = np.where(filled, word_of_text[text_of_row], -1)
+            parting[column] = WordColumn(tuple(words), word_of_row.astype(np.int32))
+    return parting
+
+
+def names_of_rows(texts: dict[str, pd.Series[Any]]) -> tuple[str, ...]:
+    """What the first column of texts calls each row; nothing for many rows, or where a row has no name."""
+    for cells in texts.values():
+        if len(cells) > MOST_WORDS:
+            return ()
+        names = [printable(str(cell).strip()) for cell in cells.dropna()]
+        if len(names) == len(cells) and all(0 < len(name) <= _LONGEST for name in names):
+            return tuple(names)
+    return ()
+
+
+def parting_note(column: str, parting: WordColumn) -> str:
+    """What is said of a column whose words part the rows."""
+    choice = shell_word(f"{column}={parting.words[0]}")
+    return f"column {column} parts the rows by {len(parting.words)} words: --variable {choice} takes those of one"

@@ -1,0 +1,93 @@
+"""``Key: value`` lines above the rows are read as pairs, and the sampling period that some of them state.
+
+They are texts yet; whoever needs a number of them reads it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from erclutch.errors import UnitError
+from erclutch.logs.columns.labels import split_label
+from erclutch.signals import units
+
+_PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
+# A quantity that a remark ends in: ``lever arm 0.15 m``.
+_REMARK = re.compile(
+    r"\W*([^\d\W][^\d:=,;\t]{1,40}?)\s+([+-]?\d+(?:\.\d+)?\s?([^\W\d_][\w/*^·]*))\s*"
+)
+# A cell in quotes, with the mark behind it: signs that part keys from values have no meaning in it.
+_QUOTED_KEY = re.compile(r'[\s#%/,;]*"((?:[^"]|"")+)"\s*[:=,;\t]\s*(.*)')
+_NUMBER_AND_UNIT = re.compile(
+    r'([+-]?[\d.]+(?:[eE][+-]?\d+)?)"?\s*[,;\t]\s*"?([^\d\W][^,;\t"]*|[%°][^,;\t"]*)"?'
+)
+# A decimal comma; three digits behind it may be thousands.
+_DECIMAL_COMMA = re.compile(r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)')
+# A number that a remark gives in the middle of a line.
+_ASSIGNMENT = re.compile(
+    r"(?<=[,;] )[^\W\d_]\w{0,20} ?= ?[+-]?\d[\d.eE+-]*(?: ?[^\W\d_][\w/*^]*)?(?=[,;]|\.?\s*$)"
+)
+_MOST_PAIRS = 200  # of a header block
+#: Of a period without a unit, in s: a larger number may be one of ms.
+LONGEST_PERIOD = 0.5
+_PERIOD = re.compile(
+    r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|time[ _]?step|"
+    r"tick(?:[ _]?(?:period|size|length))?|abtast(?:zeit|intervall|periode)|p[ée]riode d.[ée]chantillonnage|"
+    r"periodo de muestreo|periodo di campionamento|"
+    r"采样(?:周期|间隔)|サンプリング(?:周期|間隔)|샘플링 ?주기",
+    re.I,
+)
+_OF_SAMPLES = re.compile(r"([kM]?)(?:fps|SPS|[Ff]rames?/s|(?:S|Sa|[Ss]amples?)/s)(?:ec)?$")
+_RATE = re.compile(
+    r"(?:sampl\w*|scan|acquisition|data|frame)?[ _-]*(?:rate|freq\w*)|fs|f_s|fps|"
+    r"(?:abtast|mess)(?:rate|frequenz)|fr[ée]quence d.[ée]chantillonnage|frecuencia de muestreo|"
+    r"frequenza di campionamento|采样(?:频率|率)|サンプリング(?:周波数|レート)|샘플링 ?(?:주파수|속도)",
+    re.I,
+)
+
+
+def header_pairs(lines: Iterable[str]) -> dict[str, str]:
+    """``Key: value`` lines of a header block as texts, the first 200; a number and its unit may stand in two cells."""
+    pairs: dict[str, str] = {}
+    for line in lines:
+        # The line, and behind it the parts of a remark that say ``dt = 0.002 s`` among other words.
+        for text in (line, *_ASSIGNMENT.findall(line)):
+            match = _QUOTED_KEY.fullmatch(text) or _PAIR.fullmatch(text)
+            if match is None:
+                remark = _REMARK.fullmatch(text)
+                match = remark if remark and units.is_unit(remark.group(3)) else None
+            if match is None or len(pairs) == _MOST_PAIRS:
+                continue
+            key, value, *_ = match.groups()
+            value = value.strip(" \t,;")
+            cells = value
+            comma = _DECIMAL_COMMA.fullmatch(value)
+            if comma:
+                whole, decimals, rest = comma.groups()
+                cells = f"{whole}.{decimals}{rest}"
+            number_and_unit = _NUMBER_AND_UNIT.fullmatch(cells)
+            if number_and_unit:
+                number, unit = number_and_unit.groups()
+                value = f"{number} {unit.strip()}"
+            pairs.setdefault(key.strip(), value.strip('"'))
+    return pairs
+
+
+def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
+    """Sampling period in s that a header block states, and the key that states it; an interval wins over a rate."""
+    for pattern, usual_unit, power in ((_PERIOD, "s", 1), (_RATE, "Hz", -1)):
+        for key, value in pairs.items():
+            name, unit_of_key = split_label(key)
+            if not pattern.fullmatch(name.strip()):
+                continue
+            try:
+                number, unit_of_value = units.quantity(_OF_SAMPLES.sub(r"\1Hz", value.strip()))
+                written = unit_of_value or unit_of_key
+                unit = units.parse(written or usual_unit)
+            except UnitError:
+                continue
+            may_be_in_ms = not written and power == 1 and number > LONGEST_PERIOD
+            if number > 0 and unit.dimension == (("second", float(power)),) and not may_be_in_ms:
+                return (number * unit.factor) ** power, key
+    return None
