@@ -58,6 +58,7 @@ from erclutch.logs.planning.rheometer_columns import (
     pass_over_oscillations,
 )
 from erclutch.logs.planning.row_order import ask_about_groups, ask_about_order, take_points
+from erclutch.logs.planning.sense_of_effort import doubt_an_effort_without_its_sense
 from erclutch.logs.planning.sense_of_speed import doubt_a_speed_without_its_sense
 from erclutch.logs.readers.lying_tables import WIDEST
 from erclutch.logs.table import Table
@@ -124,6 +125,7 @@ STEPS = (
     Step("whether slip times effort is the logged power", hold_power),
     Step("no column is the effort and another signal", refuse_the_effort_twice),
     Step("whether the slip has its sign", doubt_a_speed_without_its_sense),
+    Step("whether the effort has its sign", doubt_an_effort_without_its_sense),
     Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),
     Step("whether slip and effort make a power", doubt_effort_without_power),
     Step("whether the effort's name and unit are of one kind", doubt_a_torque_in_a_unit_of_force),

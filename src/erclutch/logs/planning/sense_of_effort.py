@@ -1,0 +1,60 @@
+"""An effort that was logged as its size is doubted: it never changes its sign, though the motion goes to and fro."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from erclutch.logs.columns.shapes import FEW, known_rows, takes_both_signs
+from erclutch.logs.planning.draft import Draft
+from erclutch.signals.array import Array
+
+_FAST = 0.3  # of the largest speed, above which a device moves
+_NOUGHT = 0.4  # of the effort around a turn of the motion
+_NEARLY_ALL = 0.9  # of the turns
+_FEW_TURNS = 4
+_ROWS_OF_A_TURN = 3
+
+
+def doubt_an_effort_without_its_sense(draft: Draft) -> None:
+    """Doubt a guessed effort that never changes its sign, beside a motion to and fro, and falls to nought as it turns.
+
+    Such an effort was logged as its size. A weight or a preload is of one sign too, but does not fall to nought at
+    both ends of a motion.
+    """
+    effort = draft.signals.get("effort")
+    slip = draft.signals.get("slip")
+    if effort is None or slip is None or not effort.reason.startswith("guessed"):
+        return
+    speed = draft.table.columns.get(slip.column)
+    measured = draft.table.columns.get(effort.column)
+    if speed is None or measured is None:
+        return
+    if (
+        takes_both_signs(speed)
+        and not takes_both_signs(measured)
+        and _falls_at_turns(speed, measured)
+    ):
+        doubt = f"which has no sign and falls to 0 wherever {slip.column} turns, as a size does"
+        draft.doubt("effort", f"{doubt}: give a column whose sign turns")
+
+
+def _falls_at_turns(speed: Array, effort: Array) -> bool:
+    """Whether an effort is near nought at nearly each turn of a speed, beside its least in the motions around."""
+    v, f = known_rows(speed, effort)
+    size = np.abs(f)
+    if size.size < FEW or not np.any(v):
+        return False
+    moving = np.flatnonzero(np.abs(v) > _FAST * np.abs(v).max())
+    turns = np.flatnonzero(np.diff(np.sign(v[moving])) != 0)  # the last moving row before each
+    lowest: list[float] = []  # effort at a turn, a share of that of the motions before and after
+    for turn, nxt in zip(turns, [*turns[1:], moving.size - 1], strict=True):
+        before, after = moving[turn], moving[turn + 1]
+        if after - before < _ROWS_OF_A_TURN:
+            continue  # too few rows to see the effort fall
+        forth = np.median(size[moving[max(turn - (nxt - turn), 0) : turn + 1]])
+        back = np.median(size[moving[turn + 1 : nxt + 1]])
+        around = min(forth, back)
+        if around > 0.0:
+            lowest.append(float(size[before : after + 1].min() / around))
+    fallen = sum(share <= _NOUGHT for share in lowest)
+    return len(lowest) >= _FEW_TURNS and fallen >= _NEARLY_ALL * len(lowest)

@@ -1,0 +1,59 @@
+"""An effort that was logged as its size is asked about; a weight, a preload and a spring have one sign and are not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import erclutch
+from erclutch.errors import LogError, MappingError
+from erclutch.signals.array import Array
+
+TIME = np.arange(0.0, 20.0, 0.005)
+CURRENT = np.where(TIME < 10.0, 0.2, 1.0)
+SPEED = 0.2 * np.sin(2 * np.pi * 0.4 * TIME)
+TRAVEL = 0.08 * (1.0 - np.cos(2 * np.pi * 0.4 * TIME))
+NOISE = np.random.default_rng(3).normal(size=TIME.size)
+FRICTION = (20.0 + 300.0 * CURRENT) * np.tanh(SPEED / 0.01) + 3.0 * NOISE
+LATE = (20.0 + 300.0 * CURRENT) * np.tanh((SPEED + 0.5 * (TRAVEL - 0.08)) / 0.03) + 3.0 * NOISE
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Callable[[Array], Path]:
+    """Writes a log of the motion with an effort, shape (n,)."""
+
+    def write(effort: Array) -> Path:
+        path = tmp_path / "damper.csv"
+        rows = np.column_stack([TIME, CURRENT, SPEED, effort])
+        head = "t [s],I [A],v [m/s],force [N]"
+        np.savetxt(path, rows, delimiter=",", header=head, comments="", fmt="%.5g")
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize(
+    "effort",
+    [np.abs(FRICTION), -np.abs(FRICTION), np.abs(LATE)],
+    ids=["size", "size turned", "size behind a memory"],
+)
+def test_a_size_of_an_effort_is_asked_about(log: Callable[[Array], Path], effort: Array) -> None:
+    path = log(effort)
+    with pytest.raises((LogError, MappingError), match="has no sign and falls to 0"):
+        erclutch.read(path)
+    confirmed = erclutch.read(path, effort="force [N]")
+    assert np.abs(confirmed.signals["effort"]).max() > 100.0
+
+
+@pytest.mark.parametrize(
+    "effort",
+    [FRICTION, FRICTION + 900.0, 2000.0 * TRAVEL + 12.0 + 0.02 * FRICTION],
+    ids=["signed", "gas under pressure", "spring"],
+)
+def test_an_effort_of_one_sign_for_a_reason_is_read(
+    log: Callable[[Array], Path], effort: Array
+) -> None:
+    assert erclutch.read(log(effort)).rows == TIME.size
