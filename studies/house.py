@@ -56,7 +56,10 @@ MODELS = re.compile(r"(Torque|Network|Law)Model")
 #: An example of each kind that can be added: the files of its own, and how code names it elsewhere.
 CHANGES = {
     "law (casson)": (r"casson", r"casson"),
-    "log format (text)": (r"^(text|dialect)$", r"\.asc\b|\btext \. read_text\b|import read_text\b"),
+    "log format (text)": (
+        r"^(text|text_\w+|dialect)$",
+        r"\.asc\b|\btext \. read_text\b|import read_text\b",
+    ),
     "export target (mujoco)": (r"mujoco", r"mujoco"),
     "rig (replay)": (r"playback|^replay$", r"[\"']replay[\"']|playback"),
     "stage of dynamics (two lags)": (r"^two_lags$", r"two[-_]lags"),

@@ -13,8 +13,8 @@ from dataclasses import replace
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import text
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
+from erclutch.logs.readers.text_table import read_text
 from erclutch.logs.table import Table
 
 _PAIR = re.compile(
@@ -96,7 +96,7 @@ def _read(source: LogSource) -> Table:
     table = csv.writer(written)
     table.writerow(f"{name} [{units[name]}]" if units[name] else name for name in names)
     table.writerows([row.get(name, "") for name in names] for row in rows)
-    read = text.read_text(replace(source, data=written.getvalue().encode()))
+    read = read_text(replace(source, data=written.getvalue().encode()))
     notes = ["each line has the names of its values"]
     if left_out:
         notes.append(f"lines that do not hold these values left out: {left_out}")

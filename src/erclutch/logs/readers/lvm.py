@@ -10,8 +10,10 @@ import numpy as np
 
 from erclutch.errors import LogError, UnitError, placed
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
+from erclutch.logs.readers.text_table import read_text
+from erclutch.logs.readers.text_tables import read_tables
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -31,7 +33,7 @@ def _segment(source: LogSource, header: str, body: str, first: str) -> Table:
         body: the table as text.
         first: the header of the whole file, which says how all tables are written.
     """
-    table = text.read_text(replace(source, data=body.encode()))
+    table = read_text(replace(source, data=body.encode()))
     separator = "," if _COMMAS.search(first) else "\t"
     values_of: dict[str, list[str]] = {}  # of a line of the header, by its first cell
     for line in header.splitlines():
@@ -105,7 +107,7 @@ def _number(key: str, values_of: Mapping[str, Sequence[str]]) -> float:
 def _read(source: LogSource) -> Table:
     """The segments as one recording where their time goes on, else as several; LabVIEW also writes tables alone."""
     if not _claims(source.data):
-        return text.READER.read(source)
+        return read_tables(source)
     first, *parts = _END.split(decode(source.data).replace("\r\n", "\n"))
     if len(parts) < 2:
         raise LogError("the file has no segment", remedy="Copy the file again, or export it as CSV")

@@ -7,7 +7,7 @@ own. A heading that is a quantity, such as ``0.5 A``, becomes a column of the fi
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +18,7 @@ from erclutch.logs.readers.dialect import SAMPLE, sniff
 from erclutch.logs.readers.found_recordings import Found, chosen
 from erclutch.logs.readers.header_lines import HEADED
 from erclutch.logs.readers.text_bytes import decode
+from erclutch.logs.readers.text_table import read_text
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
@@ -27,61 +28,29 @@ _FIELD = "field"
 _BETWEEN = re.compile(r"c\d+")
 
 
-def read_side_by_side(source: LogSource, read: Callable[[LogSource], Table]) -> Table | None:
+def read_side_by_side(source: LogSource) -> Table | None:
     """The table that is wanted of several side by side, or several joined by time; None where a text holds no such.
 
-    Args:
-        source: of a text.
-        read: a text that holds one table.
-
     Raises:
-        LogError: several without a choice, or none of that name; what ``read`` raises.
+        LogError: several without a choice, or none of that name; see `read_text`.
     """
     head = decode(source.data[: 4 * SAMPLE])  # bytes of more letters than are looked at
     try:
         names = sniff(head, source.decimal).names
     except LogError:
         return None  # whoever reads the text says what is wrong
-    if not _are_tables(names):
-        return None
-
-    whole = read(replace(source, variable=None))
-    tables = _tables(whole)
-    table = chosen(tables, source.variable, "table", "the text holds one table")
-    return replace(
-        table,
-        name=whole.name,
-        digest=whole.digest,
-        metadata=whole.metadata,
-        notes=(*table.notes, *whole.notes),
-        unreadable=whole.unreadable,
-    )
-
-
-def _are_tables(names: Iterable[str]) -> bool:
-    """Whether the same columns stand below each of several headings, and nothing beside them but empty columns."""
+    # The same columns stand below each of several headings, and nothing beside them but empty columns: a time, say,
+    # that all columns share makes one table of them.
     beside = [name for name in names if HEADED not in name]
-    if not all(map(_BETWEEN.fullmatch, beside)):  # such as a time that all columns share
-        return False
     below = _by_heading(names)
     kinds = {tuple(own) for own in below.values()}
-    return len(below) > 1 and len(kinds) == 1
+    if len(below) < 2 or len(kinds) > 1 or not all(map(_BETWEEN.fullmatch, beside)):
+        return None
 
-
-def _by_heading(names: Iterable[str]) -> dict[str, dict[str, str]]:
-    """For each heading the names below it, with the whole name of each."""
-    below: dict[str, dict[str, str]] = {}
-    for whole in names:
-        heading, parted, name = whole.partition(HEADED)
-        if parted:
-            below.setdefault(heading, {})[name] = whole
-    return below
-
-
-def _tables(whole: Table) -> dict[str, Found]:
-    """The tables side by side, by heading; rows below the end of a shorter one, and empty columns, are left out."""
+    whole = read_text(replace(source, variable=None))
     tables: dict[str, Found] = {}
     for heading, own in _by_heading(whole.columns).items():
+        # Rows below the end of a shorter table are empty.
         filled = np.zeros(whole.rows, np.bool_)
         for name in own.values():
             filled |= np.isfinite(whole.columns[name])
@@ -93,7 +62,25 @@ def _tables(whole: Table) -> dict[str, Found]:
             columns[_FIELD] = np.full(np.count_nonzero(filled), number)
             units_below[_FIELD] = unit
         tables[heading] = Found(columns, units_below)
-    return tables
+    table = chosen(tables, source.variable, "table", "the text holds one table")
+    return replace(
+        table,
+        name=whole.name,
+        digest=whole.digest,
+        metadata=whole.metadata,
+        notes=(*table.notes, *whole.notes),
+        unreadable=whole.unreadable,
+    )
+
+
+def _by_heading(names: Iterable[str]) -> dict[str, dict[str, str]]:
+    """For each heading the names below it, with the whole name of each."""
+    below: dict[str, dict[str, str]] = {}
+    for whole in names:
+        heading, parted, name = whole.partition(HEADED)
+        if parted:
+            below.setdefault(heading, {})[name] = whole
+    return below
 
 
 def _field_of(heading: str) -> tuple[float, str] | None:

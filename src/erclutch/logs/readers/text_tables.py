@@ -6,7 +6,7 @@ They are looked for only where the text is no single table, so that a long log i
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise, takewhile
@@ -28,8 +28,10 @@ from erclutch.logs.readers.cells import (
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.logs.readers.found_recordings import ALL, Found, choose, time_of
 from erclutch.logs.readers.header_pairs import header_pairs
+from erclutch.logs.readers.side_by_side import read_side_by_side
 from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import decode
+from erclutch.logs.readers.text_table import read_text
 from erclutch.logs.table import Table
 
 _LARGEST = 1 << 25  # bytes of a text that is searched
@@ -42,20 +44,19 @@ _LONGEST_SETTING = 3  # cells: a name, a number and its unit
 _BEGINS_WITH_A_NUMBER = re.compile(r"[-+]?[.,]?\d")
 
 
-def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
-    """The only table of a text, or the table that is wanted of several.
-
-    Args:
-        source: of a text.
-        read: a text that holds one table.
+def read_tables(source: LogSource) -> Table:
+    """The only table of a text, or the table that is wanted of several beside or under each other.
 
     Raises:
         LogError: no table, several without a choice, or none of that name.
     """
+    beside = read_side_by_side(source)
+    if beside is not None:
+        return beside
     tables: dict[str, _Part] | None = None
     if not source.variable:
         try:
-            table = read(source)
+            table = read_text(source)
         except LogError:
             tables = _tables_in(source)
             if len(tables) < 2:
@@ -65,7 +66,7 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
             tables = _tables_in(source) if table.unreadable else {}
             if len(tables) < 2:
                 return table
-        whole = _under_one_header(source, tables, read)
+        whole = _under_one_header(source, tables)
         if whole is not None:
             return whole
     if tables is None:
@@ -83,7 +84,7 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
     )
     text = "\n".join([*settings.values(), text])
     with placed(f"{source.name}, table from line {line} on"):
-        table = read(replace(source, data=text.encode("utf-8"), variable=None))
+        table = read_text(replace(source, data=text.encode("utf-8"), variable=None))
     if tables:
         first = next(iter(tables.values()))
         above = LINE_END.split(decode(source.data))[: first.line - 1]
@@ -92,25 +93,27 @@ def read_tables(source: LogSource, read: Callable[[LogSource], Table]) -> Table:
     return replace(table, notes=(note, *table.notes))
 
 
-def _under_one_header(
-    source: LogSource,
-    tables: Mapping[str, _Part],
-    read: Callable[[LogSource], Table],
-) -> Table | None:
+def _under_one_header(source: LogSource, tables: Mapping[str, _Part]) -> Table | None:
     """Tables of the same header as one, where the time goes on from one to the next: a logger said its names again."""
     headers: set[tuple[str, ...]] = set()
     rows: list[str] = []
     if len({tuple(part.settings.values()) for part in tables.values()}) > 1:
         return None
     for part in tables.values():
-        header, own_rows = _header_and_rows(part.text)
+        lines = [line.strip("\r") for line in part.text.split("\n") if line.strip()]
+        # Below the names may stand a line of units, and below the rows what heads the next table.
+        first = 1 if len(lines) < 2 or _names(lines[1]) is None else 2
+        last = len(lines)
+        while last > first and not _is_row(lines[last - 1]):
+            last -= 1
+        header = tuple(line.strip() for line in lines[:first])
         headers.add(header)
-        rows += own_rows
+        rows += [line for line in lines[first:last] if line.strip() not in header]
     if len(headers) > 1:
         return None
     together = "\n".join([*headers.pop(), *rows])
     try:
-        table = read(replace(source, data=together.encode("utf-8")))
+        table = read_text(replace(source, data=together.encode("utf-8")))
     except LogError:
         return None
     label = time_of(Found(dict(table.columns)))
@@ -119,17 +122,6 @@ def _under_one_header(
         return None
     note = f"the names stand {len(tables)} times in the text, and the time goes on below each: one recording"
     return replace(table, notes=(note, *table.notes))
-
-
-def _header_and_rows(text: str) -> tuple[tuple[str, ...], list[str]]:
-    """The names of a table, with the line of units below them, and its rows; what heads the next table is no row."""
-    lines = [line.strip("\r") for line in text.split("\n") if line.strip()]
-    first = 1 if len(lines) < 2 or _names(lines[1]) is None else 2
-    last = len(lines)
-    while last > first and not _is_row(lines[last - 1]):
-        last -= 1
-    header = tuple(line.strip() for line in lines[:first])
-    return header, [line for line in lines[first:last] if line.strip() not in header]
 
 
 class _Part(NamedTuple):
@@ -161,7 +153,11 @@ def _tables_of(data: bytes) -> Mapping[str, _Part]:
     tables: dict[str, _Part] = {}
     before = rows_before = -1  # lines of the header before, and of its last row
     for number, head in enumerate(heads, start=1):
-        title = _title(lines, head, before)
+        # A line of words right above the header is the title of the table.
+        between = [line for line in lines[before + 1 : head] if line.strip()]
+        cells = _filled_cells(between[-1]) if between else []
+        are_words = len(cells) == 1 and not is_number(cells[0], ".")
+        title = cells[0].strip("#%/ ")[:60] if are_words else ""
         name = title if title and title not in tables else f"table {number}"
         last = len(lines) - 1
         if number < len(heads):
@@ -169,7 +165,12 @@ def _tables_of(data: bytes) -> Mapping[str, _Part]:
             last = heads[number] - 1
             while last > head and (len(_filled_cells(lines[last])) < 2 or _setting(lines[last])):
                 last -= 1
-        settings = _settings(lines[rows_before + 1 : head])
+        settings: dict[str, str] = {}
+        above = takewhile(lambda line: not _is_row(line), reversed(lines[rows_before + 1 : head]))
+        for line in above:
+            key = _setting(line)
+            if key:
+                settings[key] = line
         tables[name] = _Part(head + 1, settings, "\n".join(lines[head : last + 1]))
         before = head
         rows_before = last
@@ -183,12 +184,6 @@ def _tables_of(data: bytes) -> Mapping[str, _Part]:
         }
         tables[name] = part._replace(settings=kept)
     return tables
-
-
-def _settings(lines: Sequence[str]) -> dict[str, str]:
-    """The settings right above a header by what they are of, such as ``Current: 0.5 A``; whole lines."""
-    above = takewhile(lambda line: not _is_row(line), reversed(lines))
-    return {key: line for line in above if (key := _setting(line))}
 
 
 def _setting(line: str) -> str:
@@ -227,21 +222,6 @@ def _headers(lines: list[str]) -> list[int]:
             names_of_first = names_of_first or {*names}
             place_before = place
     return heads
-
-
-def _title(lines: list[str], head: int, before: int) -> str:
-    """The line of words right above a header; "" where there is none.
-
-    Args:
-        lines: of the text.
-        head: the header's.
-        before: that of the header before.
-    """
-    between = [line for line in lines[before + 1 : head] if line.strip()]
-    cells = _filled_cells(between[-1]) if between else []
-    if len(cells) != 1 or is_number(cells[0], "."):
-        return ""
-    return cells[0].strip("#%/ ")[:60]
 
 
 def _cells(line: str) -> list[str]:
@@ -288,7 +268,6 @@ def is_prose(path: Path) -> bool:
             cells = _ANY_DELIMITER.split(line.strip())
             numbers = sum(is_number(cell, ".") for cell in cells)
             rows.append(2 * numbers >= len(cells))
-            has_words = (
-                has_words or _WORD.search(line) is not None
-            )  # the e of an exponent is no word
+            # The e of an exponent is no word.
+            has_words = has_words or _WORD.search(line) is not None
     return has_words and not any(first and second for first, second in pairwise(rows))

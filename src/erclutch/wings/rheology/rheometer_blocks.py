@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 
 from erclutch.errors import LogError, placed
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
+from erclutch.logs.readers.text_table import read_text
 from erclutch.logs.table import Table
 
 
@@ -114,7 +115,7 @@ def chosen_table(source: LogSource, blocks: Sequence[Block], what: str) -> Table
         lines.append("\t".join(plain))
     written = "\n".join(lines).encode("utf-8")
     with placed(f"{source.name}, table from line {block.line} on"):
-        table = text.read_text(replace(source, data=written, variable=None))
+        table = read_text(replace(source, data=written, variable=None))
     if len(blocks) == 1:
         return table
     note = f"recording read from {what} {name}, 1 of {len(blocks)}"

@@ -13,9 +13,10 @@ from dataclasses import replace
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.cells import is_numeric
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
+from erclutch.logs.readers.text_table import read_text
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
 
@@ -191,7 +192,7 @@ def _called(test: str, interval: str, before: int) -> str:
 def _read(source: LogSource) -> Table:
     content = decode(source.data)
     if not _ENGLISH.search(content) and not _ANNOUNCED.search(content):
-        return text.read_text(source)  # a head of another instrument above a plain table
+        return read_text(source)  # a head of another instrument above a plain table
     return chosen_table(source, _blocks(content), "test")
 
 

@@ -12,9 +12,9 @@ from dataclasses import replace
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import text
 from erclutch.logs.readers.cells import is_number
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
+from erclutch.logs.readers.text_table import read_text
 from erclutch.logs.table import Table
 
 _VALUE = re.compile(
@@ -51,7 +51,7 @@ def _read(source: LogSource) -> Table:
     table = csv.writer(written)
     table.writerow(_LABELS[name] for name in names)
     table.writerows([row.get(name, "") for name in names] for row in rows)
-    read = text.read_text(replace(source, data=written.getvalue().encode()))
+    read = read_text(replace(source, data=written.getvalue().encode()))
     return replace(
         read,
         notes=("each line has the names of its values, as a Brookfield prints them", *read.notes),

@@ -9,9 +9,10 @@ import re
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings, text
+from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.cells import is_numeric
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
+from erclutch.logs.readers.text_table import read_text
 from erclutch.logs.table import Table
 from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
 
@@ -100,7 +101,7 @@ def _read(source: LogSource) -> Table:
     content = decode(source.data)
     blocks = _blocks(content)
     if not blocks and _STEP not in content.lower():
-        return text.read_text(source)  # a head of TRIOS above a plain table
+        return read_text(source)  # a head of TRIOS above a plain table
     return chosen_table(source, blocks, "step")
 
 
