@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from erclutch.logs.readers.numerals import is_grouped
@@ -26,70 +27,16 @@ BEYOND = {
 DASHES = ("-", "--", "---", "–", "—", "−")
 WORDS = {*DASHES, *_SIGNED, *_LOWER, *BEYOND, "", "na", "n/a", "null", "infinity", "-infinity"}
 #: Words of a line below the rows that sums them up, without blanks and points.
-STATISTICS = frozenset(
-    (
-        *(
-            "mean",
-            "average",
-            "avg",
-            "median",
-            "max",
-            "maximum",
-            "min",
-            "minimum",
-            "sum",
-            "total",
-            "std",
-            "rms",
-        ),
-        *(
-            "stdev",
-            "stddev",
-            "standarddeviation",
-            "variance",
-            "mittelwert",
-            "summe",
-            "standardabweichung",
-        ),
-        *("sd", "mittel", "stabw", "média", "desviopadrão", "среднее"),
-        *(
-            "moyenne",
-            "médiane",
-            "écarttype",
-            "media",
-            "promedio",
-            "desviación",
-            "平均",
-            "平均值",
-            "最大",
-            "最大值",
-        ),
-        *(
-            "sd",
-            "sem",
-            "cv",
-            "rsd",
-            "var",
-            "mw",
-            "mittel",
-            "stabw",
-            "mean±sd",
-            "standarderror",
-            "stderr",
-            "sigma",
-        ),
-        *(
-            "moy",
-            "ecarttype",
-            "média",
-            "desvest",
-            "desviaciónestándar",
-            "desviopadrao",
-            "coefficientofvariation",
-        ),
-        *("最小", "最小值", "标准差", "標準偏差", "合计", "合計"),
-    )
-)
+STATISTICS = frozenset((
+    "mean", "average", "avg", "median", "max", "maximum", "min", "minimum", "sum", "total",
+    "std", "stdev", "stddev", "stderr", "standarddeviation", "standarderror", "variance", "var",
+    "rms", "sd", "sem", "cv", "rsd", "sigma", "mean±sd", "coefficientofvariation",
+    "mittelwert", "mittel", "mw", "summe", "standardabweichung", "stabw",
+    "moyenne", "moy", "médiane", "écarttype", "ecarttype",
+    "media", "promedio", "desviación", "desviaciónestándar", "desvest",
+    "média", "desviopadrão", "desviopadrao", "среднее",
+    "平均", "平均值", "最大", "最大值", "最小", "最小值", "标准差", "標準偏差", "合计", "合計",
+))  # fmt: skip
 _NUMBER = {
     ".": re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?"),
     ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?"),
@@ -118,6 +65,14 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
         return line.split()
     return [cell.strip() for cell in line.split(delimiter)]
+
+
+def line_of(cells: Sequence[str], delimiter: str) -> str:
+    """The line of some cells; a cell that holds the delimiter stands in quotes."""
+    written: list[str] = []
+    for cell in cells:
+        written.append('"' + cell.replace('"', "'") + '"' if delimiter in cell else cell)
+    return delimiter.join(written)
 
 
 def is_number(cell: str, decimal: str) -> bool:

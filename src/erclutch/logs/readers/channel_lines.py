@@ -16,56 +16,18 @@ _DIGIT = re.compile(r"\d")
 _NAMES = ("name", "signal", "symbolname", "variable", "channel", "kanal")
 _UNITS = ("unit", "units", "einheit")
 #: What is said of each channel below the names.
-_PROPERTIES = frozenset(
-    (
-        *(
-            "unit",
-            "units",
-            "einheit",
-            "interp",
-            "interpolation",
-            "type",
-            "datatype",
-            "data type",
-            "description",
-        ),
-        *(
-            "path",
-            "block path",
-            "blockpath",
-            "source",
-            "port",
-            "portindex",
-            "port index",
-            "signal name",
-            "color",
-        ),
-        "sample time",
-    )
-)
+_PROPERTIES = frozenset((
+    "unit", "units", "einheit", "interp", "interpolation", "type", "datatype", "data type",
+    "description", "path", "block path", "blockpath", "source", "port", "portindex", "port index",
+    "signal name", "color", "sample time",
+))  # fmt: skip
 _CHANNEL_UNITS = frozenset(
     {"vertical units", "vertical unit", "y units", "y unit", "channel units", "vert units"}
 )
 #: Units that are no names.
-_UNITS_ALONE = frozenset(
-    (
-        "s",
-        "sec",
-        "ms",
-        "us",
-        "µs",
-        "min",
-        "Nm",
-        "kN",
-        "rpm",
-        "mm",
-        "mA",
-        "mV",
-        "kV",
-        "1/min",
-        "U/min",
-    )
-)
+_UNITS_ALONE = frozenset((
+    "s", "sec", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "mA", "mV", "kV", "1/min", "U/min",
+))  # fmt: skip
 _LABELS = frozenset(
     {"label", "labels", "channel label", "channel labels", "channel name", "channel names"}
 )
@@ -236,9 +198,8 @@ def with_groups(labels: Sequence[str], over: Sequence[str]) -> list[str]:
         if not label:
             named.append(cell)
         elif cell and label in _UNITS_ALONE:
-            named.append(
-                f"{cell} [{label}]"
-            )  # a name over its unit, beside groups over their names
+            # A name over its unit, beside groups over their names.
+            named.append(f"{cell} [{label}]")
         elif counts[label] > 1:
             named.append(of_group)
         else:

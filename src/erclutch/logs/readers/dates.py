@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from datetime import datetime
 from itertools import product
 from typing import TYPE_CHECKING, Any
@@ -60,6 +60,8 @@ def seconds(cells: pd.Series[Any]) -> Array | None:
 
     Where a month may be a day, the order is taken in which time never runs back, and the log is shorter.
     """
+    import pandas as pd
+
     first = str(cells.iloc[0]).strip()
     if cells.isna().any() or len(first) > 40 or not _LIKELY.match(first):
         return None
@@ -67,33 +69,34 @@ def seconds(cells: pd.Series[Any]) -> Array | None:
     texts = texts.str.replace(",", ".", regex=False)
     texts = texts.str.replace(_WHOLE, r"\1.0", regex=True)
 
-    readings: list[Array] = []
-    for pattern in _formats(texts.iloc[0], texts.iloc[-1]):
-        since = _since(texts, pattern)
-        if since is not None:
-            readings.append(since)
-    return min(readings, key=_unlikely, default=None)
-
-
-def _unlikely(since: Array) -> tuple[bool, float]:
-    """How unlikely seconds are those of a log, shape (n,): whether they run back, then how long they last."""
-    return bool(np.any(np.diff(since) < 0)), float(np.ptp(since))
-
-
-def _formats(first: str, last: str) -> Iterator[str]:
-    """The strptime formats that read the first and the last cell."""
+    first, last = texts.iloc[0], texts.iloc[-1]
     zone = "%z" if re.search(r"(?:Z|[+-]\d\d:?\d\d)$", first) else ""
     joint = "T" if re.search(r"\dT\d", first) else " "
-    ends = [
-        _FINER.sub(r"\1", cell) for cell in (first, last)
-    ]  # strptime reads no more than microseconds
+    # strptime reads no more than microseconds.
+    ends = [_FINER.sub(r"\1", cell) for cell in (first, last)]
     days = [*(f"{date}{joint}" for date in _DATES), ""]  # "": a time of day alone
+    likeliest: Array | None = None
+    least_unlikely = (True, np.inf)  # whether time runs back, and how long the log lasts [s]
     for day, time in product(days, _TIMES):
-        if day and _TIMES[time] < _DAY:
-            continue
         pattern = f"{day}{time}{zone}"
-        if all(_reads(cell, pattern) for cell in ends):
-            yield pattern
+        is_date_with_part_of_a_day = bool(day) and _TIMES[time] < _DAY
+        if is_date_with_part_of_a_day or not all(_reads(cell, pattern) for cell in ends):
+            continue
+        try:
+            stamps: Any = pd.to_datetime(texts, format=pattern, utc="%z" in pattern)
+            since = np.asarray((stamps - stamps.iloc[0]).dt.total_seconds(), dtype=np.float64)
+        except (ValueError, TypeError, AttributeError, OverflowError):
+            continue  # a row between them has another format
+        begins_anew = _TIMES.get(pattern)
+        if begins_anew is not None:
+            # The clock has jumped back at midnight, or at a full hour.
+            jumps = np.cumsum(np.diff(since, prepend=0.0) < -begins_anew / 2)
+            since = since + begins_anew * jumps
+        unlikely = (bool(np.any(np.diff(since) < 0)), float(np.ptp(since)))
+        if likeliest is None or unlikely < least_unlikely:
+            likeliest = since
+            least_unlikely = unlikely
+    return likeliest
 
 
 def _reads(cell: str, pattern: str) -> bool:
@@ -102,21 +105,3 @@ def _reads(cell: str, pattern: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _since(texts: pd.Series[Any], pattern: str) -> Array | None:
-    """Seconds since the first row by one format; None where a row has another."""
-    import pandas as pd
-
-    try:
-        stamps: Any = pd.to_datetime(texts, format=pattern, utc="%z" in pattern)
-        since = np.asarray((stamps - stamps.iloc[0]).dt.total_seconds(), dtype=np.float64)
-    except (ValueError, TypeError, AttributeError, OverflowError):
-        return None
-    begins_anew = _TIMES.get(pattern)
-    if begins_anew is None:
-        return since
-    times = np.cumsum(
-        np.diff(since, prepend=0.0) < -begins_anew / 2
-    )  # at midnight, or at a full hour
-    return since + begins_anew * times

@@ -22,9 +22,8 @@ from erclutch.logs.readers.header_lines import (
 from erclutch.logs.readers.header_pairs import header_pairs
 from erclutch.logs.readers.stated_units import units_of_a_comment
 
-SAMPLE = (
-    1 << 18
-)  # characters looked at: holds any header block seen so far, costs a few milliseconds
+#: Characters looked at: they hold any header block seen so far, and cost a few milliseconds.
+SAMPLE = 1 << 18
 # Lines at the end of the sample, where data is purest; few, for short tables under long prose.
 _TAILS = (60, 10, 1)
 _FILLED = 0.2  # share of the rows
@@ -95,16 +94,28 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
         tail = full[-size:]
         marks = _marks(tail, asked)
         rows = [marks.cells(line) for line in tail]
-        width = _filled_width(rows)
+        # A spreadsheet fills all lines up to the longest, which may stand above the table.
+        width = max((len(row) for row in rows), default=0)
+        while width > 1:
+            filled = sum(len(row) >= width and row[width - 1] != "" for row in rows)
+            if filled >= _FILLED * len(rows):
+                break
+            width -= 1
         numeric = _numeric_columns(rows, marks)[:width]
-        first = _first_row(lines, marks, numeric)
-        if first is not None:
+
+        names_stand_above = False
+        for first, line in enumerate(lines):
+            if not line.strip() or is_comment(line):
+                continue
+            cells = marks.cells(line)
+            if not _is_data(cells, marks, numeric):
+                names_stand_above |= _are_names(cells, marks, numeric)
+                continue
+            if _is_above_names(lines[first:], marks, numeric, is_first=not names_stand_above):
+                continue
             below = _full_lines(lines[first : last + 1])
-            data: list[list[str]] = []
-            for line in below[-size:]:
-                row = marks.cells(line)
-                if _is_data(row, marks, numeric):
-                    data.append(row)
+            ending_rows = [marks.cells(row) for row in below[-size:]]
+            data = [row for row in ending_rows if _is_data(row, marks, numeric)]
             return _with_header(lines, first, marks, data, below)
 
     count = len(lines)
@@ -140,27 +151,11 @@ def _marks(tail: Sequence[str], asked: str | None) -> Marks:
             if (share, numbers_a_row) > best:
                 best = (share, numbers_a_row)
                 best_marks = Marks(delimiter, decimal)
-    rows = tail[
-        len(tail) // 2 :
-    ]  # of a short table the first ones name columns, perhaps with blanks in the names
+    # Of a short table the first lines name columns, perhaps with blanks in the names.
+    rows = tail[len(tail) // 2 :]
     if best_marks.delimiter is None and all(cells_of(row, "\t") == row.split() for row in rows):
         return Marks("\t", best_marks.decimal)
     return best_marks
-
-
-def _filled_width(rows: Sequence[Sequence[str]]) -> int:
-    """Columns up to the last that a good part of the rows fill.
-
-    A spreadsheet fills all lines of a text up to the longest of them, which may stand above the table.
-    """
-    width = max((len(row) for row in rows), default=0)
-    while width > 1:
-        last = width - 1
-        filled = sum(len(row) > last and row[last] != "" for row in rows)
-        if filled >= _FILLED * len(rows):
-            break
-        width -= 1
-    return width
 
 
 def _numeric_columns(rows: Sequence[Sequence[str]], marks: Marks) -> list[bool]:
@@ -173,20 +168,6 @@ def _numeric_columns(rows: Sequence[Sequence[str]], marks: Marks) -> list[bool]:
         numbers = sum(marks.is_number(cell) for cell in filled)
         numeric.append(2 * numbers > len(filled))
     return numeric
-
-
-def _first_row(lines: Sequence[str], marks: Marks, numeric: Sequence[bool]) -> int | None:
-    """The index of the first line of data."""
-    names_stand_above = False
-    for index, line in enumerate(lines):
-        if not line.strip() or is_comment(line):
-            continue
-        cells = marks.cells(line)
-        if not _is_data(cells, marks, numeric):
-            names_stand_above |= _are_names(cells, marks, numeric)
-        elif not _is_above_names(lines[index:], marks, numeric, is_first=not names_stand_above):
-            return index
-    return None
 
 
 def _is_data(row: Sequence[str], marks: Marks, numeric: Sequence[bool]) -> bool:
@@ -266,11 +247,17 @@ def _with_header(
     trailing = False
     if marks.delimiter is not None and width > 1:
         trailing = all(len(row) < width or not row[-1] for row in (first_row, *data))
-    rows = RowsBelow(width, trailing, _name_rows(data, marks))
+    first_cells = [row[0] for row in data if row]
+    are_words = not any(marks.is_number(cell) for cell in first_cells)
+    are_counts = all(cell.isdecimal() and len(cell) < _LONGEST_COUNT for cell in first_cells)
+    rise = are_counts and all(
+        int(cell) < int(next_cell) for cell, next_cell in pairwise(first_cells)
+    )
+    # R names its rows so, by words or whole numbers that rise.
+    rows = RowsBelow(width, trailing, are_named=are_words or rise)
 
-    places = [
-        index for index in range(first) if lines[index].strip("#%/ \t")
-    ]  # an empty comment is no line
+    # An empty comment is no line.
+    places = [index for index in range(first) if lines[index].strip("#%/ \t")]
     above = [lines[index] for index in places]
     header = header_of(above, marks, rows)
     notes: list[str] = []
@@ -309,9 +296,8 @@ def _with_header(
         more = f" and {len(prose) - 1} more" if len(prose) > 1 else ""
         notes.append(f"text above the table skipped: {first_words!r}{more}")
 
-    numeric = _numeric_columns(data, marks) + [False] * len(
-        names
-    )  # a name may stand over an empty column
+    # A name may stand over an empty column.
+    numeric = [*_numeric_columns(data, marks), *[False] * len(names)]
     return Dialect(
         delimiter=marks.delimiter,
         decimal=marks.decimal,
@@ -335,16 +321,6 @@ def _width_of_names(above: Sequence[str], marks: Marks) -> int:
     if len(cells) < 2 or not all(cells[:-1]):
         return 0
     return 0 if any(map(marks.is_number, cells)) else len(cells)
-
-
-def _name_rows(rows: Sequence[Sequence[str]], marks: Marks) -> bool:
-    """Whether the first cells name their rows, as R writes them: words, or whole numbers that rise."""
-    first_cells = [row[0] for row in rows if row]
-    if not any(marks.is_number(cell) for cell in first_cells):
-        return True
-    if not all(cell.isdecimal() and len(cell) < _LONGEST_COUNT for cell in first_cells):
-        return False
-    return all(int(earlier) < int(later) for earlier, later in pairwise(first_cells))
 
 
 def _refuse_bad_first_row(line: str, index: int, marks: Marks, width: int) -> None:

@@ -20,32 +20,10 @@ from erclutch.logs.readers.channel_lines import (
 from erclutch.signals import units
 
 #: Units that are no names; t, V, F may be names.
-_CLEAR_UNITS = frozenset(
-    (
-        "s",
-        "sec",
-        "Sec",
-        "SEC",
-        "ms",
-        "us",
-        "µs",
-        "min",
-        "Nm",
-        "kN",
-        "lbf",
-        "rpm",
-        "mm",
-        "cm",
-        "kV",
-        "mV",
-        "mA",
-        "kPa",
-        "MPa",
-        "bar",
-        "deg",
-        "rad",
-    )
-)
+_CLEAR_UNITS = frozenset((
+    "s", "sec", "Sec", "SEC", "ms", "us", "µs", "min", "Nm", "kN", "lbf", "rpm", "mm", "cm",
+    "kV", "mV", "mA", "kPa", "MPa", "bar", "deg", "rad",
+))  # fmt: skip
 #: Clear units as old loggers write them; S and MIN may be names, and MA is no mA for sure.
 _CAPITALS = {
     unit.upper(): unit
@@ -58,22 +36,10 @@ _NO_FACTOR = re.compile(
     re.IGNORECASE,
 )
 #: What the line of units is called that some loggers write above the names.
-_UNIT_LINE = frozenset(
-    (
-        "unit",
-        "units",
-        "einheit",
-        "einheiten",
-        "unite",
-        "unité",
-        "unités",
-        "unidad",
-        "unidade",
-        "単位",
-        "单位",
-        "單位",
-    )
-)
+_UNIT_LINE = frozenset((
+    "unit", "units", "einheit", "einheiten", "unite", "unité", "unités", "unidad", "unidade",
+    "単位", "单位", "單位",
+))  # fmt: skip
 _COLUMN = r"(?:col(?:umn)?|ch(?:annel)?|field|var(?:iable)?|spalte|colonne|columna)?"
 _TYPE = re.compile(
     r"[fiu]\d{1,2}|(?:real|u?int|float)\d{1,2}|l?real|d?int|float|double|integer", re.IGNORECASE
@@ -127,8 +93,9 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
     """
     if said_of_each := _said_of_each_column(above, marks, rows):
         return said_of_each
-    for below in (0, 1):  # lines below that of the types
-        if len(above) > 1 + below and _are_types(marks.cells(above[-1 - below]), rows.width):
+    for below in (0, 1):  # lines below that of the types, such as f8, REAL64
+        types = marks.cells(above[-1 - below]) if len(above) > 1 + below else []
+        if len(types) == rows.width > 1 and all(map(_TYPE.fullmatch, types)):
             typed = header_of([*above[: -1 - below], *above[len(above) - below :]], marks, rows)
             return None if typed is None else replace(typed, lines=typed.lines + 1)
     last = _labels(above[-1], marks, rows) if above else None
@@ -153,9 +120,8 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         return Header(last, own_units, 2)
 
     names = _labels(above[-2], marks, rows)
-    if (
-        names is None and not last[0]
-    ):  # Bluehill writes the number of the specimen over an empty column
+    if names is None and not last[0]:
+        # Bluehill writes the number of the specimen over an empty column.
         names = _labels(above[-2], marks, rows, is_numbered=True)
     if names is not None and len(names) == len(last):
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
@@ -173,8 +139,15 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
 
 def _said_of_each_column(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | None:
     """The header of lines that say one thing each of all columns, by a number or a key; None for other lines."""
-    if numbered := _numbered(above, rows.width):
-        return Header(numbered, None, 1)
+    names: dict[int, str] = {}  # by the number of their column, which is counted from 0 or from 1
+    for line in above:
+        match = _NUMBERED.fullmatch(line.strip()) if is_comment(line) else None
+        if match:
+            names.setdefault(int(match.group(1)), match.group(2))
+    first = min(names, default=0)
+    numbers = [*range(first, first + rows.width)]
+    if rows.width > 1 and first in (0, 1) and sorted(names) == numbers:
+        return Header([names[number] for number in numbers], None, 1)
     own_units, count = said_below_names(above, marks, rows.width)
     if 0 < count < len(above):
         named = _labels(above[-1 - count], marks, rows)
@@ -273,24 +246,6 @@ def with_legend(
     return new_names, new_units, [f"lines above the table say what columns {', '.join(told)} are"]
 
 
-def _are_types(cells: Sequence[str], width: int) -> bool:
-    """Whether a line below the units says as what the numbers of each column are kept: ``f8``, ``REAL64``."""
-    return len(cells) == width > 1 and all(_TYPE.fullmatch(cell) for cell in cells)
-
-
-def _numbered(above: Sequence[str], width: int) -> list[str]:
-    """Names that comments give a line each with the number of the column, counted from 0 or 1; nothing elsewhere."""
-    names: dict[int, str] = {}
-    for line in above:
-        match = _NUMBERED.fullmatch(line.strip()) if is_comment(line) else None
-        if match:
-            names.setdefault(int(match.group(1)), match.group(2))
-    for first in (0, 1):
-        if width > 1 and sorted(names) == [*range(first, first + width)]:
-            return [names[number] for number in sorted(names)]
-    return []
-
-
 def _line_of_units(cells: Sequence[str], width: int) -> list[str | None]:
     """Units of a line that begins with the word for them, in a cell of its own or in front of the first unit."""
     word, colon, first = cells[0].partition(":")
@@ -385,9 +340,8 @@ def _labels(
         for mark in ",;|\t":
             splits.append([cell.strip() for cell in line.split(mark)])
     splits.append(marks.cells(line))
-    if (
-        marks.delimiter is None
-    ):  # names with blanks in them: keep brackets with their name, or split at wide gaps
+    if marks.delimiter is None:
+        # Names may hold blanks: brackets stay with their name, or wide gaps part the names.
         splits.append(re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?", line))
         splits.append(re.split(r"\t|\s{2,}", line.strip()))
 
@@ -396,9 +350,8 @@ def _labels(
     if rows.trailing:
         fitting.add(width - 1)
     if marks.delimiter is not None:
-        fitting.add(
-            width + 1
-        )  # one name more than cells is a column filled in its first rows only (events)
+        # A name more than the cells is that of a column with cells in its first rows only (events).
+        fitting.add(width + 1)
     for cells in splits:
         if marks.delimiter is not None and len(cells) > width + 1 > 2:
             *own, gap = cells[: width + 1]

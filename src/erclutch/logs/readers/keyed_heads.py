@@ -10,33 +10,19 @@ import re
 from collections.abc import Sequence
 
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.readers.cells import cells_of, is_numeric
+from erclutch.logs.readers.cells import cells_of, is_numeric, line_of
 from erclutch.logs.readers.dialect import LINE_END
 
 _HEAD = 1 << 15  # characters that hold all such lines
 _FEWEST_ROWS = 2
 _NAMES = (
-    "tracename",
-    "kanal",
-    "kanalname",
-    "channel",
-    "channelname",
-    "signal",
-    "signalname",
-    "name",
-)
+    "tracename", "kanal", "kanalname", "channel", "channelname", "signal", "signalname", "name",
+)  # fmt: skip
 _UNITS = ("vunit", "unit", "units", "einheit", "yunit", "yeinheit", "yunitlabel")
 _STEPS = (
-    "hresolution",
-    "deltax",
-    "dx",
-    "sampleinterval",
-    "samplinginterval",
-    "xincrement",
-    "xdelta",
-    "abtastzeit",
-    "dt",
-)
+    "hresolution", "deltax", "dx", "sampleinterval", "samplinginterval", "xincrement", "xdelta",
+    "abtastzeit", "dt",
+)  # fmt: skip
 _STEP_UNITS = ("hunit", "xunit", "xeinheit")
 #: How a line begins whose key may be one of the names: most lines of a log are rows, which begin otherwise.
 _MAY_NAME = re.compile(rf"[\W_]*[{''.join({name[0] for name in _NAMES})}]", re.IGNORECASE)
@@ -62,17 +48,15 @@ def with_keyed_heads(text: str) -> tuple[str, str]:
         for name, unit in zip(names, own_units, strict=True):
             bare = unit.strip("[]() ")
             has_unit = split_label(name)[1] is not None
-            labels.append(_quoted(f"{name} [{bare}]" if bare and not has_unit else name, delimiter))
+            labels.append(f"{name} [{bare}]" if bare and not has_unit else name)
         lines = LINE_END.split(text)
         above = [*lines[:first_line]]
         if steps:
             above.append(f"Sampling interval: {steps[0].replace(',', '.')} {units_of_steps.pop()}")
         rows = [line.strip(" ").removeprefix(delimiter) for line in lines[first_row:]]
-        whole = "\n".join([*above, delimiter.join(labels), *rows])
-        return (
-            whole,
-            f"lines with a key in front say what the {len(names)} channels are: {', '.join(said)[:80]}",
-        )
+        keys = ", ".join(said)[:80]
+        note = f"lines with a key in front say what the {len(names)} channels are: {keys}"
+        return "\n".join([*above, line_of(labels, delimiter), *rows]), note
     return text, ""
 
 
@@ -87,7 +71,7 @@ def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str,
         if not said and not _MAY_NAME.match(line):
             continue
         cells = cells_of(line.rstrip(delimiter), delimiter)
-        key = _plain(cells[0]) if cells else ""
+        key = re.sub(r"[\W_]", "", cells[0].lower()) if cells else ""
         if not said:
             has_a_number = any(is_numeric(cell, delimiter) for cell in cells)
             are_names = len(cells) > 2 and all(cells[1:]) and not has_a_number
@@ -102,10 +86,8 @@ def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str,
             continue
         if not line.strip():
             continue
-        below = [
-            cells_of(row.rstrip(delimiter), delimiter)
-            for row in lines[place : place + _FEWEST_ROWS]
-        ]
+        first_rows = lines[place : place + _FEWEST_ROWS]
+        below = [cells_of(row.rstrip(delimiter), delimiter) for row in first_rows]
         tells_units_or_steps = any(_said_by(said, keys) for keys in (_UNITS, _STEPS))
         if len(below) < _FEWEST_ROWS or not tells_units_or_steps:
             return None
@@ -123,13 +105,3 @@ def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str,
 def _said_by(said: dict[str, list[str]], keys: Sequence[str]) -> list[str]:
     """The cells of the first of some keys that a line has; none where no line has one."""
     return next((said[key] for key in keys if key in said), list[str]())
-
-
-def _plain(key: str) -> str:
-    """A key in small letters alone."""
-    return re.sub(r"[\W_]", "", key.lower())
-
-
-def _quoted(label: str, delimiter: str) -> str:
-    """A label as a cell: in quotes where it holds the delimiter."""
-    return '"' + label.replace('"', "'") + '"' if delimiter in label else label

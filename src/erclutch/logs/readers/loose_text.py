@@ -65,32 +65,26 @@ def without_rules(text: str) -> tuple[str, str]:
     if "--" not in head:
         return text, ""
     lines = head.split("\n")
-    kept = [
-        line for place, line in enumerate(lines) if place >= _RULED_LINES or not _is_a_rule(line)
-    ]
+    kept: list[str] = []
+    for place, line in enumerate(lines):
+        # A rule is two and more runs of dashes, and else bars, colons and blanks alone.
+        is_of_a_rule = place < _RULED_LINES and {*line.strip()} <= _OF_A_RULE
+        if not is_of_a_rule or len(re.findall(r"--+", line)) < 2:
+            kept.append(line)
     if len(kept) == len(lines):
         return text, ""
     return "\n".join(kept) + text[_LOOKED_AT:], "lines of dashes above the rows are left out"
 
 
-def _is_a_rule(line: str) -> bool:
-    """Whether a line holds two and more runs of dashes, and else bars, colons and blanks alone."""
-    return {*line.strip()} <= _OF_A_RULE and len(re.findall(r"--+", line)) > 1
-
-
 def without_brackets(text: str) -> tuple[str, str]:
     """The text with numbers in place of lists of one number, ``[1.5]``, as Python prints them; a note."""
-    if not _BRACKETED.search(
-        text
-    ):  # a search for a character is fast, and most brackets are those of units
+    if not _BRACKETED.search(text):  # this search is fast, and most brackets are those of units
         return text, ""
     plain, count = _LISTED.subn(r"\1\2", text)
-    if not count:
-        return plain, ""
-    return (
-        plain,
-        f"{count} numbers stand in brackets, as a list of one is printed: the brackets are left out",
+    note = (
+        f"{count} numbers stand in brackets, as a list of one is printed: the brackets are left out"
     )
+    return plain, note if count else ""
 
 
 def without_matrix(text: str) -> tuple[str, str]:
@@ -107,7 +101,5 @@ def without_matrix(text: str) -> tuple[str, str]:
     if ";" not in inside or not _OF_A_MATRIX.fullmatch(inside):
         return text, ""
     rows = _END_OF_A_ROW.sub("\n", inside.strip())
-    return (
-        f"{text[: begin.start()]}{rows}\n",
-        "a matrix of MATLAB: its brackets and semicolons are left out",
-    )
+    note = "a matrix of MATLAB: its brackets and semicolons are left out"
+    return f"{text[: begin.start()]}{rows}\n", note

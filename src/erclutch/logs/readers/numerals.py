@@ -221,12 +221,8 @@ def with_points_in_rows(text: str, delimiter: str | None) -> tuple[str, int]:
     for line in lines:
         row, _ = _row_and_end(line)
         numbers = [cell.strip(' "') for cell in row.split(delimiter)]
-        sure.append(
-            {mark for mark in ".," for number in numbers if decimals[mark].fullmatch(number)}
-        )
-        unsure.append(
-            {mark for mark in ".," for number in numbers if groups[mark].fullmatch(number)}
-        )
+        sure.append({mark for mark in ".," if any(map(decimals[mark].fullmatch, numbers))})
+        unsure.append({mark for mark in ".," if any(map(groups[mark].fullmatch, numbers))})
         for number in numbers:
             has_both_marks = "." in number and "," in number
             if has_both_marks and re.fullmatch(rf"{_SIGN}[\d.,]+", number):
@@ -280,16 +276,6 @@ def _with_a_point(cell: str) -> str:
     return cell.replace(".", "").replace(",", ".")
 
 
-def _cell(pattern: str, delimiter: str | None, *, quoted: bool) -> str:
-    """A pattern that fills a cell: between quotes, or also between delimiters and ends of lines."""
-    in_quotes = rf'(?<=")(?:{pattern})(?=")'
-    if quoted:
-        return in_quotes
-    edge = r"\s" if delimiter is None else rf"\r\n{re.escape(delimiter)}"
-    blank = "" if delimiter is None else " *" if delimiter == "\t" else "[ \t]*"
-    return rf"{in_quotes}|(?:(?<=[{edge}])|^){blank}(?:{pattern}){blank}(?=[{edge}]|$)"
-
-
 def _decimals(mark: str) -> str:
     """Numbers in which the mark can only be the decimal one."""
     m = re.escape(mark)
@@ -309,7 +295,13 @@ def _groups(mark: str) -> str:
 
 def _search(pattern: str, body: str, delimiter: str | None, mark: str) -> str | None:
     """The first cell that a pattern fills; a mark that is the delimiter too stands in quoted cells alone."""
-    match = re.search(_cell(pattern, delimiter, quoted=mark == delimiter), body, re.MULTILINE)
+    cell = rf'(?<=")(?:{pattern})(?=")'
+    if mark != delimiter:
+        # Without quotes, a cell stands between delimiters and ends of lines.
+        edge = r"\s" if delimiter is None else rf"\r\n{re.escape(delimiter)}"
+        blank = "" if delimiter is None else " *" if delimiter == "\t" else "[ \t]*"
+        cell += rf"|(?:(?<=[{edge}])|^){blank}(?:{pattern}){blank}(?=[{edge}]|$)"
+    match = re.search(cell, body, re.MULTILINE)
     return None if match is None else match.group().strip()
 
 
@@ -332,10 +324,8 @@ def _beside_whole_numbers(body: str, delimiter: str | None, mark: str) -> bool:
 def with_plain_minus(text: str) -> tuple[str, str]:
     """The text with a hyphen for each other sign that stands before a number as its minus, and a note; "" for none."""
     plain, count = _OTHER_MINUS.subn("-", text)
-    return (
-        plain,
-        f"{count} numbers have a minus that is no hyphen: read as negative" if count else "",
-    )
+    note = f"{count} numbers have a minus that is no hyphen: read as negative"
+    return plain, note if count else ""
 
 
 def with_plain_digits(text: str) -> tuple[str, str]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -28,19 +29,10 @@ _LARGEST_TURNED = 1 << 20  # characters of a table that is turned
 _CORNER = re.compile(r"(.+?[\])]|.+?\s)\s*[\\/]\s*(\S.*)")
 _BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]")
 #: What a spreadsheet calls the column behind the others of a pivot.
-_TOTALS = frozenset(
-    (
-        "grand total",
-        "total",
-        "gesamtergebnis",
-        "total general",
-        "total général",
-        "totale",
-        "общий итог",
-        "总计",
-        "総計",
-    )
-)
+_TOTALS = frozenset((
+    "grand total", "total", "gesamtergebnis", "total general", "total général", "totale",
+    "общий итог", "总计", "総計",
+))  # fmt: skip
 #: Units of what is set for a column: a field or a temperature.
 _SET = ("V", "V/m", "A", "T", "A/m")
 
@@ -93,9 +85,8 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
         if not pivot.is_turned:
             lines[pivot.line] = delimiter.join([pivot.down, *_names(pivot, pivot.across)])
             first_numbers = ", ".join(pivot.across[:4])
-            return "\n".join(
-                lines
-            ), f"the numbers {first_numbers}, ... above the columns are in their names"
+            note = f"the numbers {first_numbers}, ... above the columns are in their names"
+            return "\n".join(lines), note
         if len(text) > _LARGEST_TURNED:
             return text, ""
         rows = [cells_of(line, delimiter) for line in lines[pivot.line + 1 :] if line.strip()]
@@ -115,9 +106,8 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
 
 def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
     """The line of numbers across under a delimiter; None where there is none."""
-    filled = [place for place, line in enumerate(lines) if line.strip() and not is_comment(line)][
-        :_MOST_ABOVE
-    ]
+    filled = [place for place, line in enumerate(lines) if line.strip() and not is_comment(line)]
+    filled = filled[:_MOST_ABOVE]
     rows = {place: cells_of(lines[place].rstrip(delimiter), delimiter) for place in filled}
     for order, place in enumerate(filled):
         cells = rows[place]
@@ -239,16 +229,11 @@ def _said(over: Sequence[str], own: Sequence[str]) -> tuple[str, tuple[str, str]
         behind = _BRACKETS.sub("", words[0][first:]).strip()
         return words[0][:first], (behind, told[-1])
     name, unit = split_label(words[0])
-    if own or (unit and _is_set(unit)):
-        return "", (name, unit or "")
-    return words[0], ("", "")
-
-
-def _is_set(unit: str) -> bool:
-    try:
-        return units.is_temperature(unit) or units.fits(unit, _SET) is not None
-    except UnitError:
-        return False
+    runs_across = bool(own)
+    if unit and not own:
+        with suppress(UnitError):
+            runs_across = units.is_temperature(unit) or units.fits(unit, _SET) is not None
+    return ("", (name, unit or "")) if runs_across else (words[0], ("", ""))
 
 
 def _names(pivot: _Pivot, levels: Sequence[str]) -> list[str]:

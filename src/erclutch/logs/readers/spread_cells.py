@@ -71,6 +71,5 @@ def _without_brackets(text: str) -> tuple[str, str]:
         lines[place] = _BRACKETED.sub(r"\1", line)
     if small < _NEARLY_ALL * count:
         return text, ""
-    return "\n".join(
-        lines
-    ), f"{count} cells hold in brackets what their numbers scatter by: left out"
+    note = f"{count} cells hold in brackets what their numbers scatter by: left out"
+    return "\n".join(lines), note

@@ -51,14 +51,11 @@ def find(path: str, variable: str | None) -> Table:
                 break
     if problems and not recordings:
         raise problems[0]
-    if variable not in (
-        None,
-        found_recordings.ALL,
-        *recordings,
-    ):  # the error names all sheets that there are
-        recordings |= {
-            name: each for name, each in find_each(path).items() if isinstance(each, Table)
-        }
+    if variable not in (None, found_recordings.ALL, *recordings):
+        # The error names all sheets that there are.
+        for name, each in find_each(path).items():
+            if isinstance(each, Table):
+                recordings[name] = each
         joint = found_recordings.joint_table(recordings, str(variable), "sheet")
         if joint is not None:
             return joint
@@ -105,11 +102,9 @@ def _sheets(path: str, variable: str | None) -> Iterator[_Sheet | LogError]:
         take_zip(Path(path), budget)
     try:
         book = CalamineWorkbook.from_path(path)
-    except (
-        Exception
-    ) as error:  # the library's own kinds have no types; damage of a new file is told by its child
+    except Exception as error:  # the library's own kinds have no types
         if is_packed:
-            raise
+            raise  # the child tells the damage of a new file
         problem = f"the file holds an old Office file without a table that can be read ({error})"
         raise LogError(problem, remedy="Save it as .xlsx") from error
     with book:
@@ -147,9 +142,8 @@ def _parts(path: str, sheet: Any, budget: Budget) -> tuple[dict[str, LogSource],
     rows: list[list[str]] = []
     worded: set[int] = set()  # columns that hold a text
     with_thousands: set[int] = set()  # columns that hold a whole number of 1000 or more
-    with_commas: dict[
-        int, list[int]
-    ] = {}  # rows of the texts that are numbers with a decimal comma, by column
+    #: By column, the rows of texts that are numbers with a decimal comma.
+    with_commas: dict[int, list[int]] = {}
     for place, row in enumerate(sheet.iter_rows()):
         for column, value in enumerate(row):
             if isinstance(value, str) and value.strip():
@@ -160,7 +154,15 @@ def _parts(path: str, sheet: Any, budget: Budget) -> tuple[dict[str, LogSource],
                 with_commas.setdefault(column, []).append(place)
         rows.append([_cell(value) for value in row])
     for column, places in with_commas.items():
-        _set_points(rows, column, places, is_mixed=column in with_thousands)
+        texts = [rows[place][column] for place in places]
+        # In a column of thousands and of texts the program has read 1,017 as 1017 and left 0,933 a text: nobody
+        # knows what each number was, so the texts stay texts.
+        is_mixed = column in with_thousands
+        if not is_mixed and all(re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}", text) for text in texts):
+            continue  # thousands, perhaps: the text reader weighs all that the sheet holds
+        for place, text in zip(places, texts, strict=True):
+            # A workbook's own numbers have points.
+            rows[place][column] = f"{text} (a text)" if is_mixed else text.replace(",", ".")
     note = _without_numbers_beside(rows, worded)
     lines = ["\t".join(cells) if any(cells) else "" for cells in rows]
     source = LogSource(Path(path), "\n".join(lines).encode("utf-8", "replace"), "")
@@ -205,19 +207,6 @@ def _without_numbers_beside(rows: list[list[str]], worded: set[int]) -> str:
         del cells[first - gap :]
     count = len(beside)
     return f"numbers without a name beside the table ({count} column{'s' if count > 1 else ''}): left out"
-
-
-def _set_points(rows: list[list[str]], column: int, places: list[int], *, is_mixed: bool) -> None:
-    """Write decimal points in a column of texts with decimal commas: a workbook's own numbers have points.
-
-    In a column of thousands and of texts the program has read ``1,017`` as 1017 and left ``0,933`` a text: nobody knows
-    what each number was, so the texts stay texts.
-    """
-    texts = [rows[place][column] for place in places]
-    if not is_mixed and all(re.fullmatch(r"[-+]?[1-9]\d{0,2},\d{3}", text) for text in texts):
-        return  # thousands, perhaps: the text reader weighs all that the sheet holds
-    for place, text in zip(places, texts, strict=True):
-        rows[place][column] = f"{text} (a text)" if is_mixed else text.replace(",", ".")
 
 
 def _cell(value: Any) -> str:

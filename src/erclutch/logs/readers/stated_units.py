@@ -39,8 +39,14 @@ def with_stated_units(table: Table, pairs: Mapping[str, str]) -> Table:
         match = _KEY.fullmatch(key)
         if match is None:
             continue
+        quantity = _words(match["quantity"])
         for name in table.columns:
-            if not table.units.get(name) and _names(name, _words(match["quantity"])):
+            words = _words(name)
+            # One word stands in full, the others may be cut: ``S. Rate`` is a shear rate.
+            has_all_words = not quantity.isdisjoint(words) and all(
+                any(word.startswith(short) for short in words) for word in quantity
+            )
+            if has_all_words and not table.units.get(name):
                 stated[name] = unit
     if not stated:
         return table
@@ -49,14 +55,6 @@ def with_stated_units(table: Table, pairs: Mapping[str, str]) -> Table:
         table,
         units={**table.units, **stated},
         notes=(*table.notes, f"units that lines above the table state: {said}"),
-    )
-
-
-def _names(name: str, quantity: set[str]) -> bool:
-    """Whether a column's name has all words of a quantity, one of them in full: ``S. Rate`` is a shear rate."""
-    words = _words(name)
-    return not quantity.isdisjoint(words) and all(
-        any(word.startswith(short) for short in words) for word in quantity
     )
 
 

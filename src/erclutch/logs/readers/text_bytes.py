@@ -8,7 +8,7 @@ import re
 import unicodedata
 import zlib
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +61,13 @@ def decode(data: bytes) -> str:
         LogError: the bytes are no text.
     """
     if data[:2] == b"\x1f\x8b":
-        data = _unzip(data)
+        budget = Budget(len(data))
+        unpacked = bytearray()
+        with damage_named(), gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
+            while block := file.read(_BLOCK):
+                budget.take_text(len(block))
+                unpacked += block
+        data = bytes(unpacked)
     encoding = _encoding_of(data)
     try:
         return data.decode(encoding)
@@ -86,11 +92,8 @@ def _eastern(data: bytes) -> str:
     ):
         try:
             text = data.decode(encoding)
-        except (
-            UnicodeDecodeError,
-            LookupError,
-        ):  # some builds of Python come without the tables of these encodings
-            continue
+        except (UnicodeDecodeError, LookupError):
+            continue  # some builds of Python come without the tables of these encodings
         if letters is _JAPANESE and _NARROW.search(text):
             text = unicodedata.normalize("NFKC", text)
         known = sum(text.count(letter) for letter in letters)
@@ -98,18 +101,13 @@ def _eastern(data: bytes) -> str:
         if known > best and 2 * known > foreign:
             best = known
             best_encoding = encoding
-    return best_encoding or _cyrillic(data)
-
-
-def _cyrillic(data: bytes) -> str:
-    """Windows-1251 where most letters beyond ASCII stand side by side as in Russian words, else ""."""
-    try:
+    if best_encoding:
+        return best_encoding
+    with suppress(UnicodeDecodeError):
         text = data.decode("cp1251")
-    except UnicodeDecodeError:
-        return ""
-    in_words = sum(map(len, _RUSSIAN.findall(text)))
-    if 2 * in_words > sum(letter > "\x7f" for letter in text):
-        return "cp1251"
+        in_words = sum(map(len, _RUSSIAN.findall(text)))
+        if 2 * in_words > sum(letter > "\x7f" for letter in text):
+            return "cp1251"
     return ""
 
 
@@ -124,12 +122,12 @@ def _central(data: bytes) -> str:
     best_encoding = ""
     for encoding in ("cp1250", "iso8859_2"):
         letters = inside.decode(encoding, "replace")
-        others = [letter for letter, sign in zip(letters, latin, strict=True) if letter != sign]
-        were_signs = any(
-            not sign.isalpha()
-            for letter, sign in zip(letters, latin, strict=True)
-            if letter != sign
-        )
+        others: list[str] = []  # letters that are others in Latin-1
+        were_signs = False
+        for letter, sign in zip(letters, latin, strict=True):
+            if letter != sign:
+                others.append(letter)
+                were_signs |= not sign.isalpha()
         polish = sum(letter in _POLISH for letter in others)
         if were_signs and _CENTRAL.issuperset(others) and polish > best:
             best = polish
@@ -165,16 +163,6 @@ def _not_text(data: bytes) -> LogError:
     return LogError(f"the file holds {name}, not text", remedy=remedy)
 
 
-def _unzip(data: bytes) -> bytes:
-    budget = Budget(len(data))
-    text = bytearray()
-    with damage_named(), gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-        while block := file.read(_BLOCK):
-            budget.take_text(len(block))
-            text += block
-    return bytes(text)
-
-
 @contextmanager
 def damage_named() -> Generator[None]:
     """Name damaged gzip data in one line.
@@ -185,9 +173,8 @@ def damage_named() -> Generator[None]:
     try:
         yield
     except (gzip.BadGzipFile, EOFError, zlib.error) as error:
-        raise LogError(
-            f"the gzip data is damaged ({error})", remedy="Copy the file again"
-        ) from error
+        problem = f"the gzip data is damaged ({error})"
+        raise LogError(problem, remedy="Copy the file again") from error
 
 
 @contextmanager

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 CORRECT = "Correct or empty that cell, or delete the line"
 #: Other white space makes a row.
 BLANK = " \t\r\n"
+#: A hexadecimal number of 16 or 32 bits whose first bit is set.
+_MAY_BE_SIGNED = r"0[xX](?:[89a-fA-F][0-9a-fA-F]{3}|[89a-fA-F][0-9a-fA-F]{7})"
 #: A number, and a comment behind it.
 _REMARKED = r"^([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+((?:#|//|%|!)\s*\D.*)$"
 _LONGEST_NUMBER = 400  # characters of a cell
@@ -33,15 +35,17 @@ def read_cells(
 ) -> tuple[Array | None, tuple[str, ...]]:
     """The column as float64, None for a column of text, and a note where words became numbers."""
     label = dialect.names[index]
+    notes: tuple[str, ...] = ()
     if cells.dtype == object or str(cells.dtype).startswith("str"):
-        hexadecimal = _hexadecimal(cells)
-        if hexadecimal is not None:
-            return hexadecimal, (
-                f"column {label} holds hexadecimal numbers, read as whole numbers",
-            )
+        filled = cells.dropna().astype(str).str.strip()
+        are_hexadecimal = len(filled) and filled.str.fullmatch(r"0[xX][0-9a-fA-F]{1,13}").all()
+        # The first digit of 0xFFF0 may be a sign.
+        if are_hexadecimal and not filled.str.fullmatch(_MAY_BE_SIGNED).any():
+            whole_numbers = np.full(len(cells), np.nan)
+            whole_numbers[cells.notna().to_numpy()] = [float(int(text, 16)) for text in filled]
+            note = f"column {label} holds hexadecimal numbers, read as whole numbers"
+            return whole_numbers, (note,)
         cells, notes = _without_words(cells, label)
-    else:
-        notes = ()
     values = _numbers(cells, index, body, dialect)
     if cells.dtype == bool:
         return values, (f"column {label} holds True and False, read as 1 and 0",)
@@ -53,18 +57,6 @@ def read_cells(
         return None, ()
     numbers, note = ones_and_zeros
     return numbers, (note,)
-
-
-def _hexadecimal(cells: pd.Series[Any]) -> Array | None:
-    """A column of hexadecimal numbers; None for others, and where the first digit may be a sign (0xFFF0)."""
-    texts = cells.dropna().astype(str).str.strip()
-    if not len(texts) or not texts.str.fullmatch(r"0[xX][0-9a-fA-F]{1,13}").all():
-        return None
-    if texts.str.fullmatch(r"0[xX](?:[89a-fA-F][0-9a-fA-F]{3}|[89a-fA-F][0-9a-fA-F]{7})").any():
-        return None
-    numbers = np.full(len(cells), np.nan)
-    numbers[cells.notna().to_numpy()] = [float(int(text, 16)) for text in texts]
-    return numbers
 
 
 def _without_words(cells: pd.Series[Any], label: str) -> tuple[pd.Series[Any], tuple[str, ...]]:
@@ -135,9 +127,8 @@ def _numbers(
     row = int(np.argmax(bad))
     count = int(bad.sum())
     lines = _numbered_lines(body, dialect)
-    line, _ = lines[
-        min(row, len(lines) - 1)
-    ]  # pandas may see more rows than there are lines, in damaged text
+    # In damaged text, pandas may see more rows than there are lines.
+    line, _ = lines[min(row, len(lines) - 1)]
     shown = str(texts.iloc[row])[:40]
     more = f" ({count} such cells)" if count > 1 else ""
     problem = (
@@ -175,10 +166,7 @@ def refuse_ragged(
         if too_long and not dialect.numeric[-1]:
             too_long = any(is_number(cell, dialect.decimal) for cell in beyond)
         if too_long or len(cells) < needed:
-            hint = (
-                " (a decimal comma?)"
-                if too_long and dialect.delimiter == "," and dialect.decimal == "."
-                else ""
-            )
+            may_have_commas = too_long and dialect.delimiter == "," and dialect.decimal == "."
+            hint = " (a decimal comma?)" if may_have_commas else ""
             problem = f"line {number} has {len(cells)} cells where {len(dialect.names)} are expected{hint}"
             raise LogError(problem, remedy="Correct or delete that line")

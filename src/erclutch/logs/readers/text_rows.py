@@ -27,27 +27,27 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
         line_end = LINE_END.search(text, start)
         start = line_end.end() if line_end else start
     body = text[start:]
-    if any(
-        mark in body for mark in ("#", "%", "//")
-    ):  # comments become blank: line numbers stay right
+    if any(mark in body for mark in ("#", "%", "//")):
+        # Comments become blank: line numbers stay right.
         body = "\n".join("" if is_comment(line) else line for line in LINE_END.split(body))
 
     body, sums_above = _without_sums_above(body, dialect)
     body, notes = _without_remarks_below(body, dialect)
     notes = [*sums_above, *notes]
     first_row = LINE_END.split(body[:_ABOVE].lstrip(BLANK))[0]
-    rows_have_such_words = any(
-        map(sums_up, cells_of(first_row, dialect.delimiter))
-    )  # a row for Max, the next for Min
+    # Such as a row for Max, and the next for Min.
+    rows_have_such_words = any(map(sums_up, cells_of(first_row, dialect.delimiter)))
+    rows_begin_with_numbers = bool(dialect.numeric) and dialect.numeric[0]
     without: list[str] = []  # last lines that hold no number, from the last on
     sums = 0  # last lines that sum up the rows
     while last := _last_line(body):
-        cells = [cell for cell in cells_of(body[last:], dialect.delimiter) if cell]
+        first_cell, *others = cells_of(body[last:], dialect.delimiter) or [""]
+        cells = [cell for cell in (first_cell, *others) if cell]
         is_row = any(is_number(cell, dialect.decimal) or cell.lower() in WORDS for cell in cells)
         is_sum = any(map(sums_up, cells)) and not rows_have_such_words
-        is_sum = is_sum or (
-            is_row and sums < _MOST_SUMS and _begins_with_a_word(body[last:], dialect)
-        )
+        if is_row and others and rows_begin_with_numbers and sums < _MOST_SUMS:
+            # A word stands where the rows have a number: ``x mean`` below 1, 2, 3.
+            is_sum |= first_cell[:1].isalpha() and first_cell.lower() not in WORDS
         if not cells or (is_row and not is_sum):
             break
         shown = " ".join(body[last:].split())[:60]
@@ -67,14 +67,8 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     rest = body[last:]
     if not last or not rest.strip(BLANK):
         return body, notes
-    needed = max(
-        (
-            index
-            for index, numeric in enumerate(dialect.numeric[: dialect.usual or None])
-            if numeric
-        ),
-        default=0,
-    )
+    usual_columns = enumerate(dialect.numeric[: dialect.usual or None])
+    needed = max((column for column, is_numeric in usual_columns if is_numeric), default=0)
     if len(cells_of(rest, dialect.delimiter)) > needed:
         return body, notes
     return body[:last], [*notes, "the last row was cut off in the middle: left out"]
@@ -97,12 +91,9 @@ def _without_sums_above(body: str, dialect: Dialect) -> tuple[str, list[str]]:
     next_cell = "".join(cells_of(next_line, dialect.delimiter)[:1])
     if next_cell and not is_number(next_cell, dialect.decimal):
         sums = []  # the rows themselves have such words
-    if (
-        not sums
-        and len(places) > _FEWEST_BELOW
-        and _are_extremes(body, [lines[place] for place in places], dialect)
-    ):
-        sums = places[:2]
+    if not sums and len(places) > _FEWEST_BELOW:
+        filled = [lines[place] for place in places]
+        sums = places[:2] if _are_extremes(body, filled, dialect) else []
     if not sums:
         return body, []
 
@@ -181,16 +172,6 @@ def _without_remarks_below(body: str, dialect: Dialect) -> tuple[str, list[str]]
         return body, []
     begin = " ".join(below.split())[:60]
     return body, [f"text below the table left out: {begin!r}"]
-
-
-def _begins_with_a_word(line: str, dialect: Dialect) -> bool:
-    """Whether a line begins with a word where the rows begin with a number: ``x mean`` below 1, 2, 3."""
-    cells = cells_of(line, dialect.delimiter)
-    if len(cells) < 2 or not dialect.numeric or not dialect.numeric[0]:
-        return False
-    return (
-        cells[0].lower() not in WORDS and cells[0][:1].isalpha() and any(map(str.isalpha, cells[0]))
-    )
 
 
 def _last_line(body: str) -> int:

@@ -36,7 +36,29 @@ def trials_in(nodes: Mapping[str, Any], texts: Sequence[Sequence[str]]) -> Trial
     deep = [name for name, array in arrays.items() if array.ndim == 3]
     if len(deep) == 1 == len(arrays):
         return _pages(deep[0], arrays[deep[0]], texts)
-    return _columns(arrays)
+
+    # The columns of matrices of one shape are trials beside a field with a number for each column.
+    shapes = {array.shape for array in arrays.values() if array.ndim == 2}
+    if len(shapes) != 1:
+        return {}
+    rows, count = shapes.pop()
+    levels = {name: array for name, array in arrays.items() if array.shape == (count,)}
+    of_rows = ((rows,), (rows, count))
+    courses = {name: array for name, array in arrays.items() if array.shape in of_rows}
+    # A name of one letter is not enough: I may be an inertia.
+    is_field = any(len(spoken_name(name).forms["field"] or "") > 1 for name in levels)
+    are_few = count <= _MOST and rows >= _FEWEST_ROWS * count
+    if not is_field or not are_few or len(levels) + len(courses) < len(arrays):
+        return {}
+    trials: Trials = {}
+    for number in range(count):
+        columns: dict[str, Any] = {}
+        for name, array in courses.items():
+            columns[name] = array if array.ndim == 1 else array[:, number]
+        for name, array in levels.items():
+            columns[name] = np.full(rows, float(array[number]))
+        trials[f"trial({number + 1})"] = columns
+    return trials
 
 
 def _pages(name: str, array: np.ndarray[Any, Any], texts: Sequence[Sequence[str]]) -> Trials:
@@ -48,17 +70,13 @@ def _pages(name: str, array: np.ndarray[Any, Any], texts: Sequence[Sequence[str]
         return {}
     count = array.shape[of_signals[0]]
     fitting = [each for each in texts if len(each) == count]
-    names = next((each for each in fitting if not all(map(units.is_unit, each))), ())
-    own_units = next(
-        (each for each in fitting if each is not names and all(map(units.is_unit, each))), ()
-    )
+    lists_of_units = [each for each in fitting if all(map(units.is_unit, each))]
+    names = next((each for each in fitting if each not in lists_of_units), ())
     if len({*names}) != count:
         return {}
-    labels = (
-        [f"{each} [{unit}]" for each, unit in zip(names, own_units, strict=True)]
-        if own_units
-        else [*names]
-    )
+    labels = [*names]
+    if lists_of_units:
+        labels = [f"{each} [{unit}]" for each, unit in zip(names, lists_of_units[0], strict=True)]
     others = [axis for axis in range(3) if axis not in of_signals]
     rows, pages = sorted(others, key=lambda axis: -array.shape[axis])
     if array.shape[pages] > _MOST or array.shape[rows] < _FEWEST_ROWS * array.shape[pages]:
@@ -67,34 +85,4 @@ def _pages(name: str, array: np.ndarray[Any, Any], texts: Sequence[Sequence[str]
     trials: Trials = {}
     for number, page in enumerate(upright, start=1):
         trials[f"{name}({number})"] = dict(zip(labels, page.T, strict=True))
-    return trials
-
-
-def _columns(arrays: Mapping[str, np.ndarray[Any, Any]]) -> Trials:
-    """The columns of matrices of one shape, beside a field with a number for each column."""
-    shapes = {array.shape for array in arrays.values() if array.ndim == 2}
-    if len(shapes) != 1:
-        return {}
-    rows, count = shapes.pop()
-    levels = {name: array for name, array in arrays.items() if array.shape == (count,)}
-    is_field = any(
-        len(spoken_name(name).forms["field"] or "") > 1 for name in levels
-    )  # I may be an inertia
-    courses = {
-        name: array for name, array in arrays.items() if array.shape in ((rows,), (rows, count))
-    }
-    if (
-        not is_field
-        or count > _MOST
-        or rows < _FEWEST_ROWS * count
-        or len(levels) + len(courses) < len(arrays)
-    ):
-        return {}
-    trials: Trials = {}
-    for number in range(count):
-        columns: dict[str, Any] = {}
-        for name, array in courses.items():
-            columns[name] = array if array.ndim == 1 else array[:, number]
-        columns |= {name: np.full(rows, float(array[number])) for name, array in levels.items()}
-        trials[f"trial({number + 1})"] = columns
     return trials

@@ -50,17 +50,23 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
             del unit_of[column]  # nobody knows in which of the units a bare number is
             continue
         for cells in rows[first:]:
-            if column < len(cells) and unit_in(cells[column]):
-                cells[column] = _in_unit(cells[column], unit)
+            own_unit = unit_in(cells[column]) if column < len(cells) else None
+            if own_unit is None or (own_unit != unit and not is_of_one_quantity(own_unit, unit)):
+                continue
+            number = _MEASURED.sub(r"\1", cells[column])
+            if own_unit != unit:
+                in_si = float(number.replace(",", ".")) * units.parse(own_unit).factor
+                converted = f"{in_si / units.parse(unit).factor:.15g}"
+                number = converted.replace(".", ",") if "," in number else converted
+            cells[column] = number
     if not unit_of:
         return text, ""
     if first and len(rows[first - 1]) >= len(rows[first]):
         header = rows[first - 1]
         for column, unit in unit_of.items():
             name, own_unit = split_label(header[column])
-            if own_unit != unit and (
-                own_unit or not name.endswith(("]", ")"))
-            ):  # the cells know better
+            is_unread = not own_unit and name.endswith(("]", ")"))
+            if own_unit != unit and not is_unread:  # the cells know better
                 header[column] = f"{name} [{unit}]"
     elif not first:  # no line of names, so the units make the first
         labels = [f"c{place}" for place in range(1, len(rows[0]) + 1)]
@@ -110,35 +116,27 @@ def _is_unit(text: str) -> bool:
     return units.is_unit(text)
 
 
-def _in_unit(cell: str, unit: str) -> str:
-    """The number of a cell in a unit; as it is written where the cell has that unit, or one of another quantity."""
-    own = unit_in(cell)
-    number = _MEASURED.sub(r"\1", cell)
-    if own is None or own == unit:
-        return number
-    if not is_of_one_quantity(own, unit):
-        return cell
-    converted = float(number.replace(",", ".")) * units.parse(own).factor / units.parse(unit).factor
-    written = f"{converted:.15g}"
-    return written.replace(".", ",") if "," in number else written
-
-
 def is_of_one_quantity(unit: str | None, other: str) -> bool:
     """Whether a unit is one of the quantity that another unit is of; None is a unit of none."""
     return unit is not None and units.parse(unit).dimension == units.parse(other).dimension
+
+
+def whole_rows(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
+    """The rows, which have one width but perhaps for the last, which may be cut off; none where they have several."""
+    if not rows:
+        return []
+    ((width, count),) = Counter(map(len, rows)).most_common(1)
+    if width < 2 or count < _FEWEST or count < len(rows) - 1:
+        return []
+    return [cells for cells in rows if len(cells) == width]
 
 
 def _units_by_column(lines: Sequence[str]) -> tuple[str, dict[int, str]]:
     """The delimiter, and for each column whose cells all have a unit of one quantity the unit of the last."""
     best: tuple[str, dict[int, str]] = (",", {})
     for delimiter in DELIMITERS:
-        rows = [line.split(delimiter) for line in lines]
-        if not rows:
-            continue
-        ((width, count),) = Counter(map(len, rows)).most_common(1)
-        if width < 2 or count < _FEWEST or count < len(rows) - 1:  # the last one may be cut off
-            continue
-        whole = [cells for cells in rows if len(cells) == width]
+        whole = whole_rows([line.split(delimiter) for line in lines])
+        width = len(whole[0]) if whole else 0
         unit_of: dict[int, str] = {}
         for column in range(width):
             unit = unit_in(whole[-1][column])  # most logs end here

@@ -27,7 +27,8 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
             continue
         array = _flat(node)
         if array is None:
-            if _is_left_out(node):
+            others = cast("np.ndarray[Any, Any]", node) if isinstance(node, np.ndarray) else None
+            if others is not None and others.size > 1 and others.dtype.kind != "M":  # dates stay
                 notes.append(f"{name} holds no vector of numbers: left out")
         elif array.size == 1:
             constants[name] = float(array.ravel()[0])
@@ -55,12 +56,6 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
     if not columns:
         return None
     return Found(columns, constants=constants, metadata=metadata, notes=notes)
-
-
-def _is_left_out(node: Any) -> bool:
-    """Whether it is an array of something else than numbers and dates."""
-    array = cast("np.ndarray[Any, Any]", node) if isinstance(node, np.ndarray) else None
-    return array is not None and array.size > 1 and array.dtype.kind != "M"
 
 
 def _flat(node: Any) -> np.ndarray[Any, Any] | None:

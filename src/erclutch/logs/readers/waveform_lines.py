@@ -44,15 +44,14 @@ def _of_a_scope(text: str) -> tuple[str, str]:
     if not is_number(step, ".") or not float(step) > 0.0:
         return text, ""
     channels = min(place_of_step, start)
-    labels = [
-        _with_unit(name, unit)
-        for name, unit in zip(names[1:channels], said[1:channels], strict=True)
-    ]
+    labels: list[str] = []
+    for name, word in zip(names[1:channels], said[1:channels], strict=True):
+        unit = _WORDS.get(word.lower(), word)
+        labels.append(f"{name} [{unit}]" if unit and units.is_unit(unit) else name)
     lines = [f"Sample interval: {step} s", ",".join([said[0], *labels])]
     lines += [re.sub(r"[,\s]+$", "", row) for row in rows]
-    return "\n".join(
-        lines
-    ), f"the second line says the step of the rows, {step} s, and the units of the channels"
+    note = f"the second line says the step of the rows, {step} s, and the units of the channels"
+    return "\n".join(lines), note
 
 
 def _of_waveforms(text: str) -> tuple[str, str]:
@@ -93,12 +92,5 @@ def _of_waveforms(text: str) -> tuple[str, str]:
     else:
         first = next((number for number, line in enumerate(rows) if line.strip()), 0)
         rows[first] = "\t".join(_COUNTED.sub("", cell) for cell in cells_of(rows[first], "\t"))
-    return "\n".join(
-        [f"Sampling interval: {step} s", *rows]
-    ), f"lines above say that the rows are {step} s apart"
-
-
-def _with_unit(name: str, unit: str) -> str:
-    """``CH1 [V]``; a word for the unit is written as it."""
-    written = _WORDS.get(unit.lower(), unit)
-    return f"{name} [{written}]" if written and units.is_unit(written) else name
+    note = f"lines above say that the rows are {step} s apart"
+    return "\n".join([f"Sampling interval: {step} s", *rows]), note
