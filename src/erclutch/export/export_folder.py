@@ -117,7 +117,20 @@ def read_export(folder: str | Path) -> Exported:
                 raise ExportError(f"{name} is missing", where=where, remedy=again)
             if file_digest(place / name) != digest:
                 raise ExportError(f"{name} was changed after the export", where=where, remedy=again)
-        step = step_of(load_model(place / "model.json"), _options(body["options"]))
+        asked = body["options"]
+        period = asked["period"]
+        limits = asked["limits"]
+        options = ExportOptions(
+            name=str(asked["name"]),
+            precision=asked["precision"],
+            period=None if period is None else number_of(period, "period", positive=True),
+            inputs=asked["inputs"],
+            derivative=Derivative(**asked["derivative"]),
+            limits=None if limits is None else pair_of(limits, "limits"),
+            alarms=truth_of(asked.get("alarms", False), "alarms"),
+            adapt=truth_of(asked.get("adapt", False), "adapt"),
+        )
+        step = step_of(load_model(place / "model.json"), options)
         if step.digest != body["digest"]:
             raise ExportError("model.json is not the exported model", where=where, remedy=again)
         return Exported(place, str(body["target"]), step)
@@ -125,17 +138,3 @@ def read_export(folder: str | Path) -> Exported:
         raise
     except UNFIT as error:
         raise ExportError(f"unfit entry: {error!s:.200}", where=where, remedy=again) from error
-
-
-def _options(body: Mapping[str, Any]) -> ExportOptions:
-    period, limits = body["period"], body["limits"]
-    return ExportOptions(
-        name=str(body["name"]),
-        precision=body["precision"],
-        period=None if period is None else number_of(period, "period", positive=True),
-        inputs=body["inputs"],
-        derivative=Derivative(**body["derivative"]),
-        limits=None if limits is None else pair_of(limits, "limits"),
-        alarms=truth_of(body.get("alarms", False), "alarms"),
-        adapt=truth_of(body.get("adapt", False), "adapt"),
-    )

@@ -275,11 +275,24 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
 
     alarms = _alarms(model, scale, period) if options.alarms else None
     limits = _limits(model, options.limits)
+    precision = PRECISIONS[options.precision]
+    origin, plus, minus = sides(model)
+    share = monotone_share(model)
+    search = Search(
+        origin=origin,
+        plus=plus,
+        minus=minus,
+        segments=1 if share == 1.0 else 8,
+        tolerance=scale * 2.0 ** (-18 if precision.width == 32 else -44),
+        width=(plus - minus) * 2.0 ** (-20 if precision.width == 32 else -46),
+        most=2 * (precision.fraction - 5),
+        monotone_share=share,
+    )
     return ExportedStep(
         name=c_name(model.name, options.name),
         model=model,
         digest=str(model.to_dict()["digest"]),
-        precision=PRECISIONS[options.precision],
+        precision=precision,
         period=period,
         inputs=names,
         units=units,
@@ -291,7 +304,7 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         limits=limits,
         scale=scale,
         stages=tuple(stage_numbers(model)),
-        search=_search(model, PRECISIONS[options.precision], scale),
+        search=search,
         alarms=alarms,
         tracking=tracking_of(scale, limits) if options.adapt else None,
     )
@@ -388,19 +401,3 @@ def _filter(
     gains = live(derivative, period)
     turn = 2.0 * np.pi if coaxial or slip_unit == "rad/s" else None
     return Filter(derivative.name, gains.g, gains.h, turn)
-
-
-def _search(model: Model, precision: Precision, scale: float) -> Search:
-    origin, plus, minus = sides(model)
-    share = monotone_share(model)
-    bits = precision.fraction - 5
-    return Search(
-        origin=origin,
-        plus=plus,
-        minus=minus,
-        segments=1 if share == 1.0 else 8,
-        tolerance=scale * 2.0 ** (-18 if precision.width == 32 else -44),
-        width=(plus - minus) * 2.0 ** (-20 if precision.width == 32 else -46),
-        most=2 * bits,
-        monotone_share=share,
-    )

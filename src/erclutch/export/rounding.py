@@ -8,7 +8,7 @@ agree to the bit even there; float32, and a runtime with functions of its own, s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
@@ -22,7 +22,6 @@ from erclutch.arithmetic.record import BINARY, Node
 from erclutch.errors import ExportError
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.recording.stage_memory import suffix_of
-from erclutch.export.recording.step_recording import StepRecord
 from erclutch.export.step_numbers import named, numbers, reference, run
 from erclutch.export.step_record import step_record
 from erclutch.export.step_vectors import ordinary
@@ -54,9 +53,8 @@ def bound(step: ExportedStep, rows: Array, precision: Precision | None = None) -
     exact: dict[str, Array] = {}  # inputs without an error
     for name, signal in inputs.items():
         exact[name] = np.stack([signal, np.zeros_like(signal)])
-    given: dict[
-        Node, Array
-    ] = {}  # nodes whose errors decay: a bound operation by operation would grow instead
+    # Nodes whose errors decay: a bound operation by operation would grow instead.
+    given: dict[Node, Array] = {}
 
     if step.filter is not None:
         own = _filter_error(step, p)
@@ -64,30 +62,25 @@ def bound(step: ExportedStep, rows: Array, precision: Precision | None = None) -
         for node, slip in zip(record.slips, slips, strict=True):
             error = own + 0.5 * p.epsilon * np.abs(slip)
             given[node] = np.stack([slip, error])
-    for node, parameters in _oscillating(step, record):
-        signal_node = node.arguments[2]
-        value, signal = evaluate(record.record, inputs, in_float64, outputs=(node, signal_node))
-        signal_error = evaluate(record.record, exact, errors, given, [signal_node])[0][1]
-        error = _oscillator_error(parameters, step.period or 1.0, value, signal, signal_error, p)
-        given[node] = np.stack([value, error])
-    _, error = evaluate(record.record, exact, errors, given, [record.value])[0]
-    return error
-
-
-def _oscillating(
-    step: ExportedStep, record: StepRecord
-) -> Iterator[tuple[Node, Mapping[str, float]]]:
-    """The choice that gives the output of each oscillator: in the first row, its third argument, that is the signal."""
-    after = record.record.after
     for stage, parameters in step.stages:
         if not isinstance(stage, Oscillator):
             continue
         # On the command each element has an oscillator of its own; on the effort the device has one.
         elements = ("0", "1", "") if stage.place == "command" else ("",)
         for element in elements:
-            name = f"x{suffix_of(stage, element)}"
-            if name in after:
-                yield after[name].arguments[0], parameters
+            kept_output = record.record.after.get(f"x{suffix_of(stage, element)}")
+            if kept_output is None:
+                continue
+            # The choice that gives the output: in the first row its third argument, that is the signal.
+            node = kept_output.arguments[0]
+            signal_node = node.arguments[2]
+            value, signal = evaluate(record.record, inputs, in_float64, outputs=(node, signal_node))
+            signal_error = evaluate(record.record, exact, errors, given, [signal_node])[0][1]
+            period = step.period or 1.0  # [s]
+            error = _oscillator_error(parameters, period, value, signal, signal_error, p)
+            given[node] = np.stack([value, error])
+    _, error = evaluate(record.record, exact, errors, given, [record.value])[0]
+    return error
 
 
 def _oscillator_error(
@@ -228,13 +221,29 @@ def _with_error(node: Node, arguments: Sequence[Uncertain], p: Precision) -> Unc
         return -a, a_error
     if name == "absolute":
         return np.abs(a), a_error
-    if (
-        name == "nearest"
-    ):  # whatever is computed from the whole number and from what is left meets at its steps
+    if name == "nearest":
+        # Whatever is computed from the whole number and from what is left meets at its steps.
         value = _np.round(a)
         return value, 0.0 * value
+
+    # A function: its argument's error, and its own as a share of the value.
     if name not in BINARY:
-        return _function(name, arguments, ULPS[p.name][name] * p.epsilon)
+        own = ULPS[p.name][name] * p.epsilon
+        if name == "exp":
+            value = np.exp(a)
+            return value, value * a_error + own * value
+        if name == "expm1":
+            value = np.expm1(a)
+            return value, (value + 1.0) * a_error + own * np.abs(value)
+        if name == "tanh":
+            value = np.tanh(a)
+            return value, _spread(value, a_error) + own * np.abs(value)
+        exponent, exponent_error = arguments[1]
+        base = np.maximum(a, 1e-300)
+        value = np.power(base, exponent)
+        by_base = np.abs(exponent) * a_error / base
+        by_exponent = np.abs(np.log(a)) * exponent_error
+        return value, value * (by_base + by_exponent) + own * value
 
     b, b_error = arguments[1]
     if name == "add":
@@ -250,26 +259,6 @@ def _with_error(node: Node, arguments: Sequence[Uncertain], p: Precision) -> Unc
         value = a / b
         error = (a_error + np.abs(value) * b_error) / np.abs(b)
     return value, error + half * np.abs(value)
-
-
-def _function(name: str, arguments: Sequence[Uncertain], own: float) -> Uncertain:
-    """The value of a function, and what its argument's error and its own, as a share of the value, make of it."""
-    x, error = arguments[0]
-    if name == "exp":
-        value = np.exp(x)
-        return value, value * error + own * value
-    if name == "expm1":
-        value = np.expm1(x)
-        return value, (value + 1.0) * error + own * np.abs(value)
-    if name == "tanh":
-        value = np.tanh(x)
-        return value, _spread(value, error) + own * np.abs(value)
-    exponent, exponent_error = arguments[1]
-    base = np.maximum(x, 1e-300)
-    value = np.power(base, exponent)
-    by_base = np.abs(exponent) * error / base
-    by_exponent = np.abs(np.log(x)) * exponent_error
-    return value, value * (by_base + by_exponent) + own * value
 
 
 def _spread(value: Any, error: Any) -> Any:
@@ -294,58 +283,43 @@ def _network(
     of_difference = half * (np.abs(x - offset) + of_offset)
     z_error = (x_error + of_difference) / np.abs(scale)
     z_error = z_error + (2.0 if p is FLOAT32 else 1.0) * half * np.abs(z)
-    layers = _rbfn if model.structure.kind == "rbfn" else _fnn
-    a, a_error, weights, start = layers(model, z, z_error, p)
+
+    # The last activations with their errors, and the weights and the offset of the output.
+    if model.structure.kind == "rbfn":
+        own = ULPS[p.name]["exp"] * p.epsilon
+        centres = model.weights["centres"]  # shape (hidden, inputs)
+        spread = (model.weights["spreads"] ** 2)[:, None]
+        square = np.zeros((len(centres), z.shape[1]))
+        square_error = np.zeros_like(square)
+        for j in range(len(z)):
+            centre = centres[:, j : j + 1]
+            distance = z[j] - centre
+            of_centre = np.abs(centre) if p is FLOAT32 else 0.0
+            distance_error = z_error[j] + half * (np.abs(distance) + of_centre)
+            square += distance**2
+            square_error += 2.0 * np.abs(distance) * distance_error + half * 3.0 * distance**2
+        argument = 0.5 * square / spread
+        argument_error = 0.5 * square_error / spread + 4.0 * half * argument
+        a = np.exp(-argument)
+        a_error = a * argument_error + own * a
+        weights = model.weights["w"]
+        start = float(model.weights["b"][0])
+    else:
+        own = ULPS[p.name]["tanh"] * p.epsilon
+        a, a_error = z, z_error
+        for layer in range(1, len(model.structure.hidden) + 1):
+            w = model.weights[f"W{layer}"]
+            b = model.weights[f"b{layer}"][:, None]
+            size = np.abs(w) @ np.abs(a) + np.abs(b)
+            a_error = np.abs(w) @ a_error + half * (len(a) + 2.0) * size
+            a = np.tanh(w @ a + b)
+            a_error = _spread(a, a_error) + own * np.abs(a)
+        weights = model.weights["W_out"][0]
+        start = float(model.weights["b_out"][0])
+
     terms = np.abs(weights[:, None] * a)
     size = terms.sum(axis=0) + abs(start)
-    roundings = (
-        len(weights) / 4.0 + 6.0
-    )  # of four running sums side by side, and of what joins them
+    # Of four running sums side by side, and of what joins them.
+    roundings = len(weights) / 4.0 + 6.0
     error = np.abs(weights) @ a_error + half * roundings * size
     return weights @ a + start, error
-
-
-def _fnn(
-    model: NetworkModel,
-    a: Array,
-    error: Array,
-    p: Precision,
-) -> tuple[Array, Array, Array, float]:
-    """Last activations with their errors, and the weights and the offset of the output."""
-    half = 0.5 * p.epsilon
-    own = ULPS[p.name]["tanh"] * p.epsilon
-    for layer in range(1, len(model.structure.hidden) + 1):
-        w = model.weights[f"W{layer}"]
-        b = model.weights[f"b{layer}"][:, None]
-        size = np.abs(w) @ np.abs(a) + np.abs(b)
-        error = np.abs(w) @ error + half * (len(a) + 2.0) * size
-        a = np.tanh(w @ a + b)
-        error = _spread(a, error) + own * np.abs(a)
-    return a, error, model.weights["W_out"][0], float(model.weights["b_out"][0])
-
-
-def _rbfn(
-    model: NetworkModel,
-    z: Array,
-    z_error: Array,
-    p: Precision,
-) -> tuple[Array, Array, Array, float]:
-    """Activations with their errors, and the weights and the offset of the output."""
-    half = 0.5 * p.epsilon
-    own = ULPS[p.name]["exp"] * p.epsilon
-    centres = model.weights["centres"]  # shape (hidden, inputs)
-    spread = (model.weights["spreads"] ** 2)[:, None]
-    square = np.zeros((len(centres), z.shape[1]))
-    square_error = np.zeros_like(square)
-    for j in range(len(z)):
-        centre = centres[:, j : j + 1]
-        distance = z[j] - centre
-        of_centre = np.abs(centre) if p is FLOAT32 else 0.0
-        distance_error = z_error[j] + half * (np.abs(distance) + of_centre)
-        square += distance**2
-        square_error += 2.0 * np.abs(distance) * distance_error + half * 3.0 * distance**2
-    argument = 0.5 * square / spread
-    argument_error = 0.5 * square_error / spread + 4.0 * half * argument
-    a = np.exp(-argument)
-    error = a * argument_error + own * a
-    return a, error, model.weights["w"], float(model.weights["b"][0])

@@ -20,7 +20,7 @@ from erclutch.export.exported_step import (
     OUTSIDE,
     ExportedStep,
 )
-from erclutch.export.recording.step_recording import StepRecord
+from erclutch.export.recording.recorded_step import StepRecord
 from erclutch.export.step_record import (
     feels_state,
     next_record,

@@ -14,7 +14,8 @@ from erclutch.export.exported_step import (
     ExportOptions,
     described_step,
 )
-from erclutch.export.recording.step_recording import StepRecord, StepRecording, parted
+from erclutch.export.recording.recorded_step import StepRecord
+from erclutch.export.recording.step_recording import StepRecording, parted
 from erclutch.signals.device import slips_of
 
 

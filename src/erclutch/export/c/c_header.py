@@ -39,7 +39,6 @@ def header(step: ExportedStep) -> str:
     places = "\n".join(
         f"#define {N}IN_{name} {place}u" for place, name in enumerate(_macros(step.inputs))
     )
-    signed = _signed_field(step)
     switch = ""
     if step.model.correction is not None:
         switch = f"""
@@ -50,6 +49,19 @@ def header(step: ExportedStep) -> str:
     search = step.search
     sides = 1 if search.minus == search.origin else 2
     evaluations = 1 + search.segments * sides + search.most
+    # What an inverse answers: of a pair both fields as one number.
+    signed = "signed field, E1 - E2," if step.elements == 2 else "field"
+    about_next = "/* The same as the inverse: the effort of this model does not depend on earlier samples. */"
+    if feels_state(step):
+        dead_time = ""
+        if not feels_next_field(step):
+            dead_time = """
+   This model has a dead time of a sample or more: no field changes the effort of the next step, so the
+   answer is the field nearest to zero, out of reach. Command the inverse at rest instead."""
+        about_next = f"""\
+/* The {signed} that makes the effort of the next step the wanted one, with the state as it is: ask, then
+   take the step with this field and the same other inputs. The state stays as it is. What the input says of
+   fields is not looked at. Out of reach: the end of the range that comes nearest.{dead_time} */"""
     declared = f"""#include <stdint.h>
 
 #ifdef __cplusplus
@@ -87,7 +99,7 @@ uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort);
    At most {evaluations} evaluations of the model. {_monotone(step)} */
 uint32_t {n}inverse(const {n}real input[{N}INPUTS], {n}real wanted, {n}real *field);
 
-{_now(step)}
+{about_next}
 uint32_t {n}inverse_now(const {n}state *state, const {n}real input[{N}INPUTS], {n}real wanted, {n}real *field);
 
 #ifdef __cplusplus
@@ -95,29 +107,6 @@ uint32_t {n}inverse_now(const {n}state *state, const {n}real input[{N}INPUTS], {
 #endif
 """
     return f"{_header_comment(step)}\n{once(f'{N}H', declared)}"
-
-
-def _signed_field(step: ExportedStep) -> str:
-    """What an inverse answers: of a pair both fields as one number."""
-    return "signed field, E1 - E2," if step.elements == 2 else "field"
-
-
-def _now(step: ExportedStep) -> str:
-    """What the header says of the inverse of the next step."""
-    if not feels_state(step):
-        return "/* The same as the inverse: the effort of this model does not depend on earlier samples. */"
-    signed = _signed_field(step)
-    lines = [
-        f"/* The {signed} that makes the effort of the next step the wanted one, with the state as it is: ask, then",
-        "   take the step with this field and the same other inputs. The state stays as it is. What the input says of",
-        "   fields is not looked at. Out of reach: the end of the range that comes nearest.",
-    ]
-    if not feels_next_field(step):
-        lines += [
-            "   This model has a dead time of a sample or more: no field changes the effort of the next step, so the",
-            "   answer is the field nearest to zero, out of reach. Command the inverse at rest instead.",
-        ]
-    return "\n".join(lines) + " */"
 
 
 def _about_alarms(step: ExportedStep) -> str:
@@ -200,8 +189,19 @@ def _state(step: ExportedStep, n: str) -> str:
 def _header_comment(step: ExportedStep) -> str:
     model = step.model
     inputs = ["input            unit       trained on                    held within"]
+    first_further = 2 * step.elements  # place of the first further input, behind fields and speeds
     for place, (name, unit) in enumerate(zip(step.inputs, step.units, strict=True)):
-        inputs.append(f"[{place}] {name:<12.32} {unit:<11.11}{_ranges(step, place)}")
+        if place < step.elements:
+            ranges = _window(step.field)
+        elif place >= step.model_inputs:
+            ranges = "NaN where it is not measured"
+        elif place >= first_further:
+            ranges = _window(step.extras[place - first_further])
+        elif step.elements == 2:
+            ranges = "see the slips below"
+        else:
+            ranges = "see slip" if step.filter else _window(step.slip)
+        inputs.append(f"[{place}] {name:<12.32} {unit:<11.11}{ranges}")
     if step.elements == 2:
         inputs.append(
             f"slips w1 = theta_dot - alpha_dot and w2 = -theta_dot - alpha_dot: {_window(step.slip)}"
@@ -252,8 +252,23 @@ def _header_comment(step: ExportedStep) -> str:
 def _example(step: ExportedStep, n: str) -> list[str]:
     """Lines of C that call the step."""
     N = n.upper()
+
+    # Inputs that raise no flag: the largest field and a slip of 1 where the model knows them, else random ones.
+    drawn = ordinary(step, np.random.default_rng(0), 64)
+    rows = np.round(drawn, 4)
+    rows[:, step.model_inputs :] = 0.0
+    rows[0] = 0.0
+    rows[0, 0] = step.field.range[1]
+    rows[0, step.elements] = 1.0
+    example = rows[0]
+    for row in rows:
+        _, flags = run(step, row[None])
+        if not flags[0]:
+            example = row
+            break
+
     values: list[str] = []
-    for place, value in zip(_macros(step.inputs), _example_row(step), strict=True):
+    for place, value in zip(_macros(step.inputs), example.tolist(), strict=True):
         if value:
             values.append(f"    input[{N}IN_{place}] = ({n}real){value:.6g};")
     return [
@@ -265,38 +280,6 @@ def _example(step: ExportedStep, n: str) -> list[str]:
         *values,
         f"    flags = {n}step(&state, input, &effort);",
     ]
-
-
-def _example_row(step: ExportedStep) -> list[float]:
-    """Inputs that raise no flag: the largest field and a slip of 1 where the model knows them, else random ones."""
-    drawn = ordinary(step, np.random.default_rng(0), 64)
-    rows = np.round(drawn, 4)
-    rows[:, step.model_inputs :] = 0.0
-    rows[0] = 0.0
-    rows[0, 0] = step.field.range[1]
-    rows[0, step.elements] = 1.0
-    for row in rows:
-        _, flags = run(step, row[None])
-        if not flags[0]:
-            return row.tolist()
-    return rows[0].tolist()
-
-
-def _ranges(step: ExportedStep, place: int) -> str:
-    """Where an input was trained, and within what it is held."""
-    speeds, extras = (
-        step.elements,
-        2 * step.elements,
-    )  # places of the first speed and the first further input
-    if place < speeds:
-        return _window(step.field)
-    if place >= step.model_inputs:
-        return "NaN where it is not measured"
-    if place >= extras:
-        return _window(step.extras[place - extras])
-    if step.elements == 2:
-        return "see the slips below"
-    return "see slip" if step.filter else _window(step.slip)
 
 
 def _window(window: Window) -> str:

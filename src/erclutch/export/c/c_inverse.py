@@ -76,8 +76,26 @@ def _miss(step: ExportedStep, n: str) -> str:
     printer = Printer(n, step.precision, settled_record(step), names)
     name, of_next = "miss", ""
     if feels_state(step):
+        # The effort of the next step, and which of the two the search looks at.
         name = "rest_miss"
-        of_next = _next_miss(step, n)
+        inputs = {f"u{i}": f"input[{i}]" for i in range(len(step.inputs))}
+        next_printer = Printer(
+            n, step.precision, next_record(step), inputs, step_record(step).record
+        )
+        given = len(step.inputs)
+        of_next = f"""
+/* Effort of the next step for a signed field, less the wanted one; the state stays as it is. */
+static {n}real {n}next_miss(const {n}state *state, {n}real field, const {n}real input[{given}], {n}real wanted)
+{{
+{_difference(next_printer)}
+}}
+
+/* Without a state: at rest. */
+static {n}real {n}miss(const {n}state *state, {n}real field, const {n}real w[{given}], {n}real wanted)
+{{
+    return (state != NULL) ? {n}next_miss(state, field, w, wanted) : {n}rest_miss(field, w, wanted);
+}}
+"""
     return f"""/* Effort at rest for a signed field, less the wanted one. */
 static {n}real {n}{name}({n}real field, const {n}real w[{count}], {n}real wanted)
 {{
@@ -96,26 +114,6 @@ def _difference(printer: Printer) -> str:
     lines = list(printer.lines())
     effort = printer.results()[0]
     return indented([*lines, f"return ({effort}) - wanted;"])
-
-
-def _next_miss(step: ExportedStep, n: str) -> str:
-    """Effort of the next step, and which of the two the search looks at."""
-    names = {f"u{i}": f"input[{i}]" for i in range(len(step.inputs))}
-    printer = Printer(n, step.precision, next_record(step), names, step_record(step).record)
-    count = len(step.inputs)
-    return f"""
-/* Effort of the next step for a signed field, less the wanted one; the state stays as it is. */
-static {n}real {n}next_miss(const {n}state *state, {n}real field, const {n}real input[{count}], {n}real wanted)
-{{
-{_difference(printer)}
-}}
-
-/* Without a state: at rest. */
-static {n}real {n}miss(const {n}state *state, {n}real field, const {n}real w[{count}], {n}real wanted)
-{{
-    return (state != NULL) ? {n}next_miss(state, field, w, wanted) : {n}rest_miss(field, w, wanted);
-}}
-"""
 
 
 def _close(step: ExportedStep, n: str) -> str:

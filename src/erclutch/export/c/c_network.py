@@ -33,18 +33,48 @@ def network(model: NetworkModel, n: str, p: Precision) -> str:
         p: precision of the C.
     """
     folded = model.folded
-    tables = [
-        table(f"{n}real", f"{n}{name}", numbers) for name, numbers in _tables(folded, p).items()
-    ]
+    weights = folded.weights
+    count = len(folded.structure.inputs)
+
+    # A matrix lies row by row, all neurons' weights of one input together, so that compilers can use vectors.
+    numbers: dict[str, np.ndarray] = {}  # of each table by its name
+    if not _is_written_out(folded):
+        numbers["offset"] = folded.scaling.offset
+        if _is_rbfn(folded):
+            numbers["scale"] = folded.scaling.scale
+    if _is_rbfn(folded):
+        numbers["centres"] = weights["centres"].T
+        numbers["spreads"] = weights["spreads"] ** 2
+        numbers["w"] = weights["w"]
+    else:
+        for layer in range(1, len(folded.structure.hidden) + 1):
+            numbers[f"w{layer}"] = weights[f"W{layer}"].T
+            numbers[f"b{layer}"] = weights[f"b{layer}"]
+        numbers["w_out"] = weights["W_out"][0]
+    tables: list[str] = []
+    for name, values in numbers.items():
+        constants = [p.constant(value) for value in values.ravel().tolist()]
+        tables.append(table(f"{n}real", f"{n}{name}", constants))
+
+    # Inputs from their offset; those of an RBFN in their scale too, since its spreads cannot hold it.
+    if _is_written_out(folded):
+        moved: list[str] = []
+        for j in range(count):
+            offset = p.constant(float(folded.scaling.offset[j]))
+            scale = f" / {p.constant(float(folded.scaling.scale[j]))}" if _is_rbfn(folded) else ""
+            moved.append(f"const {n}real x{j} = (v{j} - ({offset})){scale};")
+    else:
+        scale = f" / {n}scale[i]" if _is_rbfn(folded) else ""
+        each = _loop("i", count, [f"x[i] = (v[i] - {n}offset[i]){scale};"])
+        moved = [f"{n}real x[{count}];", *each]
+
     about = "The effort's scale lies in the tables, and those of the inputs."
     if _is_rbfn(folded):
         about = "The effort's scale lies in the tables."
-    count = len(folded.structure.inputs)
     parameters = f"const {n}real v[{count}]"
     if _is_written_out(folded):
         parameters = ", ".join(f"{n}real v{j}" for j in range(count))
     head = f"static {n}real {n}network({parameters})"
-    moved = list(_moved_inputs(folded, n, p))
     body = [*_declarations(folded, n, p), *moved, *_forward(folded, n, p)]
     lines = [*tables, f"/* {about} */"]
     *before_the_last, neurons = folded.structure.hidden
@@ -65,35 +95,6 @@ def _is_rbfn(model: NetworkModel) -> bool:
 def _is_written_out(model: NetworkModel) -> bool:
     """Whether each input has a variable of its own; more of them are an array."""
     return len(model.structure.inputs) <= WRITTEN_OUT
-
-
-# --- tables -----------------------------------------------------------------------------------------------------------
-
-
-def _tables(model: NetworkModel, p: Precision) -> dict[str, list[str]]:
-    """Numbers of each table by its name.
-
-    A matrix lies row by row, all neurons' weights of one input together, so that compilers can use vectors.
-    """
-    weights = model.weights
-    tables: dict[str, np.ndarray] = {}
-    if not _is_written_out(model):
-        tables["offset"] = model.scaling.offset
-        if _is_rbfn(model):
-            tables["scale"] = model.scaling.scale
-    if _is_rbfn(model):
-        tables["centres"] = weights["centres"].T
-        tables["spreads"] = weights["spreads"] ** 2
-        tables["w"] = weights["w"]
-    else:
-        for layer in range(1, len(model.structure.hidden) + 1):
-            tables[f"w{layer}"] = weights[f"W{layer}"].T
-            tables[f"b{layer}"] = weights[f"b{layer}"]
-        tables["w_out"] = weights["W_out"][0]
-    constants: dict[str, list[str]] = {}
-    for name, values in tables.items():
-        constants[name] = [p.constant(value) for value in values.ravel().tolist()]
-    return constants
 
 
 # --- head of the function ---------------------------------------------------------------------------------------------
@@ -119,20 +120,6 @@ def _declarations(
     yield f"{n}real total;"
 
 
-def _moved_inputs(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
-    """Inputs from their offset; those of an RBFN in their scale too, since its spreads cannot hold it."""
-    count = len(model.structure.inputs)
-    if _is_written_out(model):
-        for j in range(count):
-            offset = p.constant(float(model.scaling.offset[j]))
-            scale = f" / {p.constant(float(model.scaling.scale[j]))}" if _is_rbfn(model) else ""
-            yield f"const {n}real x{j} = (v{j} - ({offset})){scale};"
-        return
-    scale = f" / {n}scale[i]" if _is_rbfn(model) else ""
-    yield f"{n}real x[{count}];"
-    yield from _loop("i", count, [f"x[i] = (v[i] - {n}offset[i]){scale};"])
-
-
 # --- forward pass -----------------------------------------------------------------------------------------------------
 
 
@@ -140,30 +127,38 @@ def _forward(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
     """From the moved inputs to the effort."""
     hidden = model.structure.hidden
     last = f"a{len(hidden)}"
+    width = len(model.structure.inputs)  # of what a layer takes
     if _is_rbfn(model):
-        bias = model.weights["b"][0]
-        yield from _rbfn(model, n, p)
-        yield from _dot(hidden[-1], last, f"{n}w")
-    else:
-        bias = model.weights["b_out"][0]
-        yield from _fnn(model, n, p)
-        # Float32's tanh has no choices, so compilers keep vectors of it inside the last sum too.
-        yield from _dot(hidden[-1], last, f"{n}w_out", f"{n}tanh_held" if p is FLOAT32 else "")
-    yield f"return {p.constant(float(bias))} + total;"
+        neurons = hidden[0]
+        half = f"(-0.5{p.suffix})"
+        if width <= WRITTEN_OUT:
+            distances = [
+                f"const {n}real d{j} = x{j} - {n}centres[i + {j * neurons}u];" for j in range(width)
+            ]
+            squares = [f"(d{j} * d{j})" for j in range(width)]
+            held = f"a1[i] = {n}exp_hold(({half} * sum) / {n}spreads[i]);"
+            yield from _loop("i", neurons, [*distances, *_sum(n, squares), held])
+        else:
+            yield from _loop("i", neurons, [f"a1[i] = {_zero(p)};"])
+            distance = f"const {n}real distance = x[j] - {n}centres[(j * {neurons}u) + i];"
+            of_one_input = _loop("i", neurons, [distance, "a1[i] = a1[i] + (distance * distance);"])
+            yield from _loop("j", width, list(of_one_input))
+            held = f"a1[i] = {n}exp_hold(({half} * a1[i]) / {n}spreads[i]);"
+            yield from _loop("i", neurons, [held])
+        yield from _loop("i", neurons, [f"a1[i] = {n}exp_held(a1[i]);"])
+        yield from _dot(neurons, last, f"{n}w")
+        yield f"return {p.constant(float(model.weights['b'][0]))} + total;"
+        return
 
-
-def _fnn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
     before = "x"
-    width = len(model.structure.inputs)
-    for layer, neurons in enumerate(model.structure.hidden, start=1):
+    for layer, neurons in enumerate(hidden, start=1):
         a = f"a{layer}"
         bias = f"{n}b{layer}[i]"
         if width <= WRITTEN_OUT:
             inputs = [f"x{j}" if before == "x" else f"{before}[{j}]" for j in range(width)]
             terms = [f"({n}w{layer}[i + {j * neurons}u] * {x})" for j, x in enumerate(inputs)]
-            yield from _loop(
-                "i", neurons, [*_sum(n, [bias, *terms]), f"{a}[i] = {n}tanh_hold(sum);"]
-            )
+            held = f"{a}[i] = {n}tanh_hold(sum);"
+            yield from _loop("i", neurons, [*_sum(n, [bias, *terms]), held])
         else:
             yield from _loop("i", neurons, [f"{a}[i] = {bias};"])
             weight = f"{n}w{layer}[(j * {neurons}u) + i]"
@@ -171,9 +166,12 @@ def _fnn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
             yield from _loop("j", width, list(of_one_input))
             yield from _loop("i", neurons, [f"{a}[i] = {n}tanh_hold({a}[i]);"])
         # A loop of its own: held arguments are read from memory, so compilers make no branch of them and use vectors.
-        if layer < len(model.structure.hidden) or p is not FLOAT32:
+        if layer < len(hidden) or p is not FLOAT32:
             yield from _loop("i", neurons, [f"{a}[i] = {n}tanh_held({a}[i]);"])
         before, width = a, neurons
+    # Float32's tanh has no choices, so compilers keep vectors of it inside the last sum too.
+    yield from _dot(hidden[-1], last, f"{n}w_out", f"{n}tanh_held" if p is FLOAT32 else "")
+    yield f"return {p.constant(float(model.weights['b_out'][0]))} + total;"
 
 
 def _one_by_one(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
@@ -228,26 +226,6 @@ def _terms(
     for j, value in enumerate(values):
         terms.append(f"({n}w{layer}[{place}{j * neurons + on}u] * {value})")
     return terms
-
-
-def _rbfn(model: NetworkModel, n: str, p: Precision) -> Iterator[str]:
-    neurons = model.structure.hidden[0]
-    width = len(model.structure.inputs)
-    half = f"(-0.5{p.suffix})"
-    if width <= WRITTEN_OUT:
-        distances = [
-            f"const {n}real d{j} = x{j} - {n}centres[i + {j * neurons}u];" for j in range(width)
-        ]
-        squares = [f"(d{j} * d{j})" for j in range(width)]
-        held = f"a1[i] = {n}exp_hold(({half} * sum) / {n}spreads[i]);"
-        yield from _loop("i", neurons, [*distances, *_sum(n, squares), held])
-    else:
-        yield from _loop("i", neurons, [f"a1[i] = {_zero(p)};"])
-        distance = f"const {n}real distance = x[j] - {n}centres[(j * {neurons}u) + i];"
-        of_one_input = _loop("i", neurons, [distance, "a1[i] = a1[i] + (distance * distance);"])
-        yield from _loop("j", width, list(of_one_input))
-        yield from _loop("i", neurons, [f"a1[i] = {n}exp_hold(({half} * a1[i]) / {n}spreads[i]);"])
-    yield from _loop("i", neurons, [f"a1[i] = {n}exp_held(a1[i]);"])
 
 
 def _dot(

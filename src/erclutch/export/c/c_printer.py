@@ -80,7 +80,13 @@ class Printer:
                 node.operation == "state" and node.kind == "truth"
             )
             short = len(text) <= _WIDEST or node.index in arms
-            folded = uses[node.index] == 1 and short and not _named(node)
+            # Bits get a name whatever they are: a cast of a composite expression would break MISRA C 10.8.
+            named = node.kind == "bits" or node.operation in (
+                "real_from_bits",
+                "choose",
+                "network",
+            )
+            folded = uses[node.index] == 1 and short and not named
             if simple or folded:
                 self._text[node.index] = text
                 continue
@@ -287,11 +293,6 @@ def _compares(truth: Node) -> bool:
     if truth.operation in ("both", "either", "opposite"):
         return all(map(_compares, truth.arguments))
     return truth.operation == "less"
-
-
-def _named(node: Node) -> bool:
-    """Bits get a name whatever they are: a cast of a composite expression would break MISRA C 10.8."""
-    return node.kind == "bits" or node.operation in ("real_from_bits", "choose", "network")
 
 
 def _number(condition: str) -> str | None:

@@ -14,7 +14,8 @@ from erclutch.export.c.c_printer import Printer, function, functions_used, inden
 from erclutch.export.c.c_self_check import COMPILE_TIME, exact_function
 from erclutch.export.encode import comment
 from erclutch.export.exported_step import LARGEST_ANGLE, ExportedStep
-from erclutch.export.recording.step_recording import SWITCHED_OFF, StepRecord
+from erclutch.export.recording.recorded_step import StepRecord
+from erclutch.export.recording.step_recording import SWITCHED_OFF
 from erclutch.export.step_record import feels_state, rest_record, settled_record, step_record
 
 FLAGS = {
@@ -63,8 +64,29 @@ def source(step: ExportedStep, further: frozenset[str] = frozenset()) -> str:
         add("away", at_rest)
     add("residual", at_rest)
     parts.append(c_inverse.inverse(step, n))
-    parts.append(_public(step, n))
-    return _preamble(step) + "\n".join(parts)
+
+    # The functions of the header.
+    parameters = f"const {n}real input[{n.upper()}INPUTS], {n}real *effort"
+    of_step = f"uint32_t {n}step({n}state *state, {parameters})"
+    of_rest = f"uint32_t {n}steady({parameters})"
+    parts.append(_reset(record, n, p))
+    if SWITCHED_OFF in record.after:
+        parts.append(f"{switching(n)}\n{{\n    state->{SWITCHED_OFF} = (on == 0u) ? 1u : 0u;\n}}\n")
+    parts.append(_body(step, n, step_record(step), of_step, "state->exact"))
+    parts.append(_body(step, n, rest_record(step), of_rest, f"{n}exact()"))
+    parts.append(_inverse(step, n))
+    text = "\n".join(parts)
+    return f"""/* {step.headline}. Written by erclutch {__version__}; see {step.name}.h.
+   Model {step.digest}
+   {LICENCE}
+
+   Compile with -std=c99 -ffp-contract=off (and never with -ffast-math): then every compiler and processor with IEEE
+   arithmetic gives the same bits. Brackets fix the order of each sum. */
+
+{_NULL if feels_state(step) else ""}#include "{step.name}.h"
+
+{COMPILE_TIME}
+{text}"""
 
 
 #: The text below is erclutch's; what the log made of it is not.
@@ -89,37 +111,6 @@ def comment_block(lines: list[str]) -> str:
     """Lines as a comment of C; what a log or a package brought cannot end it."""
     body = "\n".join(f"   {comment(line)}".rstrip() for line in lines)
     return f"/*\n{body}\n*/\n"
-
-
-def _preamble(step: ExportedStep) -> str:
-    n = step.name
-    return f"""/* {step.headline}. Written by erclutch {__version__}; see {n}.h.
-   Model {step.digest}
-   {LICENCE}
-
-   Compile with -std=c99 -ffp-contract=off (and never with -ffast-math): then every compiler and processor with IEEE
-   arithmetic gives the same bits. Brackets fix the order of each sum. */
-
-{_NULL if feels_state(step) else ""}#include "{n}.h"
-
-{COMPILE_TIME}
-"""
-
-
-def _public(step: ExportedStep, n: str) -> str:
-    """The functions of the header."""
-    N = n.upper()
-    record = step_record(step)
-    signature = (
-        f"uint32_t {n}step({n}state *state, const {n}real input[{N}INPUTS], {n}real *effort)"
-    )
-    at_rest = f"uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort)"
-    parts = [_reset(record.record, n, step.precision)]
-    if SWITCHED_OFF in record.record.after:
-        parts.append(f"{switching(n)}\n{{\n    state->{SWITCHED_OFF} = (on == 0u) ? 1u : 0u;\n}}\n")
-    parts.append(_body(step, n, record, signature, "state->exact"))
-    at_rest_body = _body(step, n, rest_record(step), at_rest, f"{n}exact()")
-    return "\n".join([*parts, at_rest_body, _inverse(step, n)])
 
 
 def _body(

@@ -31,6 +31,7 @@ _CALLED = {
 def wrapper(step: ExportedStep) -> str:
     """NAME_abi.c: erc_model_* around the step."""
     n = step.name
+    N = n.upper()
     asked = [f"{function}(void)" for function in _ASKED]
     declared = [*asked, _EXACT, _RESET, *_CALLED, _RUN]
     further = ""  # functions that not every model has
@@ -43,6 +44,28 @@ def wrapper(step: ExportedStep) -> str:
         ends = f"    band[0] = (double){of_state}->low;\n    band[1] = (double){of_state}->high;\n"
         further += f"\n{_BAND}\n{{\n{ends}}}\n"
     declarations = "".join(f"EXPORT {function};\n" for function in declared)
+    answers = "\n".join(
+        f"""{function}(void)
+{{
+    return {answer.format(n=n, N=N)};
+}}
+"""
+        for function, answer in _ASKED.items()
+    )
+    calls = "\n".join(
+        f"""{function}
+{{
+    {n}_real values[{N}_INPUTS];
+    {n}_real found;
+    uint32_t flags;
+    convert(in, values);
+    flags = {n}_{call.format(n=n)}, &found);
+    *{"field" if "field" in function else "effort"} = (double)found;
+    return flags;
+}}
+"""
+        for function, call in _CALLED.items()
+    )
     return f"""/* The model ABI, version {VERSION}: {n} behind names that are the same for every model. */
 #include <stddef.h>
 
@@ -55,20 +78,7 @@ def wrapper(step: ExportedStep) -> str:
 #endif
 
 {declarations}
-{_about(n)}
-{_calls(n, len(step.inputs))}{further}"""
-
-
-def _about(n: str) -> str:
-    asked = "\n".join(
-        f"""{function}(void)
-{{
-    return {answer.format(n=n, N=n.upper())};
-}}
-"""
-        for function, answer in _ASKED.items()
-    )
-    return f"""{asked}
+{answers}
 /* 1 where the compiler kept the arithmetic; else every effort and field is 0. */
 {_EXACT}
 {{
@@ -80,41 +90,24 @@ def _about(n: str) -> str:
 {{
     (void){n}_reset(({n}_state *)state);
 }}
-"""
 
-
-def _calls(n: str, count: int) -> str:
-    calls = "\n".join(
-        f"""{function}
-{{
-    {n}_real values[{n.upper()}_INPUTS];
-    {n}_real found;
-    uint32_t flags;
-    convert(in, values);
-    flags = {n}_{call.format(n=n)}, &found);
-    *{"field" if "field" in function else "effort"} = (double)found;
-    return flags;
-}}
-"""
-        for function, call in _CALLED.items()
-    )
-    return f"""static void convert(const double *in, {n}_real values[{n.upper()}_INPUTS])
+static void convert(const double *in, {n}_real values[{N}_INPUTS])
 {{
     uint32_t i;
-    for (i = 0u; i < {n.upper()}_INPUTS; i++)
+    for (i = 0u; i < {N}_INPUTS; i++)
     {{
         values[i] = ({n}_real)in[i];
     }}
 }}
 
 {calls}
-/* Many steps in one call: rows of {count} numbers. */
+/* Many steps in one call: rows of {len(step.inputs)} numbers. */
 {_RUN}
 {{
     size_t i;
     for (i = 0u; i < rows; i++)
     {{
-        flags[i] = erc_model_step(state, &in[i * {n.upper()}_INPUTS], &effort[i]);
+        flags[i] = erc_model_step(state, &in[i * {N}_INPUTS], &effort[i]);
     }}
 }}
-"""
+{further}"""

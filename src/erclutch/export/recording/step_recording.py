@@ -13,7 +13,7 @@ from functools import reduce
 from typing import Any
 
 from erclutch.arithmetic.elementary import less_select
-from erclutch.arithmetic.record import Node, Record
+from erclutch.arithmetic.record import Record
 from erclutch.errors import ExportError
 from erclutch.export.exported_step import (
     ADAPTED,
@@ -30,6 +30,7 @@ from erclutch.export.recording import recorded_limits
 from erclutch.export.recording.drift_recording import drifted
 from erclutch.export.recording.giving_way import given_way, named_groups
 from erclutch.export.recording.recorded_filter import filtered_speed
+from erclutch.export.recording.recorded_step import StepRecord
 from erclutch.export.recording.recorded_tracking import tracked
 from erclutch.export.recording.stage_memory import StageMemory, suffix_of
 from erclutch.models.haste import FOLLOWER
@@ -39,36 +40,6 @@ from erclutch.signals.device import slips_of
 
 #: Number of the state that switches the network of a law off: the effort is the law's alone.
 SWITCHED_OFF = "residual_off"
-
-
-@dataclass(frozen=True)
-class StepRecord:
-    """One step, or the effort at rest.
-
-    Attributes:
-        record: its arithmetic; ``network`` nodes stand for the forward pass.
-        inputs: the record's names of the step's inputs.
-        effort: the result.
-        flags: by bit, whether it is raised.
-        value: the effort ahead of its limits.
-        fields, slips, extras: signals within their windows, of each element.
-        started: whether a good row has come, this one included.
-    """
-
-    record: Record
-    inputs: tuple[str, ...]
-    effort: Node
-    flags: Mapping[int, Node]
-    value: Node
-    fields: tuple[Node, ...]
-    slips: tuple[Node, ...]
-    extras: tuple[Node, ...]
-    started: Node
-
-    @property
-    def size(self) -> int:
-        """Numbers of the state."""
-        return len(self.record.after) + sum(self.record.registers().values())
 
 
 def parted(step: ExportedStep, signed: Any) -> list[Any]:

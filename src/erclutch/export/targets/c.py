@@ -154,26 +154,7 @@ static void load({n}_real input[{n.upper()}_INPUTS], const word row[{n.upper()}_
     }}
 }}
 
-{_main(step)}"""
-
-
-#: What a tiny main does more of a step with alarms.
-_BAND = """
-    (void){n}_reset(&state);
-    for (i = 0u; i < STEPS; i++)
-    {{
-        {n}_real effort;
-        load(input, steps[i]);
-        (void){n}_step(&state, input, &effort);
-        bad_steps += is_same(state.low, band[i][0], 0u, 0u) ? 0u : 1u;
-        bad_steps += is_same(state.high, band[i][1], 0u, 0u) ? 0u : 1u;
-    }}"""
-
-
-def _main(step: ExportedStep) -> str:
-    n = step.name
-    band = _BAND.format(n=n) if step.alarms else ""
-    return f"""int main(void)
+int main(void)
 {{
     static {n}_state state;
     {n}_real input[{n.upper()}_INPUTS];
@@ -215,7 +196,7 @@ def _main(step: ExportedStep) -> str:
         flags = {n}_inverse_now(&state, input, number(ahead[i][0]), &found);
         bad_fields += is_same(found, ahead[i][1], flags, ahead_flags[i]) ? 0u : 1u;
         (void){n}_step(&state, input, &found);
-    }}{band}
+    }}{_BAND.format(n=n) if step.alarms else ""}
 #ifndef PRINT
     printf("{n}: %u steps, %u not to the bit; %u inverses, %u not to the bit; largest difference from NumPy %.3g ulp "
            "of the largest effort\\n",
@@ -224,6 +205,19 @@ def _main(step: ExportedStep) -> str:
     return (bad_steps == 0u && bad_fields == 0u) ? 0 : 1;
 }}
 """
+
+
+#: What a tiny main does more of a step with alarms.
+_BAND = """
+    (void){n}_reset(&state);
+    for (i = 0u; i < STEPS; i++)
+    {{
+        {n}_real effort;
+        load(input, steps[i]);
+        (void){n}_step(&state, input, &effort);
+        bad_steps += is_same(state.low, band[i][0], 0u, 0u) ? 0u : 1u;
+        bad_steps += is_same(state.high, band[i][1], 0u, 0u) ? 0u : 1u;
+    }}"""
 
 
 def makefile(step: ExportedStep) -> str:

@@ -15,7 +15,7 @@ from erclutch.arithmetic.record import BINARY, Node
 from erclutch.export.c.c_printer import indented
 from erclutch.export.encode import comment
 from erclutch.export.exported_step import ExportedStep
-from erclutch.export.recording.step_recording import StepRecord
+from erclutch.export.recording.recorded_step import StepRecord
 
 _WIDEST = 90  # characters of an expression that is used once and gets no name
 #: MATLAB breaks a row of a matrix with dots; a semicolon ends it.

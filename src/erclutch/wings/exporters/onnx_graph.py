@@ -15,7 +15,7 @@ from erclutch.arithmetic.elementary import format_of
 from erclutch.arithmetic.record import Node, Record
 from erclutch.errors import printable
 from erclutch.export.exported_step import ExportedStep
-from erclutch.export.recording.step_recording import StepRecord
+from erclutch.export.recording.recorded_step import StepRecord
 
 #: Version of the standard operators; ONNX Runtime 1.15 and later know it.
 OPSET = 17
