@@ -203,7 +203,16 @@ def onnx_model(step: ExportedStep, record: StepRecord) -> Any:
     inputs = [tensor("input", real, [1, count])]
     outputs = [tensor("effort", real, [1, 1]), tensor("flags", TensorProto.INT32, [1])]
     if record.size:
-        _unpack(emit, flat)
+        # The state's numbers under their names, a truth as a truth, and each register whole.
+        truths_kept = [name for name, node in flat.after.items() if node.kind == "truth"]
+        registers = flat.registers()
+        names = [
+            f"number_{name}" if name in truths_kept else f"before_{name}"
+            for name in (*flat.after, *registers)
+        ]
+        emit.split("state", names, [1] * len(flat.after) + list(registers.values()))
+        for name in truths_kept:
+            emit.add("Less", [emit.constant([0.5]), f"number_{name}"], f"before_{name}")
         inputs.append(tensor("state", real, [record.size]))
         outputs.append(tensor("state_out", real, [record.size]))
 
@@ -246,40 +255,21 @@ def onnx_model(step: ExportedStep, record: StepRecord) -> Any:
     model.producer_name = "erclutch"
     model.producer_version = __version__
     model.doc_string = about
-    properties = {key: printable(text) for key, text in _properties(step).items()}
-    helper.set_model_props(model, properties)
-    return model
 
-
-def _unpack(emit: Emitter, record: Record) -> None:
-    """The state's numbers under their names, a truth as one, and each register whole."""
-    truths = [name for name, node in record.after.items() if node.kind == "truth"]
-    registers = record.registers()
-    names = [
-        f"number_{name}" if name in truths else f"before_{name}"
-        for name in (*record.after, *registers)
-    ]
-    lengths = [1] * len(record.after) + list(registers.values())
-    emit.split("state", names, lengths)
-    for name in truths:
-        emit.add("Less", [emit.constant([0.5]), f"number_{name}"], f"before_{name}")
-
-
-def _properties(step: ExportedStep) -> dict[str, str]:
-    """What people want to know of the file, as text."""
-    model = step.model
-    trained_on = model.trained_on
-    inputs = [f"{name} [{unit}]" for name, unit in zip(step.inputs, step.units, strict=True)]
+    # What people want to know of the file, as text.
+    trained_on = step.model.trained_on
+    units = [f"{name} [{unit}]" for name, unit in zip(step.inputs, step.units, strict=True)]
     properties = {
         "digest": step.digest,
-        "model": model.name,
+        "model": step.model.name,
         "erclutch": __version__,
-        "inputs": ", ".join(inputs),
-        "effort": model.units.effort or "1",
+        "inputs": ", ".join(units),
+        "effort": step.model.units.effort or "1",
         "field range": "{:.9g} {:.9g}".format(*trained_on.field),
         "slip range": "{:.9g} {:.9g}".format(*trained_on.slip),
         "effort limits": "{:.9g} {:.9g}".format(*step.limits),
     }
     if step.period is not None:
         properties["period"] = f"{step.period:.9g}"
-    return properties
+    helper.set_model_props(model, {key: printable(text) for key, text in properties.items()})
+    return model

@@ -51,11 +51,39 @@ def write_fmu(
     face = face or interface(step)
     name = identifier(step, version)
     files = [f"fmu-fmi{version}.c", f"{step.name}.c"]
+
+    # The C of the model, that of the FMU, and fmu-model.h, which binds the two. A name of C has no hyphen.
+    source, header = face.code
+    texts = {f"{step.name}.c": source, f"{step.name}.h": header}
+    sources = resources.files("erclutch.wings.exporters") / "fmu" / "fmu_c"
+    for file in ("fmu-core.h", "fmu-common.h", f"fmu-fmi{version}.h", f"fmu-fmi{version}.c"):
+        texts[file] = (sources / file).read_text(encoding="ascii")
+    period = step.period if face.sampled and step.period else 1.0  # s
+    # C wants a default at least.
+    defaults = [*(repr(float(port.start)) for port in face.parameters), "0.0"]
+    texts["fmu-model.h"] = f"""/* Binds the FMU's code to {step.name}. */
+#ifndef ERC_FMU_MODEL_HEADER
+#define ERC_FMU_MODEL_HEADER
+
+#include "{step.name}.h"
+
+#define ERC_TOKEN "{token(face)}"
+#define ERC_INPUTS {len(face.inputs)}u
+#define ERC_OUTPUTS {len(face.outputs)}u
+#define ERC_PARAMETERS {len(face.parameters)}u
+#define ERC_DEFAULTS {", ".join(defaults)}
+#define ERC_SAMPLED {int(face.sampled)} /* 1: has memory, so it is sampled */
+#define ERC_PERIOD {period!r}
+{face.binding}
+#endif
+"""
+
     with tempfile.TemporaryDirectory() as work, ThreadPoolExecutor(1) as pool:
         root = Path(work)
         code = root / "sources"
         code.mkdir()
-        _sources(step, face, version, code)
+        for file, text in texts.items():
+            (code / file).write_text(text, encoding="ascii")
         # The description is written while the compilers run: to load the units takes half a second.
         building = pool.submit(
             build_binaries, version, [code / file for file in files], name, root / "binaries"
@@ -78,44 +106,6 @@ def write_fmu(
                 entry.compress_type = zipfile.ZIP_DEFLATED
                 entry.external_attr = 0o644 << 16  # rights of a file, as Unix has them
                 archive.writestr(entry, path.read_bytes())
-
-
-def _sources(
-    step: ExportedStep,
-    face: Interface,
-    version: int,
-    folder: Path,
-) -> None:
-    """The C of the model, that of the FMU, and fmu-model.h, which binds the two. A name of C has no hyphen."""
-    source, header = face.code
-    texts = {f"{step.name}.c": source, f"{step.name}.h": header}
-    sources = resources.files("erclutch.wings.exporters") / "fmu" / "fmu_c"
-    for name in ("fmu-core.h", "fmu-common.h", f"fmu-fmi{version}.h", f"fmu-fmi{version}.c"):
-        texts[name] = (sources / name).read_text(encoding="ascii")
-    n = step.name
-    period = step.period if face.sampled and step.period else 1.0  # s
-    defaults = [
-        *(repr(float(port.start)) for port in face.parameters),
-        "0.0",
-    ]  # C wants one at least
-    texts["fmu-model.h"] = f"""/* Binds the FMU's code to {n}. */
-#ifndef ERC_FMU_MODEL_HEADER
-#define ERC_FMU_MODEL_HEADER
-
-#include "{n}.h"
-
-#define ERC_TOKEN "{token(face)}"
-#define ERC_INPUTS {len(face.inputs)}u
-#define ERC_OUTPUTS {len(face.outputs)}u
-#define ERC_PARAMETERS {len(face.parameters)}u
-#define ERC_DEFAULTS {", ".join(defaults)}
-#define ERC_SAMPLED {int(face.sampled)} /* 1: has memory, so it is sampled */
-#define ERC_PERIOD {period!r}
-{face.binding}
-#endif
-"""
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="ascii")
 
 
 def token(face: Interface) -> str:

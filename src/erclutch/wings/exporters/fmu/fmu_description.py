@@ -182,7 +182,22 @@ def description(
             SubElement(variable, "Integer" if whole else "Real", values)
         else:
             SubElement(variables, "UInt32" if whole else "Float64", {**entry, **values})
-    _structure(face, version, SubElement(root, "ModelStructure"))
+
+    # What depends on what: outputs and flags on all inputs.
+    structure = SubElement(root, "ModelStructure")
+    inputs = len(face.inputs)
+    every_input = " ".join(str(i + 1) for i in range(inputs))
+    # Value references of the outputs; the last is that of the flags.
+    results = [str(inputs + 1 + i) for i in range(len(face.outputs) + 1)]
+    for tag in ("Output", "InitialUnknown"):
+        # In model exchange a sampled output changes at an event, with the inputs of that event.
+        on = "" if version == 2 and tag == "Output" and face.sampled else every_input
+        group = SubElement(structure, f"{tag}s") if version == 2 else structure
+        for reference in results:
+            if version == 2:
+                SubElement(group, "Unknown", {"index": reference, "dependencies": on})
+            else:
+                SubElement(group, tag, {"valueReference": reference, "dependencies": on})
     return root
 
 
@@ -223,24 +238,6 @@ def _signals(face: Interface) -> Iterator[tuple[bool, dict[str, str], dict[str, 
     yield True, {**flags, "description": meaning}, {"min": "0", "max": str(most)}
     for port in face.parameters:
         yield of_port(port, as_parameter)
-
-
-def _structure(face: Interface, version: int, structure: Element) -> None:
-    """What depends on what: outputs and flags on all inputs."""
-    inputs = len(face.inputs)
-    every_input = " ".join(str(i + 1) for i in range(inputs))
-    results = [
-        str(inputs + 1 + i) for i in range(len(face.outputs) + 1)
-    ]  # value references; the last is the flags
-    for tag in ("Output", "InitialUnknown"):
-        # In model exchange a sampled output changes at an event, with the inputs of that event.
-        on = "" if version == 2 and tag == "Output" and face.sampled else every_input
-        group = SubElement(structure, f"{tag}s") if version == 2 else structure
-        for reference in results:
-            if version == 2:
-                SubElement(group, "Unknown", {"index": reference, "dependencies": on})
-            else:
-                SubElement(group, tag, {"valueReference": reference, "dependencies": on})
 
 
 def build_description(identifier: str, files: list[str]) -> Element:

@@ -49,6 +49,8 @@ def simulated(
     """
     try:
         import fmpy
+        from fmpy.fmi2 import FMU2Slave
+        from fmpy.fmi3 import FMU3Model, FMU3Slave
         from fmpy.validation import validate_fmu
     except ImportError as error:
         raise ExportError("fmpy is not installed", remedy="Run: pip install fmpy") from error
@@ -63,7 +65,26 @@ def simulated(
     unpacked = fmpy.extract(str(path))
     try:
         for kind in kinds:
-            fmu = _begun(step, description, unpacked, version, kind)
+            instance: Any
+            if version == 2:
+                instance = FMU2Slave
+            elif kind == "ModelExchange":
+                instance = FMU3Model
+            else:
+                instance = FMU3Slave
+            fmu = instance(
+                guid=description.guid,
+                unzipDirectory=unpacked,
+                modelIdentifier=identifier(step, version),
+                instanceName=step.name,
+            )
+            fmu.instantiate()
+            if version == 2:
+                fmu.setupExperiment(startTime=0.0)
+                fmu.enterInitializationMode()
+            else:
+                fmu.enterInitializationMode(startTime=0.0)
+            fmu.exitInitializationMode()
             outputs, flags = _stepped(step, face, fmu, rows, kind)
             yield f"FMI {version}.0 {kind}, FMPy {fmpy.__version__}", outputs, flags
     finally:
@@ -118,37 +139,3 @@ def _stepped(
     fmu.terminate()
     fmu.freeInstance()
     return outputs, flags
-
-
-def _begun(
-    step: ExportedStep,
-    description: Any,
-    place: str,
-    version: int,
-    kind: str,
-) -> Any:
-    """An instance of the FMU, set up and initialised at time zero."""
-    from fmpy.fmi2 import FMU2Slave
-    from fmpy.fmi3 import FMU3Model, FMU3Slave
-
-    instance: Any
-    if version == 2:
-        instance = FMU2Slave
-    elif kind == "ModelExchange":
-        instance = FMU3Model
-    else:
-        instance = FMU3Slave
-    fmu = instance(
-        guid=description.guid,
-        unzipDirectory=place,
-        modelIdentifier=identifier(step, version),
-        instanceName=step.name,
-    )
-    fmu.instantiate()
-    if version == 2:
-        fmu.setupExperiment(startTime=0.0)
-        fmu.enterInitializationMode()
-    else:
-        fmu.enterInitializationMode(startTime=0.0)
-    fmu.exitInitializationMode()
-    return fmu

@@ -31,12 +31,51 @@ def write(step: ExportedStep, folder: Path) -> None:
     code.mkdir()
     c.write_core(step, code)
     (code / f"{n}.h").rename(include / f"{n}.h")
+    cmake = f"""cmake_minimum_required(VERSION 3.16)
+project({n} LANGUAGES C CXX)
+
+# Plain CMake: add_subdirectory(...), then target_link_libraries(mine {n}). ROS 2: colcon build takes it as a package.
+add_library({n} STATIC src/{n}.c)
+target_include_directories({n} PUBLIC
+  $<BUILD_INTERFACE:${{CMAKE_CURRENT_SOURCE_DIR}}/include> $<INSTALL_INTERFACE:include>)
+target_include_directories({n} PRIVATE include/{n})
+set_target_properties({n} PROPERTIES C_STANDARD 99 C_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
+target_compile_options({n} PRIVATE $<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off>)
+
+add_executable({n}_check src/{n}_check.cpp)
+target_compile_features({n}_check PRIVATE cxx_std_11)
+target_link_libraries({n}_check {n})
+enable_testing()
+add_test(NAME {n}_check COMMAND {n}_check)
+
+find_package(ament_cmake QUIET)
+if(ament_cmake_FOUND)
+  install(TARGETS {n} EXPORT {n}Targets ARCHIVE DESTINATION lib)
+  install(DIRECTORY include/ DESTINATION include)
+  ament_export_targets({n}Targets HAS_LIBRARY_TARGET)
+  ament_package()
+endif()
+"""
+    package = f"""<?xml version="1.0"?>
+<package format="3">
+  <name>{step.name.lower()}</name>
+  <version>{__version__}</version>
+  <description>Torque model {markup(step.model.name)}, {step.digest}</description>
+  <!-- Fill in the two lines below: nobody but you can say who keeps this package, and under which terms. -->
+  <maintainer email="todo@todo.todo">TODO: your name</maintainer>
+  <license>TODO: your licence</license>
+  <buildtool_depend>ament_cmake</buildtool_depend>
+  <export>
+    <build_type>ament_cmake</build_type>
+  </export>
+</package>
+"""
     texts = {
         include / f"{n}.hpp": _class(step),
         include / f"{n}_vectors.h": c.vectors_header(step, vectors_of(step)),
         code / f"{n}_check.cpp": _check(step),
-        folder / "CMakeLists.txt": _cmake(step),
-        folder / "package.xml": _package(step),
+        folder / "CMakeLists.txt": cmake,
+        folder / "package.xml": package,
     }
     for path, text in texts.items():
         path.write_text(text, encoding="ascii")
@@ -231,52 +270,6 @@ int main() {{
     }}
     return good ? 0 : 1;
 }}
-"""
-
-
-def _cmake(step: ExportedStep) -> str:
-    n = step.name
-    return f"""cmake_minimum_required(VERSION 3.16)
-project({n} LANGUAGES C CXX)
-
-# Plain CMake: add_subdirectory(...), then target_link_libraries(mine {n}). ROS 2: colcon build takes it as a package.
-add_library({n} STATIC src/{n}.c)
-target_include_directories({n} PUBLIC
-  $<BUILD_INTERFACE:${{CMAKE_CURRENT_SOURCE_DIR}}/include> $<INSTALL_INTERFACE:include>)
-target_include_directories({n} PRIVATE include/{n})
-set_target_properties({n} PROPERTIES C_STANDARD 99 C_EXTENSIONS OFF POSITION_INDEPENDENT_CODE ON)
-target_compile_options({n} PRIVATE $<$<C_COMPILER_ID:GNU,Clang,AppleClang>:-ffp-contract=off>)
-
-add_executable({n}_check src/{n}_check.cpp)
-target_compile_features({n}_check PRIVATE cxx_std_11)
-target_link_libraries({n}_check {n})
-enable_testing()
-add_test(NAME {n}_check COMMAND {n}_check)
-
-find_package(ament_cmake QUIET)
-if(ament_cmake_FOUND)
-  install(TARGETS {n} EXPORT {n}Targets ARCHIVE DESTINATION lib)
-  install(DIRECTORY include/ DESTINATION include)
-  ament_export_targets({n}Targets HAS_LIBRARY_TARGET)
-  ament_package()
-endif()
-"""
-
-
-def _package(step: ExportedStep) -> str:
-    return f"""<?xml version="1.0"?>
-<package format="3">
-  <name>{step.name.lower()}</name>
-  <version>{__version__}</version>
-  <description>Torque model {markup(step.model.name)}, {step.digest}</description>
-  <!-- Fill in the two lines below: nobody but you can say who keeps this package, and under which terms. -->
-  <maintainer email="todo@todo.todo">TODO: your name</maintainer>
-  <license>TODO: your licence</license>
-  <buildtool_depend>ament_cmake</buildtool_depend>
-  <export>
-    <build_type>ament_cmake</build_type>
-  </export>
-</package>
 """
 
 

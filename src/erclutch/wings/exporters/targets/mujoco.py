@@ -141,8 +141,28 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     sizes = np.abs(held)
     rows = rows[np.all(sizes < _LARGEST, axis=1)]
     expected, expected_flags = run(step, rows)
+    forces = np.zeros(len(rows))
+    flags = np.zeros(len(rows), np.uint32)
     with _imported(step, folder) as module:
-        forces, flags = _forces(mujoco, step, module, model, rows.astype(np.float64))
+        # The actuator's force at each row, set by hand, and its flags.
+        data = mujoco.MjData(model)
+        elements = step.elements
+        effort = model.actuator("effort").id
+        with getattr(module, step.name)(model) as actuator:
+            for k, row in enumerate(rows.astype(np.float64)):
+                data.time = k * (step.period or model.opt.timestep)
+                for name, field in zip(_fields(step), row[:elements], strict=True):
+                    data.ctrl[model.actuator(name).id] = field
+                for name, motion in zip(_joints(step), row[elements:], strict=False):
+                    joint = data.joint(name)
+                    motions = joint.qvel if step.filter is None else joint.qpos
+                    motions[0] = motion
+                actuator.further[:] = list(row[2 * elements :])
+                mujoco.mj_fwdPosition(model, data)
+                mujoco.mj_fwdVelocity(model, data)
+                mujoco.mj_fwdActuation(model, data)
+                forces[k] = data.actuator_force[effort]
+                flags[k] = actuator.flags
         note = _simulated(mujoco, step, module, model)
     other = (forces.astype(step.precision.dtype) != expected) | (flags != expected_flags)
     exact, _ = reference(step, rows)
@@ -175,37 +195,6 @@ def _imported(step: ExportedStep, folder: Path) -> Generator[ModuleType]:
         for name in names:
             sys.modules.pop(name, None)
         sys.modules.update(kept)
-
-
-def _forces(
-    mujoco: Any,
-    step: ExportedStep,
-    module: ModuleType,
-    model: Any,
-    rows: Any,
-) -> tuple[Any, Any]:
-    """The actuator's force at each row, set by hand, and its flags."""
-    data = mujoco.MjData(model)
-    elements = step.elements
-    force = np.zeros(len(rows))
-    flags = np.zeros(len(rows), np.uint32)
-    effort = model.actuator("effort").id
-    with getattr(module, step.name)(model) as actuator:
-        for k, row in enumerate(rows):
-            data.time = k * (step.period or model.opt.timestep)
-            for name, field in zip(_fields(step), row[:elements], strict=True):
-                data.ctrl[model.actuator(name).id] = field
-            for name, motion in zip(_joints(step), row[elements:], strict=False):
-                joint = data.joint(name)
-                motions = joint.qvel if step.filter is None else joint.qpos
-                motions[0] = motion
-            actuator.further[:] = list(row[2 * elements :])
-            mujoco.mj_fwdPosition(model, data)
-            mujoco.mj_fwdVelocity(model, data)
-            mujoco.mj_fwdActuation(model, data)
-            force[k] = data.actuator_force[effort]
-            flags[k] = actuator.flags
-    return force, flags
 
 
 def _simulated(

@@ -62,7 +62,16 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     vectors = vectors_of(step)
     effort, flags = run(session, step, vectors.rows)
     if not has_memory(step):
-        effort, flags = _filled(effort, flags)
+        # Without a state the effort of a bad row is 0, and the caller keeps the effort before: so does this check.
+        bad = flags == NON_FINITE
+        if np.any(effort[bad] != 0.0):
+            raise ExportError("the effort of a bad row is not 0", remedy="Export the model again")
+        good_rows = np.where(bad, -1, np.arange(len(flags)))
+        last_good = np.maximum.accumulate(good_rows)
+        any_good = last_good >= 0
+        effort = np.where(any_good, effort[last_good], 0.0).astype(effort.dtype)
+        flags_before = np.where(any_good, flags[last_good], 0)
+        flags = np.where(bad, flags_before | NON_FINITE, flags).astype(np.uint32)
     yield near(step, vectors, f"ONNX Runtime {runtime.__version__}", effort, flags)
 
 
@@ -85,20 +94,3 @@ def run(
         if "state" in given:
             (given["state"],) = state_out
     return effort, flags
-
-
-def _filled(
-    effort: NDArray[Any],
-    flags: NDArray[Any],
-) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Without a state the effort of a bad row is 0, and the caller keeps the one before: so does this."""
-    bad = flags == NON_FINITE
-    if np.any(effort[bad] != 0.0):
-        raise ExportError("the effort of a bad row is not 0", remedy="Export the model again")
-    good_rows = np.where(bad, -1, np.arange(len(flags)))
-    last_good = np.maximum.accumulate(good_rows)
-    any_good = last_good >= 0
-    kept = np.where(any_good, effort[last_good], 0.0).astype(effort.dtype)
-    flags_before = np.where(any_good, flags[last_good], 0)
-    raised = np.where(bad, flags_before | NON_FINITE, flags)
-    return kept, raised.astype(np.uint32)

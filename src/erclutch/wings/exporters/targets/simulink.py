@@ -31,29 +31,11 @@ def write(step: ExportedStep, folder: Path) -> None:
     n = step.name
     record = step_record(step)
     c.write_core(step, folder)
-    texts = {
-        f"{n}_step.m": step_function(step, record),
-        f"{n}_block.m": block_function(step, record),
-        f"{n}_setup.m": _setup(step),
-        f"{n}_caller.h": _caller_header(step),
-        f"{n}_caller.c": _caller_source(step),
-    }
-    for name, text in texts.items():
-        (folder / name).write_text(text, encoding="ascii")
-
-
-def caller_bytes(step: ExportedStep) -> int:
-    """Bytes of state that the block carries: no compiler pads more than this."""
-    return (state_bytes(step) + 15) // 8 * 8
-
-
-def _caller_header(step: ExportedStep) -> str:
-    n = step.name
-    N = step.name.upper()
+    N = n.upper()
     real = step.precision.c_type
     inputs = len(step.inputs)
     size = caller_bytes(step)
-    return f"""/* {n} as a pure function, for Simulink's C Caller block: the state goes in and comes out,
+    caller_header = f"""/* {n} as a pure function, for Simulink's C Caller block: the state goes in and comes out,
    through a Unit Delay whose initial condition is zeros. */
 #ifndef {N}_CALLER_H
 #define {N}_CALLER_H
@@ -73,14 +55,7 @@ void {n}_caller(const {real} input[{inputs}], const uint8_t before[{size}],
 
 #endif
 """
-
-
-def _caller_source(step: ExportedStep) -> str:
-    n = step.name
-    real = step.precision.c_type
-    inputs = len(step.inputs)
-    size = caller_bytes(step)
-    return f"""#include "{n}_caller.h"
+    caller_source = f"""#include "{n}_caller.h"
 
 #include <string.h>
 
@@ -103,6 +78,20 @@ void {n}_caller(const {real} input[{inputs}], const uint8_t before[{size}],
     memcpy(after, &state, sizeof state);
 }}
 """
+    texts = {
+        f"{n}_step.m": step_function(step, record),
+        f"{n}_block.m": block_function(step, record),
+        f"{n}_setup.m": _setup(step),
+        f"{n}_caller.h": caller_header,
+        f"{n}_caller.c": caller_source,
+    }
+    for name, text in texts.items():
+        (folder / name).write_text(text, encoding="ascii")
+
+
+def caller_bytes(step: ExportedStep) -> int:
+    """Bytes of state that the block carries: no compiler pads more than this."""
+    return (state_bytes(step) + 15) // 8 * 8
 
 
 def _setup(step: ExportedStep) -> str:
@@ -140,26 +129,6 @@ end
 # --- verify ----------------------------------------------------------------------------------------------------------
 
 
-def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
-    """The MATLAB function in GNU Octave, the caller's function compiled.
-
-    Raises:
-        ExportError: neither Octave nor a C compiler is found.
-    """
-    octave = shutil.which("octave-cli") or shutil.which("octave")
-    compiler_there = bool(natives())
-    if octave is None and not compiler_there:
-        raise ExportError(
-            "neither Octave nor a C compiler is found",
-            where=str(folder),
-            remedy="Install one: apt install octave",
-        )
-    if octave is not None:
-        yield _in_octave(step, folder, octave)
-    if compiler_there:
-        yield _called(step, folder)
-
-
 _SCRIPT = """
 addpath(folder);
 kind = '{kind}';
@@ -180,45 +149,57 @@ file = fopen('out.bin', 'w'); fwrite(file, [effort; flags], 'double'); fclose(fi
 """
 
 
-def _in_octave(step: ExportedStep, folder: Path, octave: str) -> Check:
-    """The step row by row in GNU Octave, and the block beside it."""
-    vectors = vectors_of(step)
-    script = _SCRIPT.format(
-        kind="single" if step.precision.width == 32 else "double",
-        inputs=len(step.inputs),
-        state=step_record(step).size,
-        name=step.name,
-    )
-    with tempfile.TemporaryDirectory() as work:
-        place = Path(work)
-        np.ascontiguousarray(vectors.rows).tofile(place / "rows.bin")
-        head = f"cd({matlab_string(work)}); folder = {matlab_string(str(folder.resolve()))};"
-        check = place / "check.m"
-        check.write_text(f"1;\n{head}\n{script}", encoding="utf-8")
-        words = [octave, "--no-gui", "--norc", "--quiet", str(check)]
-        run(words, f"{step.name}_step.m does not run", "Export the model again")
-        effort, flags = np.fromfile(place / "out.bin").reshape(2, -1)
-    return near(step, vectors, "GNU Octave", effort, flags.astype(np.uint32))
+def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
+    """The MATLAB function in GNU Octave, the caller's function compiled.
 
-
-def _called(step: ExportedStep, folder: Path) -> Check:
-    """The C Caller's function, state going round as in the block."""
+    Raises:
+        ExportError: neither Octave nor a C compiler is found.
+    """
+    octave = shutil.which("octave-cli") or shutil.which("octave")
+    compiler_there = bool(natives())
+    if octave is None and not compiler_there:
+        raise ExportError(
+            "neither Octave nor a C compiler is found",
+            where=str(folder),
+            remedy="Install one: apt install octave",
+        )
     n = step.name
-    with tempfile.TemporaryDirectory() as work:
-        library = Path(work) / "caller.so"
-        files = [folder / f"{n}_caller.c", folder / f"{n}.c"]
-        native().build(files, library, "-O2", *shared_flags(library))
-        function = getattr(ctypes.CDLL(str(library)), f"{n}_caller")
-    function.restype = None
-
     vectors = vectors_of(step)
     rows = np.ascontiguousarray(vectors.rows)
-    effort: NDArray[Any] = np.zeros(len(rows), step.precision.dtype)
-    flags = np.zeros(len(rows), np.uint32)
-    before = np.zeros(caller_bytes(step), np.uint8)
-    after = np.zeros_like(before)
-    for k, row in enumerate(rows):
-        arrays = (row, before, effort[k : k + 1], flags[k : k + 1], after)
-        function(*(ctypes.c_void_p(array.ctypes.data) for array in arrays))
-        before, after = after, before
-    return to_the_bit(step, vectors, f"C Caller function, {native().name}", effort, flags)
+
+    # The step row by row in GNU Octave, and the block beside it.
+    if octave is not None:
+        script = _SCRIPT.format(
+            kind="single" if step.precision.width == 32 else "double",
+            inputs=len(step.inputs),
+            state=step_record(step).size,
+            name=n,
+        )
+        with tempfile.TemporaryDirectory() as work:
+            place = Path(work)
+            rows.tofile(place / "rows.bin")
+            head = f"cd({matlab_string(work)}); folder = {matlab_string(str(folder.resolve()))};"
+            check = place / "check.m"
+            check.write_text(f"1;\n{head}\n{script}", encoding="utf-8")
+            words = [octave, "--no-gui", "--norc", "--quiet", str(check)]
+            run(words, f"{n}_step.m does not run", "Export the model again")
+            of_octave, octave_flags = np.fromfile(place / "out.bin").reshape(2, -1)
+        yield near(step, vectors, "GNU Octave", of_octave, octave_flags.astype(np.uint32))
+
+    # The C Caller's function, state going round as in the block.
+    if compiler_there:
+        with tempfile.TemporaryDirectory() as work:
+            library = Path(work) / "caller.so"
+            files = [folder / f"{n}_caller.c", folder / f"{n}.c"]
+            native().build(files, library, "-O2", *shared_flags(library))
+            function = getattr(ctypes.CDLL(str(library)), f"{n}_caller")
+        function.restype = None
+        effort: NDArray[Any] = np.zeros(len(rows), step.precision.dtype)
+        flags = np.zeros(len(rows), np.uint32)
+        before = np.zeros(caller_bytes(step), np.uint8)
+        after = np.zeros_like(before)
+        for k, row in enumerate(rows):
+            arrays = (row, before, effort[k : k + 1], flags[k : k + 1], after)
+            function(*(ctypes.c_void_p(array.ctypes.data) for array in arrays))
+            before, after = after, before
+        yield to_the_bit(step, vectors, f"C Caller function, {native().name}", effort, flags)
