@@ -30,6 +30,25 @@ def check_source(
         numbers = [f"0x{word}{p.bits_suffix}" for word in words]
         lines.append("{" + ", ".join([*numbers, f"{flags}u"]) + "}")
     answers = table(p.c_bits, "answers", lines, 1, f"[{len(OUTPUTS) + 1}]")
+
+    # The loop over the samples: with each observer in turn, from a reset each quarter; or plain, by the defaults.
+    form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
+    given = "\n".join(
+        f"        input.{name} = number(samples[i][{place}]);" for place, name in enumerate(INPUTS)
+    )
+    compared = "\n".join(
+        f"        good &= is_same(output.{name}, answers[i][{place}]);"
+        for place, name in enumerate(OUTPUTS)
+    )
+    shown = ", ".join(f"bits_of(output.{name})" for name in OUTPUTS)
+    every, turns, tuned = len(rows), "", ""
+    if not plain:
+        every = len(rows) // 4
+        turns = f"settings.observer = 1u + (i / {every}u) % 3u;"
+        values = {"gain_rate": "2", "integral_rate": "5", "drive_inertia": f"1 / ({n}_real)4096"}
+        tuned = "\n".join(
+            f"    settings.{name} = ({n}_real){value};" for name, value in values.items()
+        )
     return f"""/* Checks the controller of {n} on this machine: make check. Exit code 0 if every bit is as expected.
    With PRINT defined it prints all bits instead. The samples go through it with each observer in turn. */
 #include <inttypes.h>
@@ -46,38 +65,14 @@ static int is_same({n}_real x, word expected)
     return bits_of(x) == expected;
 }}
 
-{_main(step, len(rows), plain)}"""
-
-
-def _main(step: ExportedStep, rows: int, plain: bool) -> str:
-    """The loop over the samples: with each observer in turn, from a reset each quarter; or plain, by the defaults."""
-    n = step.name
-    p = step.precision
-    form = "%0" + f'{p.width // 4}" PRIx{p.width} " '
-    given = "\n".join(
-        f"        input.{name} = number(samples[i][{place}]);" for place, name in enumerate(INPUTS)
-    )
-    compared = "\n".join(
-        f"        good &= is_same(output.{name}, answers[i][{place}]);"
-        for place, name in enumerate(OUTPUTS)
-    )
-    shown = ", ".join(f"bits_of(output.{name})" for name in OUTPUTS)
-    every, turns, tuned = rows, "", ""
-    if not plain:
-        every = rows // 4
-        turns = f"settings.observer = 1u + (i / {every}u) % 3u;"
-        values = {"gain_rate": "2", "integral_rate": "5", "drive_inertia": f"1 / ({n}_real)4096"}
-        tuned = "\n".join(
-            f"    settings.{name} = ({n}_real){value};" for name, value in values.items()
-        )
-    return f"""int main(void)
+int main(void)
 {{
     static {n}_controller controller;
     {n}_settings settings = {n.upper()}_CONTROL_DEFAULTS;
     unsigned bad = 0u;
     unsigned i;
 {tuned}
-    for (i = 0u; i < {rows}u; i++)
+    for (i = 0u; i < {len(rows)}u; i++)
     {{
         {n}_input input;
         {n}_output output;
@@ -98,7 +93,7 @@ def _main(step: ExportedStep, rows: int, plain: bool) -> str:
         bad += good ? 0u : 1u;
     }}
 #ifndef PRINT
-    printf("{n}: %u samples through the controller, %u not to the bit\\n", {rows}u, bad);
+    printf("{n}: %u samples through the controller, %u not to the bit\\n", {len(rows)}u, bad);
 #endif
     return bad == 0u ? 0 : 1;
 }}

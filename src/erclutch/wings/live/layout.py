@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,15 +30,14 @@ _ENUMERATED = re.compile(r"(ERC_\w+) = (\w+)(?: << (\d+))?")
 _EVENT = re.compile(r"ERC_(\w+) = 1u << \d+,? +/\* (.*?) \*/")
 
 
-def _constants() -> Iterator[tuple[str, int]]:
-    for name, value in _DEFINED.findall(_HEADER):
-        yield name, int(value.rstrip("u"), 0)
-    for name, value, shift in _ENUMERATED.findall(_HEADER):
-        yield name, int(value.rstrip("u")) << int(shift or 0)
-
-
 #: Numbers that the header names.
-CONSTANTS: dict[str, int] = dict(_constants())
+CONSTANTS: dict[str, int] = {
+    name: int(value.rstrip("u"), 0) for name, value in _DEFINED.findall(_HEADER)
+}
+CONSTANTS |= {
+    name: int(value.rstrip("u")) << int(shift or 0)
+    for name, value, shift in _ENUMERATED.findall(_HEADER)
+}
 
 
 def _structs() -> dict[str, np.dtype[Any]]:
@@ -50,9 +49,8 @@ def _structs() -> dict[str, np.dtype[Any]]:
         for kind, names in _MEMBERS.findall(body):
             for member in names.split(", "):
                 name, _, length = member.rstrip("]").partition("[")
-                count = (
-                    CONSTANTS[length] if length in CONSTANTS else int(length or 0)
-                )  # 0: no array
+                # 0: no array.
+                count = CONSTANTS[length] if length in CONSTANTS else int(length or 0)
                 if kind == "char":
                     fields.append((name, f"S{count}"))
                 elif count:

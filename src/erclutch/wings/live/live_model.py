@@ -57,6 +57,7 @@ def live_model(
             )
             raise SettingError(problem, where=str(path), remedy=remedy)
     from erclutch.export import ExportOptions, step_of
+    from erclutch.export.targets.python import build, library_name
 
     alarms = model.band is not None
     options = ExportOptions(
@@ -74,9 +75,12 @@ def live_model(
             where=str(path),
             remedy="Give a model without further inputs",
         )
+    library = library_name(step)
+    digest = hashlib.sha256(library.encode()).hexdigest()[:24]
+    target = cache_folder() / f"model-{digest}" / library
     name = f"{model.name}, adapting" if adapt else model.name
     return LiveModel(
-        library=_compiled(step),
+        library=cached(target, lambda folder: build(step, folder, find_compiler())),
         name=name,
         digest=step.digest,
         units=model.units,
@@ -87,14 +91,3 @@ def live_model(
         slip=max(abs(end) for end in step.slip.range),
         band=0.0 if model.band is None else model.band.settled,
     )
-
-
-def _compiled(step: object) -> Path:
-    from erclutch.export.exported_step import ExportedStep
-    from erclutch.export.targets.python import build, library_name
-
-    assert isinstance(step, ExportedStep)
-    name = library_name(step)
-    digest = hashlib.sha256(name.encode()).hexdigest()[:24]
-    target = cache_folder() / f"model-{digest}" / name
-    return cached(target, lambda folder: build(step, folder, find_compiler()))

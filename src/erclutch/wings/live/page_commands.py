@@ -89,18 +89,15 @@ def parse(message: str | bytes, limits: CommandLimits) -> PageCommand:
     if set(values) != ({key} if key else set()):
         wanted = f"exactly {key}" if key else "nothing"
         raise CommandError(f"the wrong keys for {kind}", remedy=f"Send {wanted} beside command")
-    value = _value(key, values.get(key), limits)
-    return PageCommand(cast("Kind", kind), value)
 
-
-def _value(key: str, given: Any, limits: CommandLimits) -> float:
-    """The value of a command's one key, checked; 0 where it has none."""
+    # The value of the command's one key, checked; 0 where it has none.
+    given = values.get(key)
     if key == "name":
         if not isinstance(given, str) or given not in limits.programs:
             known = ", ".join(limits.programs) or "none: there are none"
             raise CommandError("an unknown program", remedy=f"Send one of {known}")
-        return float(limits.programs.index(given))
-    if key == "torque":
+        value = float(limits.programs.index(given))
+    elif key == "torque":
         if isinstance(given, bool) or not isinstance(given, (int, float)):
             raise CommandError("a motor torque that is no number", remedy="Send N m")
         # An integer of any length compares exactly; only what is in range becomes a float.
@@ -109,7 +106,9 @@ def _value(key: str, given: Any, limits: CommandLimits) -> float:
                 "a motor torque out of range",
                 remedy=f"Send at most {limits.motor:g} N m either way",
             )
-        return float(given)
-    if key == "on" and not isinstance(given, bool):
-        raise CommandError("'on' is neither true nor false", remedy="Send true or false")
-    return float(bool(given))
+        value = float(given)
+    else:
+        if key == "on" and not isinstance(given, bool):
+            raise CommandError("'on' is neither true nor false", remedy="Send true or false")
+        value = float(bool(given))
+    return PageCommand(cast("Kind", kind), value)

@@ -182,7 +182,22 @@ class RingReader:
 
     def __init__(self, path: str | Path, start: str = "now") -> None:
         self.path = Path(path)
-        self._map = _mapped(self.path)
+        try:
+            with open(self.path, "rb") as file:
+                if os.fstat(file.fileno()).st_size < HEADER.itemsize:
+                    raise RingError(
+                        "too short for a ring",
+                        where=str(self.path),
+                        remedy="Give the ring of a session",
+                    )
+                self._map = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise RingError(
+                f"the ring cannot be opened: {reason}",
+                where=str(self.path),
+                remedy="Is the session still running?",
+            ) from error
         self._header: NDArray[Any] = np.frombuffer(self._map, HEADER, count=1)
         self.info = self._checked()
         self._head: NDArray[np.uint64] = np.frombuffer(self._map, "<u8", count=1, offset=_HEAD_AT)
@@ -335,20 +350,3 @@ class RingReader:
         untouched = numbers >= max(0, self.head - self._safe)
         whole = frames["seq"] == numbers
         return frames[untouched & whole]
-
-
-def _mapped(path: Path) -> mmap.mmap:
-    try:
-        with open(path, "rb") as file:
-            if os.fstat(file.fileno()).st_size < HEADER.itemsize:
-                raise RingError(
-                    "too short for a ring", where=str(path), remedy="Give the ring of a session"
-                )
-            return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise RingError(
-            f"the ring cannot be opened: {reason}",
-            where=str(path),
-            remedy="Is the session still running?",
-        ) from error

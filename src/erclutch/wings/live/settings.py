@@ -228,6 +228,10 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
         SettingError: a filter that looks ahead or does not fit the period, or what the loop's C refuses.
         CompilerError: there is no C compiler.
     """
+    import ctypes
+
+    from erclutch.wings.live.c_build import core_library
+
     config = np.zeros((), CONFIG)
     config["magic"] = CONSTANTS["ERC_CONFIG_MAGIC"]
     config["version"] = CONSTANTS["ERC_CONFIG_VERSION"]
@@ -260,22 +264,15 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
             first += len(program.table)
     rows = np.ascontiguousarray(np.concatenate(tables) if tables else np.zeros((0, 3)))
     whole = sealed(config)
-    _ask_the_core(whole, len(rows))
-    return whole, rows
 
-
-def _ask_the_core(config: bytes, rows: int) -> None:
-    """What settings have to be to each other stands in ``c/erc_config.c`` alone."""
-    import ctypes
-
-    from erclutch.wings.live.c_build import core_library
-
+    # What settings have to be to each other stands in ``c/erc_config.c`` alone.
     library = ctypes.CDLL(str(core_library()))
     library.erc_config_error.restype = ctypes.c_char_p
-    answer: bytes | None = library.erc_config_error(config, ctypes.c_uint64(rows))
+    answer: bytes | None = library.erc_config_error(whole, ctypes.c_uint64(len(rows)))
     if answer is not None:
         problem, remedy = answer.decode().split("; ")
         raise SettingError(problem, remedy=remedy)
+    return whole, rows
 
 
 def _copy_numbers(source: object, record: Any) -> None:

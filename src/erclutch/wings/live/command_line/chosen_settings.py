@@ -60,12 +60,48 @@ def settings_of(
     Raises:
         SettingError: an unknown program, or a field limit that is none or beyond the supply's.
     """
+    from erclutch.wings.live.sensor_limits import free_drive, free_output, sensor_limits
+    from erclutch.wings.rig.rig_plugins import RigDevice
+
     of_rig, control = options
     settings = _settings(parameters, control, device, model, channels, replay, of_rig)
-    settings = _sensing(settings, rig, device, model, parameters)
+    as_recorded = rig.origin.startswith("RECORDING")  # a recording is as it was
+
+    # What the sensors can read. A single device is not that of the rig's file unless it is the TWIN's.
+    if not as_recorded:
+        known = device == "coaxial" or rig.origin == "TWIN"
+        of_file = parameters if known else None
+        limits = sensor_limits(device, model, of_file, settings.derivative, PERIOD)
+        if rig.origin == "TWIN":  # nobody holds its output or turns its drive
+            free = free_output if device == "coaxial" else free_drive
+            limits |= free(parameters, settings.derivative, PERIOD)
+        if not known and model is not None:
+            limits["least_slip"] = 0.05 * model.slip
+        settings = replace(settings, **limits)
     settings = replace(settings, **tuning)
-    if not rig.origin.startswith("RECORDING"):
-        settings = _within_supply(settings, rig, device, control.field_limit)
+
+    # A field limit within the rig's supply, and rates in proportion. The supply of a rig that is not ours, with a
+    # single device that names no limit, is the operator's to know.
+    if not as_recorded:
+        asked = control.field_limit
+        most = settings.field_limit
+        if isinstance(rig, RigDevice):
+            if rig.field_limit:
+                most = rig.field_limit
+            elif device == "single" and asked is not None:
+                most = math.inf
+        if asked is not None and not 0 < asked <= min(most, 1e9):
+            at_most = f", at most the supply's {most:g}" if most < math.inf else ""
+            raise SettingError(f"--field-limit {asked:g}", remedy=f"Give a number above 0{at_most}")
+        # The field of which the supply's rates are.
+        full = asked if asked and most == math.inf else most
+        share = full / settings.field_limit
+        settings = replace(
+            settings,
+            field_limit=asked or most,
+            rise_rate=settings.rise_rate * share,
+            fall_rate=settings.fall_rate * share,
+        )
     if device == "single":
         settings = replace(settings, stroke=0.0)  # it has none that ends
     return settings
@@ -182,9 +218,22 @@ def _settings(
             "stiffness",
             "damping",
         ),
-        **_stages(parameters, control),
+        **_values(control, "track_bandwidth"),
         "meter_needed": _METER_NEEDED[control.meter_needed],
     }
+    if control.track_bandwidth:
+        common |= _values(control, "output_inertia", "output_friction")
+    if control.observer != "off":
+        common |= _values(control, "observer", "observer_bandwidth", "torque_lead")
+    if control.observer == "sensor":
+        common["torque_lag"] = 1e-3
+    elif control.observer == "motion":
+        # Gains and the drag on the drive are learned from motion alone.
+        common["gain_rate"] = 0.2
+        common["drive_inertia"] = parameters.value("drive.inertia")
+        common["drive_friction"] = parameters.value("drive.coulomb")
+        common["drive_drag_1"] = parameters.value("drive.viscous")
+        common["drive_drag_2"] = parameters.value("drive.viscous")
     if replay is not None:
         largest = 0.0  # field of the recording
         if replay.table is not None:
@@ -218,91 +267,3 @@ def _settings(
 def _values(control: ControlOptions, *names: str) -> dict[str, Any]:
     """Options that are settings of the same name."""
     return {name: getattr(control, name) for name in names}
-
-
-def _stages(parameters: RigParameters, control: ControlOptions) -> dict[str, Any]:
-    """Settings of computed torque, and of the stages: gains and the drag on the drive are learned from motion alone."""
-    stages = _values(control, "track_bandwidth")
-    if control.track_bandwidth:
-        stages |= _values(control, "output_inertia", "output_friction")
-    if control.observer == "off":
-        return stages
-    stages |= _values(control, "observer", "observer_bandwidth", "torque_lead")
-    if control.observer == "sensor":
-        stages["torque_lag"] = 1e-3
-    elif control.observer == "motion":
-        stages["gain_rate"] = 0.2
-        stages["drive_inertia"] = parameters.value("drive.inertia")
-        stages["drive_friction"] = parameters.value("drive.coulomb")
-        stages["drive_drag_1"] = parameters.value("drive.viscous")
-        stages["drive_drag_2"] = parameters.value("drive.viscous")
-    return stages
-
-
-def _sensing(
-    settings: LoopSettings,
-    rig: RigChoice,
-    device: DeviceName,
-    model: LiveModel | None,
-    parameters: RigParameters,
-) -> LoopSettings:
-    """The settings with what the sensors can read.
-
-    A recording is as it was, and a single device is not that of the rig's file unless it is the TWIN's.
-    """
-    from erclutch.wings.live.sensor_limits import free_drive, free_output, sensor_limits
-
-    if rig.origin.startswith("RECORDING"):
-        return settings
-    known = device == "coaxial" or rig.origin == "TWIN"
-    limits = sensor_limits(
-        device, model, parameters if known else None, settings.derivative, PERIOD
-    )
-    if rig.origin == "TWIN":  # nobody holds its output or turns its drive
-        free = free_output if device == "coaxial" else free_drive
-        limits |= free(parameters, settings.derivative, PERIOD)
-    if not known and model is not None:
-        limits["least_slip"] = 0.05 * model.slip
-    return replace(settings, **limits)
-
-
-def _within_supply(
-    settings: LoopSettings,
-    rig: RigChoice,
-    device: DeviceName,
-    asked: float | None,
-) -> LoopSettings:
-    """The settings with a field limit within the rig's supply, and rates in proportion.
-
-    The supply of a rig that is not ours, with a single device that names no limit, is the operator's to know.
-
-    Args:
-        settings: with the field limit and the rates of the rig file.
-        rig: what is driven.
-        device: what hangs on it.
-        asked: the field limit that the operator asks for; None: that of the supply.
-
-    Raises:
-        SettingError: a field limit that is none, or beyond the supply's.
-    """
-    from erclutch.wings.rig.rig_plugins import RigDevice
-
-    most = settings.field_limit
-    if isinstance(rig, RigDevice):
-        if rig.field_limit:
-            most = rig.field_limit
-        elif device == "single" and asked is not None:
-            most = math.inf
-    if asked is not None and not 0 < asked <= min(most, 1e9):
-        at_most = f", at most the supply's {most:g}" if most < math.inf else ""
-        raise SettingError(f"--field-limit {asked:g}", remedy=f"Give a number above 0{at_most}")
-    full = (
-        asked if asked and most == math.inf else most
-    )  # the field of which the supply's rates are
-    share = full / settings.field_limit
-    return replace(
-        settings,
-        field_limit=asked or most,
-        rise_rate=settings.rise_rate * share,
-        fall_rate=settings.fall_rate * share,
-    )

@@ -24,7 +24,11 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from erclutch.signals.channels import LiveChannel
-    from erclutch.wings.live.command_line.live_options import LoopOptions
+    from erclutch.wings.live.command_line.live_options import (
+        ControlOptions,
+        LoopOptions,
+        RigOptions,
+    )
     from erclutch.wings.live.companions import Observers
     from erclutch.wings.live.learning.foretold_motion import LoggedRound
     from erclutch.wings.live.learning.rounds import LearningRounds, RoundReport
@@ -72,6 +76,33 @@ def share_of(text: str | None) -> float:
     return share
 
 
+def asks_for_rounds(
+    control: ControlOptions,
+    learning: LearnOptions,
+    rig: RigOptions,
+    adapt: bool,
+) -> bool:
+    """Whether ``--program learn`` is asked for.
+
+    Raises:
+        SettingError: with an option or a rig that makes no rounds, or options of rounds without it.
+    """
+    from erclutch.wings.live.offered_rig import offered_rig
+
+    if control.program != "learn":
+        if learning != NO_LEARN:
+            problem = "--until, --round and --after are about rounds"
+            raise SettingError(problem, remedy="Give --program learn too")
+        return False
+    offered = offered_rig(rig.rig)
+    plays_rounds = offered is None or offered.learns
+    if adapt or not plays_rounds:
+        given = "--adapt" if adapt else f"--rig {rig.rig}"
+        remedy = f"Leave out {given}: the rounds make the model"
+        raise SettingError(f"--program learn with {given}", remedy=remedy)
+    return True
+
+
 @dataclass(frozen=True)
 class Rig:
     """What the rounds are played on.
@@ -116,16 +147,12 @@ def learn(
     until = share_of(options.until)
     total = _SECONDS if rig.loop.seconds is None else rig.loop.seconds
     if not _SHORTEST <= options.round <= 60.0:
-        raise SettingError(
-            f"--round {options.round:g}",
-            remedy=f"Give {_SHORTEST:g} to 60 s: the ring holds a minute",
-        )
-    if not any(channel.role == "effort" for channel in rig.channels):
-        raise SettingError(
-            "--program learn needs a sensor of the effort",
-            where=rig.what.name,
-            remedy="Add its channel",
-        )
+        remedy = f"Give {_SHORTEST:g} to 60 s: the ring holds a minute"
+        raise SettingError(f"--round {options.round:g}", remedy=remedy)
+    roles = {channel.role for channel in rig.channels}
+    if "effort" not in roles:
+        problem = "--program learn needs a sensor of the effort"
+        raise SettingError(problem, where=rig.what.name, remedy="Add its channel")
     of_now = time.strftime("learn-%Y-%m-%dT%H-%M-%SZ", time.gmtime())
     folder = options.after or rig.loop.folder / of_now
 
@@ -133,9 +160,7 @@ def learn(
     from erclutch.wings.live.learning.rounds import LearningRounds
 
     settings = rig.settings
-    drive = (
-        settings.motor_limit if any(channel.role == "motor" for channel in rig.channels) else 0.0
-    )
+    drive = settings.motor_limit if "motor" in roles else 0.0
     limits = TableLimits(settings.device, settings.field_limit, drive, 1.0 / settings.period)
     rounds = LearningRounds(limits, rig.seed, settings.theta_fastest)
     if options.after is not None:
@@ -162,9 +187,8 @@ def learn(
             break
         try:
             logged = _logged(file, rig.settings.device)
-        except (
-            ErclutchError
-        ) as error:  # a trip after a few samples leaves a log that nothing reads as one
+        except ErclutchError as error:
+            # A trip after a few samples leaves a log that nothing reads as one.
             ended = f"{tripped or 'no trip'}: nothing can be learned of {file.name}, which is kept: {error}"
             code = 3
             break

@@ -101,30 +101,6 @@ def _no_sample(session: Session) -> str:
     return _NO_SAMPLE.format(device, NUMBERS[device])
 
 
-def _figures(session: Session, watch: SessionFigures) -> dict[str, Any]:
-    """What was seen, for scripts; times in us."""
-    from erclutch.wings.live.session_figures import SHARES
-
-    reader = watch.reader
-    off_reference, reference = watch.followed or (None, None)
-    off_effort, effort = watch.estimated or (None, None)
-    return {
-        "origin": session.origin,
-        "frames": watch.frames,
-        "missed": reader.missed,
-        "lost_by_reader": reader.lost,
-        "lateness_us": [*watch.lateness.percentiles(SHARES), watch.lateness.largest],
-        "step_us": [*watch.step.percentiles(SHARES), watch.step.largest],
-        "events": {name: count for name, count in reader.counts.items() if count},
-        "realtime": reader.realtime,
-        "tripped": reader.trip_reason,
-        "off_reference_rms": off_reference,
-        "reference_rms": reference,
-        "off_effort_rms": off_effort,
-        "effort_rms": effort,
-    }
-
-
 def _why(trip: str) -> str:
     """What tripped the loop, by name and in words."""
     doubt = doubt_in_words(trip)
@@ -205,6 +181,7 @@ def ended(
     """
     from erclutch.cli import terminal
     from erclutch.wings.live.ring import State
+    from erclutch.wings.live.session_figures import SHARES
 
     if observers is not None:
         observers.record(False)  # so that its note says that the file is whole
@@ -221,7 +198,26 @@ def ended(
         raise KeyboardInterrupt
     ended = 3 if reason else 0
     if output is None:
-        body = {**_figures(session, watch), "notes": notes, "exit": ended}
+        reader = watch.reader
+        off_reference, reference = watch.followed or (None, None)
+        off_effort, effort = watch.estimated or (None, None)
+        body: dict[str, Any] = {
+            "origin": session.origin,
+            "frames": watch.frames,
+            "missed": reader.missed,
+            "lost_by_reader": reader.lost,
+            "lateness_us": [*watch.lateness.percentiles(SHARES), watch.lateness.largest],
+            "step_us": [*watch.step.percentiles(SHARES), watch.step.largest],
+            "events": {name: count for name, count in reader.counts.items() if count},
+            "realtime": reader.realtime,
+            "tripped": reader.trip_reason,
+            "off_reference_rms": off_reference,
+            "reference_rms": reference,
+            "off_effort_rms": off_effort,
+            "effort_rms": effort,
+            "notes": notes,
+            "exit": ended,
+        }
         print(json_text.dumps(body))
     else:
         _show(session, watch, notes, output)

@@ -6,15 +6,16 @@ import math
 import signal
 import tempfile
 from collections.abc import Generator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
-from erclutch.errors import SettingError, require
+from erclutch.errors import require
 from erclutch.files import may_fill
 from erclutch.wings.live.command_line.learn import NO_LEARN, LearnOptions
 from erclutch.wings.live.command_line.live_options import (
@@ -84,10 +85,9 @@ def live(
         supported,
         tuned,
     )
-    from erclutch.wings.live.command_line.learn import Rig, learn
+    from erclutch.wings.live.command_line.learn import Rig, asks_for_rounds, learn
     from erclutch.wings.live.command_line.session_report import ended, follow, introduce
     from erclutch.wings.live.offered_programs import standard_programs, starting_with
-    from erclutch.wings.live.offered_rig import offered_rig
     from erclutch.wings.live.session import Session, SessionOptions
     from erclutch.wings.live.session_figures import SessionFigures
     from erclutch.wings.rig.twin.parameters import load_rig
@@ -99,24 +99,12 @@ def live(
     seconds = math.inf if loop.seconds is None else loop.seconds
     require(0.001, unit=" s", seconds=seconds)
     require(0, 99, priority=loop.priority)
-    learns = control.program == "learn"
-    if loop.record or learns:
+    if loop.record or control.program == "learn":
         may_fill(loop.folder, "folder")  # before models are fitted and compiled
+    learns = asks_for_rounds(control, learning, rig, adapt)
     if learns:
-        offered = offered_rig(rig.rig)
-        plays_rounds = offered is None or offered.learns
-        if adapt or not plays_rounds:
-            given = "--adapt" if adapt else f"--rig {rig.rig}"
-            raise SettingError(
-                f"--program learn with {given}",
-                remedy=f"Leave out {given}: the rounds make the model",
-            )
         control = replace(control, program="rest")
         no_model = True
-    elif learning != NO_LEARN:
-        raise SettingError(
-            "--until, --round and --after are about rounds", remedy="Give --program learn too"
-        )
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
         file = file_of(run, model)
@@ -141,19 +129,12 @@ def live(
         first = settings.programs[0]
         run_as = SessionOptions(loop.seconds, loop.priority, loop.cpu, first.name, channels)
         told = stack.enter_context(_interrupts())
+        observed = partial(_observers, parameters)
         if learns:
-
-            def observed(
-                session: Session,
-                settings: LoopSettings,
-                loop: LoopOptions,
-            ) -> AbstractContextManager[Observers | None]:
-                return _observers(session, settings, parameters, loop)
-
             rounds_on = Rig(what, settings, channels, loop, rig.seed)
             return learn(rounds_on, learning, told, observed, output)
         session = stack.enter_context(Session(what, settings, chosen, run_as))
-        observers = stack.enter_context(_observers(session, settings, parameters, loop))
+        observers = stack.enter_context(observed(session, settings, loop))
         watch = SessionFigures(session.reader(), first.mode.reference)
         introduce(output, session, observers, chosen)
         follow(session, watch, told, output)
@@ -197,9 +178,9 @@ def _interrupts() -> Generator[list[int]]:
 
 @contextmanager
 def _observers(
+    parameters: RigParameters,
     session: Session,
     settings: LoopSettings,
-    parameters: RigParameters,
     loop: LoopOptions,
 ) -> Generator[Observers | None]:
     if loop.headless and not loop.record:

@@ -56,42 +56,35 @@ def drawn_table(
     """
     rows = round(seconds * limits.rate)
     block = round(_BLOCK * limits.rate)  # rows
+    fastest = min(100.0, 0.25 * limits.rate)  # Hz
     blocks: list[Array] = []
     for start in range(0, rows, block):
         length = min(block, rows - start)
-        blocks.append(_block(limits, length, rng, level))
+
+        # The character of a block: how much field, how fast, how much drive.
+        settings = FieldSettings(
+            largest=limits.field,
+            lowest=fastest * 0.005 * 10.0 ** rng.uniform(0.0, 1.0),
+            highest=fastest * 10.0 ** rng.uniform(-1.0, 0.0),
+            peakedness=rng.uniform(0.7, 2.5),
+            sines=rng.random(),
+        )
+        field = field_sequence(length, rng, settings, limits.rate)
+        if rng.random() < _WITHOUT_FIELD:
+            field = np.zeros(length)
+        share = level * rng.uniform(_LEAST_LEVEL, 1.0)
+
+        if limits.device == "single":
+            rated_share = min(1.0, limits.drive / _RATED)
+            drive = share * rated_share * both_ways_torque(length, rng)
+            blocks.append(np.column_stack([np.abs(field), np.zeros(length), drive]))
+        else:
+            largest_share = limits.drive / _PAIR[1]
+            drive = min(share * 2.0, largest_share) * torque_sequence(length, rng, *_PAIR)
+            first = np.maximum(field, 0.0)
+            second = np.maximum(-field, 0.0)
+            blocks.append(np.column_stack([first, second, drive]))
     table = np.concatenate(blocks)
     still = min(rows // 2, round(_REST * limits.rate))
     table[rows - still :] = 0.0
     return table
-
-
-def _block(
-    limits: TableLimits,
-    rows: int,
-    rng: np.random.Generator,
-    level: float,
-) -> Array:
-    """Rows of one character: how much field, how fast, how much drive."""
-    fastest = min(100.0, 0.25 * limits.rate)  # Hz
-    settings = FieldSettings(
-        largest=limits.field,
-        lowest=fastest * 0.005 * 10.0 ** rng.uniform(0.0, 1.0),
-        highest=fastest * 10.0 ** rng.uniform(-1.0, 0.0),
-        peakedness=rng.uniform(0.7, 2.5),
-        sines=rng.random(),
-    )
-    field = field_sequence(rows, rng, settings, limits.rate)
-    if rng.random() < _WITHOUT_FIELD:
-        field = np.zeros(rows)
-    share = level * rng.uniform(_LEAST_LEVEL, 1.0)
-
-    if limits.device == "single":
-        rated_share = min(1.0, limits.drive / _RATED)
-        drive = share * rated_share * both_ways_torque(rows, rng)
-        return np.column_stack([np.abs(field), np.zeros(rows), drive])
-    largest_share = limits.drive / _PAIR[1]
-    drive = min(share * 2.0, largest_share) * torque_sequence(rows, rng, *_PAIR)
-    first = np.maximum(field, 0.0)
-    second = np.maximum(-field, 0.0)
-    return np.column_stack([first, second, drive])

@@ -14,7 +14,7 @@ import mmap
 import os
 import struct
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -132,7 +132,19 @@ class FrameFile:
         messages["frame"] = frames
         ahead = b"" if self._chunks else self._description
         inside = b"" if self._chunks % _REPEAT else self._description
-        self._append(ahead + _chunk(inside, messages, self._packer))
+        body = inside + messages.tobytes()
+        times = messages["log_time"]
+        chunk = kinds.Chunk(
+            compression="zstd",
+            data=self._packer.compress(body),
+            message_end_time=int(times.max()),
+            message_start_time=int(times.min()),
+            uncompressed_crc=zlib.crc32(body),
+            uncompressed_size=len(body),
+        )
+        offsets = len(inside) + np.arange(messages.size) * messages.dtype.itemsize
+        index = chunk_index(CHANNEL, times, offsets)
+        self._append(ahead + record_bytes(chunk) + index)
         self._chunks += 1
         self.frames += int(frames.size)
 
@@ -237,25 +249,6 @@ def record_bytes(*records: kinds.McapRecord) -> bytes:
     return builder.end()
 
 
-def _chunk(ahead: bytes, messages: NDArray[Any], packer: Any) -> bytes:
-    """A chunk of records and messages, and the index of the messages."""
-    body = ahead + messages.tobytes()
-    times = messages["log_time"]
-    chunk = kinds.Chunk(
-        compression="zstd",
-        data=packer.compress(body),
-        message_end_time=int(times.max()),
-        message_start_time=int(times.min()),
-        uncompressed_crc=zlib.crc32(body),
-        uncompressed_size=len(body),
-    )
-    return record_bytes(chunk) + chunk_index(
-        CHANNEL,
-        times,
-        len(ahead) + np.arange(messages.size) * messages.dtype.itemsize,
-    )
-
-
 def chunk_index(
     channel: int,
     times: NDArray[np.uint64],
@@ -313,10 +306,8 @@ def finish_torn(left: Path, path: Path) -> tuple[Path, int]:
                 for place in places(data):
                     if place.kind == Opcode.CHUNK:
                         chunk = place
-                    elif (
-                        place.kind == Opcode.MESSAGE_INDEX
-                    ):  # a chunk counts with the index behind it
-                        last = chunk
+                    elif place.kind == Opcode.MESSAGE_INDEX:
+                        last = chunk  # a chunk counts with the index behind it
                         end = place.stop
                 if last is None:
                     raise RecordingError(
@@ -349,32 +340,28 @@ def seal(path: str | Path) -> None:
     with open(path, "r+b", buffering=0) as file:
         with contextlib.closing(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)) as data:
             size = len(data)
-            found = list(places(data))
+            records = list(places(data))
             checksum = zlib.crc32(memoryview(data))
             end = record_bytes(kinds.DataEnd(checksum))
-            summary = _summary(data, found, size + len(end))
+            summary = _summary(data, records, size + len(end))
         try:
             file.seek(size)
             _write_all(file.fileno(), end + summary)
         except OSError as error:
             if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
                 raise
-            chunks = [place.start - 9 for place in found if place.kind == Opcode.CHUNK]
-            _end_without_index(file.fileno(), chunks, size)
-
-
-def _end_without_index(file: int, chunks: list[int], size: int) -> None:
-    """Give up chunks from the last on until an end fits; each frees a block or two."""
-    end = record_bytes(kinds.DataEnd(0), kinds.Footer(0, 0, 0)) + MAGIC
-    for stop in (size, *reversed(chunks)):
-        os.ftruncate(file, stop)
-        os.lseek(file, stop, os.SEEK_SET)
-        try:
-            _write_all(file, end)
-        except OSError:
-            continue
-        return
-    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            # Chunks are given up from the last on until an end fits; each frees a block or two.
+            chunks = [place.start - 9 for place in records if place.kind == Opcode.CHUNK]
+            end = record_bytes(kinds.DataEnd(0), kinds.Footer(0, 0, 0)) + MAGIC
+            for stop in (size, *reversed(chunks)):
+                os.ftruncate(file.fileno(), stop)
+                file.seek(stop)
+                try:
+                    _write_all(file.fileno(), end)
+                except OSError:
+                    continue
+                return
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)) from error
 
 
 def _summary(data: Any, records: list[Place], start: int) -> bytes:
@@ -391,7 +378,20 @@ def _summary(data: Any, records: list[Place], start: int) -> bytes:
             entry = kinds.MetadataIndex(head, place.stop - head, name)
             groups[Opcode.METADATA_INDEX][record_bytes(entry)] = None
         elif place.kind == Opcode.CHUNK:
-            chunks.append(_entry(data, place))
+            chunk: kinds.Chunk = parse(kinds.Chunk, data[place.start : place.stop])
+            chunks.append(
+                kinds.ChunkIndex(
+                    chunk_length=place.stop - head,
+                    chunk_start_offset=head,
+                    compression=chunk.compression,
+                    compressed_size=len(chunk.data),
+                    message_end_time=chunk.message_end_time,
+                    message_index_length=0,
+                    message_index_offsets={},
+                    message_start_time=chunk.message_start_time,
+                    uncompressed_size=chunk.uncompressed_size,
+                )
+            )
         elif place.kind == Opcode.MESSAGE_INDEX and chunks:
             number, size = struct.unpack_from("<HI", data, place.start)
             counts[number] = counts.get(number, 0) + size // _INDEX_ENTRY.itemsize
@@ -413,30 +413,13 @@ def _summary(data: Any, records: list[Place], start: int) -> bytes:
         schema_count=len(groups[Opcode.SCHEMA]),
     )
     groups[Opcode.STATISTICS] = {record_bytes(statistics): None}
-    return _laid_out(groups, start)
 
-
-def _entry(data: Any, place: Place) -> kinds.ChunkIndex:
-    chunk: kinds.Chunk = parse(kinds.Chunk, data[place.start : place.stop])
-    return kinds.ChunkIndex(
-        chunk_length=place.stop - place.start + 9,
-        chunk_start_offset=place.start - 9,
-        compression=chunk.compression,
-        compressed_size=len(chunk.data),
-        message_end_time=chunk.message_end_time,
-        message_index_length=0,
-        message_index_offsets={},
-        message_start_time=chunk.message_start_time,
-        uncompressed_size=chunk.uncompressed_size,
-    )
-
-
-def _laid_out(groups: Mapping[Opcode, Mapping[bytes, None]], start: int) -> bytes:
+    # The groups one after another, then where each of them begins.
     parts: list[bytes] = []
     offsets: list[bytes] = []
     at = start
-    for kind, records in groups.items():
-        group = b"".join(records)
+    for kind, of_kind in groups.items():
+        group = b"".join(of_kind)
         if group:
             parts.append(group)
             offset = kinds.SummaryOffset(kind, at, len(group))

@@ -189,7 +189,15 @@ class _Process:
         reader = self.recorder.reader
         if reader.state == State.STOPPED:
             return True
-        return now - self._fresh > _GONE and reader.pid > 0 and not _alive(reader.pid)
+        if now - self._fresh <= _GONE or reader.pid <= 0:
+            return False
+        try:
+            os.kill(reader.pid, 0)
+        except ProcessLookupError:
+            return True
+        except OSError:
+            pass  # it lives, and is another user's
+        return False
 
     def say(self, ended: str = "") -> None:
         """A line of state; nobody has to read it."""
@@ -197,16 +205,6 @@ class _Process:
         with contextlib.suppress(OSError):
             line = json.dumps(body) + "\n"
             os.write(sys.stdout.fileno(), line.encode())
-
-
-def _alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        pass
-    return True
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

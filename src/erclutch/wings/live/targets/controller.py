@@ -124,9 +124,35 @@ def texts(step: ExportedStep) -> tuple[str, str]:
         code = code.replace(f"@{name.upper()}@", part)
     for key, value in _places(step).items():
         code = code.replace(f"@{key}@", value)
+    # Functions and constants of the loop's files under the export's name: a build may join two exports in a file.
+    functions = "|".join(re.findall(r"^static [\w ]+?(?!erc_)\b(\w+)\(", code, flags=re.MULTILINE))
+    code = re.sub(rf"\b({functions})\(", r"NAME_control_\1(", code)
+    constants = "|".join(re.findall(r"^#define (\w+)", code, flags=re.MULTILINE))
+    code = re.sub(rf"\b({constants})\b", r"NAME_CONTROL_\1", code)
+
     model_code = source(step, frozenset({"exp", "tanh"}))
     if _known_at_rest(step):
-        model_code = _step_of_known(step.name, model_code)
+        # A step that takes the effort before its limits from its caller, if the caller knows it.
+        n = step.name
+        given = f"{n}_state *state, const {n}_real input[{n.upper()}_INPUTS]"
+        head = f"uint32_t {n}_step({given}, {n}_real *effort)\n{{\n"
+        of_known = f"uint32_t {n}_step_known({given}, const {n}_real *known, {n}_real *effort)"
+        before, _, rest = model_code.partition(head)
+        assert rest
+        body, end, after = rest.partition("\n}\n")
+        body, count = re.subn(
+            r"( unlimited = )(.*);",
+            r"\1((known != NULL) && (row_good != 0u)) ? *known : (\2);",
+            body,
+        )
+        assert count == 1
+        own_header = f'#include "{n}.h"\n'
+        before = before.replace(own_header, f"{own_header}\n#include <stddef.h>\n", 1)
+        about = (
+            "/* The step; where the effort before its limits is known, it is not computed again. */"
+        )
+        plain = f"\n{head}    return {n}_step_known(state, input, NULL, effort);"
+        model_code = f"{before}{about}\nstatic {of_known}\n{{\n{body}{end}{plain}{end}{after}"
 
     model_header = header(step).replace(
         "#include <stdint.h>", "#include <stdbool.h>\n#include <stdint.h>", 1
@@ -135,7 +161,7 @@ def texts(step: ExportedStep) -> tuple[str, str]:
     assert end_of_cplusplus
     declared = _worded(step, _declared(step))
     return (
-        f"{model_code}\n{_worded(step, _with_own_names(code))}",
+        f"{model_code}\n{_worded(step, code)}",
         f"{before}{declared}\n{end_of_cplusplus}{after}",
     )
 
@@ -155,14 +181,6 @@ def _body(part: str) -> str:
 def _loop_code() -> str:
     """All C of the loop that the controller is made of."""
     return "".join([*map(_body, _PARTS), _read("target_c/controller.c")])
-
-
-def _with_own_names(code: str) -> str:
-    """Functions and constants of the loop's files under the export's name: a build may join two exports in a file."""
-    functions = "|".join(re.findall(r"^static [\w ]+?(?!erc_)\b(\w+)\(", code, flags=re.MULTILINE))
-    code = re.sub(rf"\b({functions})\(", r"NAME_control_\1(", code)
-    constants = "|".join(re.findall(r"^#define (\w+)", code, flags=re.MULTILINE))
-    return re.sub(rf"\b({constants})\b", r"NAME_CONTROL_\1", code)
 
 
 def _members() -> dict[str, str]:
@@ -259,26 +277,6 @@ def _places(step: ExportedStep) -> dict[str, str]:
 def _known_at_rest(step: ExportedStep) -> bool:
     """Whether the model's effort is what the inverse says of a field: no memory, and zero field is in the log."""
     return not feels_state(step) and step.field.range[0] <= 0.0
-
-
-def _step_of_known(n: str, text: str) -> str:
-    """The model's C with a step that takes the effort before its limits from its caller, if the caller knows it."""
-    given = f"{n}_state *state, const {n}_real input[{n.upper()}_INPUTS]"
-    head = f"uint32_t {n}_step({given}, {n}_real *effort)\n{{\n"
-    known = (
-        f"static uint32_t {n}_step_known({given}, const {n}_real *known, {n}_real *effort)\n{{\n"
-    )
-    before, _, rest = text.partition(head)
-    assert rest
-    body, end, after = rest.partition("\n}\n")
-    body, count = re.subn(
-        r"( unlimited = )(.*);", r"\1((known != NULL) && (row_good != 0u)) ? *known : (\2);", body
-    )
-    assert count == 1
-    before = before.replace(f'#include "{n}.h"\n', f'#include "{n}.h"\n\n#include <stddef.h>\n', 1)
-    about = "/* The step; where the effort before its limits is known, it is not computed again. */"
-    plain = f"\n{head}    return {n}_step_known(state, input, NULL, effort);"
-    return f"{before}{about}\n{known}{body}{end}{plain}{end}{after}"
 
 
 def _declared(step: ExportedStep) -> str:
