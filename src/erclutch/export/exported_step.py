@@ -258,7 +258,13 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
     filter_ = None
     if options.inputs == "angles":
         assert period is not None
-        filter_ = _filter(options.derivative, period, slip_unit, coaxial)
+        derivative = options.derivative
+        if derivative.name not in CAUSAL:
+            problem = f"the filter {derivative.name} needs samples of the future"
+            raise ExportError(problem, remedy=f"Give --derivative {', '.join(CAUSAL)}")
+        gains = live(derivative, period)
+        turn = 2.0 * np.pi if coaxial or slip_unit == "rad/s" else None
+        filter_ = Filter(derivative.name, gains.g, gains.h, turn)
         names = ("E1", "E2", "theta", "alpha") if coaxial else ("field", "position")
         motion_unit = slip_unit.removesuffix("/s") if slip_unit.endswith("/s") else f"{slip_unit}*s"
     else:
@@ -385,19 +391,3 @@ def _period(model: Model, options: ExportOptions) -> float | None:
             remedy=f"Call the step every {own:.6g} s and leave --period out, or fit a log sampled at {period:g} s",
         )
     return period
-
-
-def _filter(
-    derivative: Derivative,
-    period: float,
-    slip_unit: str,
-    coaxial: bool,
-) -> Filter:
-    if derivative.name not in CAUSAL:
-        raise ExportError(
-            f"the filter {derivative.name} needs samples of the future",
-            remedy=f"Give --derivative {', '.join(CAUSAL)}",
-        )
-    gains = live(derivative, period)
-    turn = 2.0 * np.pi if coaxial or slip_unit == "rad/s" else None
-    return Filter(derivative.name, gains.g, gains.h, turn)

@@ -49,6 +49,16 @@ def header(step: ExportedStep) -> str:
     search = step.search
     sides = 1 if search.minus == search.origin else 2
     evaluations = 1 + search.segments * sides + search.most
+    sure = (
+        "Checked: the effort is monotone on each side of zero field,\n   so there is one such field a side; "
+        "the one nearest to zero is given."
+    )
+    if search.segments > 1:
+        turning = 100 * (1 - search.monotone_share)  # %
+        sure = (
+            f"Checked: the effort turns along {turning:.3g} % of the lines\n   of growing field, so "
+            f"the range is searched in {search.segments} parts a side and the field nearest to zero is given."
+        )
     # What an inverse answers: of a pair both fields as one number.
     signed = "signed field, E1 - E2," if step.elements == 2 else "field"
     about_next = "/* The same as the inverse: the effort of this model does not depend on earlier samples. */"
@@ -96,7 +106,7 @@ uint32_t {n}steady(const {n}real input[{N}INPUTS], {n}real *effort);
 
 /* The {signed} whose settled effort is the wanted one; no state.
    Takes speeds; what the input says of fields is not looked at. Out of reach: the end of the range that comes nearest.
-   At most {evaluations} evaluations of the model. {_monotone(step)} */
+   At most {evaluations} evaluations of the model. {sure} */
 uint32_t {n}inverse(const {n}real input[{N}INPUTS], {n}real wanted, {n}real *field);
 
 {about_next}
@@ -150,21 +160,6 @@ def _macros(inputs: Sequence[str]) -> Iterator[str]:
         else:
             yield f"FURTHER_{place}"
         seen.add(macro)
-
-
-def _monotone(step: ExportedStep) -> str:
-    """What the header says of how sure the inverse is."""
-    search = step.search
-    if search.segments == 1:
-        return (
-            "Checked: the effort is monotone on each side of zero field,\n   so there is one such field a side; "
-            "the one nearest to zero is given."
-        )
-    turning = 100 * (1 - search.monotone_share)  # %
-    return (
-        f"Checked: the effort turns along {turning:.3g} % of the lines\n   of growing field, so "
-        f"the range is searched in {search.segments} parts a side and the field nearest to zero is given."
-    )
 
 
 def _state(step: ExportedStep, n: str) -> str:

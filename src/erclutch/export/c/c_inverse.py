@@ -21,18 +21,8 @@ def inverse(step: ExportedStep, n: str) -> str:
     search = step.search
     ends = [end for end in (search.plus, search.minus) if end != search.origin]
     strides = [step.precision.constant((end - search.origin) / search.segments) for end in ends]
-    parts = [
-        _slips(step, n),
-        _miss(step, n),
-        _close(step, n),
-        table(f"{n}real", f"{n}steps", strides),
-        _search(step, n, len(ends)),
-    ]
-    return "\n".join(parts)
 
-
-def _slips(step: ExportedStep, n: str) -> str:
-    """Slips and further inputs within their windows, and whether one was outside."""
+    # Slips and further inputs within their windows, and whether one was outside.
     inputs = {f"u{place}": f"input[{place}]" for place in range(len(step.inputs))}
     printer = Printer(n, step.precision, search_record(step), inputs)
     lines = list(printer.lines())
@@ -40,12 +30,20 @@ def _slips(step: ExportedStep, n: str) -> str:
     lines += [f"w[{place}] = {text};" for place, text in enumerate(held)]
     lines.append(f"return ({outside}) * {n.upper()}OUTSIDE_RANGE;")
     count = _signals_at_rest(step)
-    return f"""/* Slips and further inputs near their training ranges. */
+    slips = f"""/* Slips and further inputs near their training ranges. */
 static uint32_t {n}slips(const {n}real input[{n.upper()}INPUTS], {n}real w[{count}])
 {{
 {indented(lines)}
 }}
 """
+    parts = [
+        slips,
+        _miss(step, n),
+        _close(step, n),
+        table(f"{n}real", f"{n}steps", strides),
+        _search(step, n, len(ends)),
+    ]
+    return "\n".join(parts)
 
 
 def _state(step: ExportedStep, n: str) -> str:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from functools import lru_cache
 
 from erclutch._version import __version__
-from erclutch.arithmetic.precision import Precision
 from erclutch.arithmetic.record import Record
 from erclutch.export.c import c_inverse, c_network
 from erclutch.export.c.c_functions import functions
@@ -69,12 +68,43 @@ def source(step: ExportedStep, further: frozenset[str] = frozenset()) -> str:
     parameters = f"const {n}real input[{n.upper()}INPUTS], {n}real *effort"
     of_step = f"uint32_t {n}step({n}state *state, {parameters})"
     of_rest = f"uint32_t {n}steady({parameters})"
-    parts.append(_reset(record, n, p))
+    rings = rings_of(record)
+    zero = f"0.0{p.suffix}"
+    forget: list[str] = []  # numbers of the state, then the rings of earlier signals
+    for name, node in record.after.items():
+        forget.append(f"state->{name} = {'0u' if node.kind == 'truth' else zero};")
+    for length in rings:
+        forget.append(f"state->at{length} = 0u;")
+    for length, count in rings.items():
+        forget.append(f"for (i = 0u; i < {length}u; i++)")
+        forget.append("{")
+        forget += [f"    state->ring{length}[i][{signal}] = {zero};" for signal in range(count)]
+        forget.append("}")
+    forget.append(f"state->exact = {n}exact();")
+    forget.append(f"return (state->exact != 0u) ? (uint32_t)0u : {n.upper()}INEXACT;")
+    counter = "    uint32_t i;\n" if rings else ""
+    parts.append(f"uint32_t {n}reset({n}state *state)\n{{\n{counter}{indented(forget)}\n}}\n")
     if SWITCHED_OFF in record.after:
         parts.append(f"{switching(n)}\n{{\n    state->{SWITCHED_OFF} = (on == 0u) ? 1u : 0u;\n}}\n")
     parts.append(_body(step, n, step_record(step), of_step, "state->exact"))
     parts.append(_body(step, n, rest_record(step), of_rest, f"{n}exact()"))
-    parts.append(_inverse(step, n))
+
+    # Both inverses; where the state makes no difference, the inverse of the next step calls the inverse at rest.
+    asked = f"const {n}real input[{n.upper()}INPUTS], {n}real wanted, {n}real *field"
+    no_state = "NULL, " if feels_state(step) else ""
+    search_at_rest = [
+        f"{n}real w[{c_inverse.held_count(step)}];",
+        f"flags = {n}slips(input, w);",
+        f"flags |= {n}search({no_state}w, wanted, field);",
+    ]
+    parts.append(_guarded(step, n, f"uint32_t {n}inverse({asked})", search_at_rest))
+    of_next = f"uint32_t {n}inverse_now(const {n}state *state, {asked})"
+    if feels_state(step):
+        search = [f"flags = {n}search(state, input, wanted, field);"]
+        parts.append(_guarded(step, n, of_next, search, now=True))
+    else:
+        at_once = f"    (void)state;\n    return {n}inverse(input, wanted, field);"
+        parts.append(f"{of_next}\n{{\n{at_once}\n}}\n")
     text = "\n".join(parts)
     return f"""/* {step.headline}. Written by erclutch {__version__}; see {step.name}.h.
    Model {step.digest}
@@ -136,23 +166,6 @@ def _body(
     return f"{signature}\n{{\n{indented(lines)}\n}}\n"
 
 
-def _inverse(step: ExportedStep, n: str) -> str:
-    """Both inverses; where the state makes no difference, the inverse of the next step calls the inverse at rest."""
-    parameters = f"const {n}real input[{n.upper()}INPUTS], {n}real wanted, {n}real *field"
-    no_state = "NULL, " if feels_state(step) else ""
-    search_at_rest = [
-        f"{n}real w[{c_inverse.held_count(step)}];",
-        f"flags = {n}slips(input, w);",
-        f"flags |= {n}search({no_state}w, wanted, field);",
-    ]
-    at_rest = _guarded(step, n, f"uint32_t {n}inverse({parameters})", search_at_rest)
-    signature = f"uint32_t {n}inverse_now(const {n}state *state, {parameters})"
-    if feels_state(step):
-        search = [f"flags = {n}search(state, input, wanted, field);"]
-        return f"{at_rest}\n{_guarded(step, n, signature, search, now=True)}"
-    return f"{at_rest}\n{signature}\n{{\n    (void)state;\n    return {n}inverse(input, wanted, field);\n}}\n"
-
-
 def _guarded(
     step: ExportedStep,
     n: str,
@@ -192,26 +205,6 @@ def _guarded(
     return flags;
 }}
 """
-
-
-def _reset(record: Record, n: str, p: Precision) -> str:
-    """The function that forgets all rows: numbers of the state, then the rings of earlier signals."""
-    zero = f"0.0{p.suffix}"
-    rings = rings_of(record)
-    lines: list[str] = []
-    for name, node in record.after.items():
-        lines.append(f"state->{name} = {'0u' if node.kind == 'truth' else zero};")
-    for length in rings:
-        lines.append(f"state->at{length} = 0u;")
-    for length, count in rings.items():
-        lines.append(f"for (i = 0u; i < {length}u; i++)")
-        lines.append("{")
-        lines += [f"    state->ring{length}[i][{signal}] = {zero};" for signal in range(count)]
-        lines.append("}")
-    lines.append(f"state->exact = {n}exact();")
-    lines.append(f"return (state->exact != 0u) ? (uint32_t)0u : {n.upper()}INEXACT;")
-    declared = "    uint32_t i;\n" if rings else ""
-    return f"uint32_t {n}reset({n}state *state)\n{{\n{declared}{indented(lines)}\n}}\n"
 
 
 def switching(n: str) -> str:

@@ -66,44 +66,28 @@ def twin_models(
     files = {name: cache_folder() / f"twin-{file_name(name)}-{digest}.json" for name in names}
     missing = tuple(name for name, file in files.items() if not file.exists())
     if missing:
+        from erclutch.fit.comparison import Settings, compare
+        from erclutch.logs import read
+        from erclutch.logs.dataset import build_dataset
+        from erclutch.logs.log_writer import write_log
+        from erclutch.signals.speed import Derivative
+        from erclutch.wings.rig.twin.scenarios import prepare
+
         output.print(
             f"TWIN: fitting {', '.join(missing)} to {_SECONDS:.0f} s of it, once ...", markup=False
         )
-        for name, text in _fitted(rig, missing, device).items():
-            files[name].parent.mkdir(parents=True, exist_ok=True)
-            with whole_file(files[name], _UNWRITABLE) as partial:
+        scenario = "training" if device == "coaxial" else "brake"
+        run = prepare(scenario, rig=rig, seconds=_SECONDS, seed=1)
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder) / "twin.parquet"
+            log = write_log(place, run.names, run.chunks(), run.about(), rows=run.rows)
+            # Speeds by the filter that runs live: the models then know its delay and its noise.
+            filtered = Derivative("kalman")
+            data = build_dataset(read(log, device=device), device=device, derivative=filtered)
+        for entry in compare(data, Settings(models=missing, lag="none")).entries:
+            file = files[entry.name]
+            file.parent.mkdir(parents=True, exist_ok=True)
+            with whole_file(file, _UNWRITABLE) as partial:
+                text = json.dumps(entry.outcome.model.to_dict(), indent=1) + "\n"
                 partial.write_text(text, encoding="utf-8")
     return list(files.values())
-
-
-def _fitted(
-    rig: RigParameters,
-    names: tuple[str, ...],
-    device: DeviceName,
-) -> dict[str, str]:
-    """The text of each model's file."""
-    from erclutch.fit.comparison import Settings, compare
-    from erclutch.logs import read
-    from erclutch.logs.dataset import build_dataset
-    from erclutch.logs.log_writer import write_log
-    from erclutch.signals.speed import Derivative
-    from erclutch.wings.rig.twin.scenarios import prepare
-
-    run = prepare(
-        "training" if device == "coaxial" else "brake",
-        rig=rig,
-        seconds=_SECONDS,
-        seed=1,
-    )
-    with tempfile.TemporaryDirectory() as folder:
-        log = write_log(
-            Path(folder) / "twin.parquet", run.names, run.chunks(), run.about(), rows=run.rows
-        )
-        # Speeds by the filter that runs live: the models then know its delay and its noise.
-        data = build_dataset(
-            read(log, device=device), device=device, derivative=Derivative("kalman")
-        )
-    texts: dict[str, str] = {}
-    for entry in compare(data, Settings(models=names, lag="none")).entries:
-        texts[entry.name] = json.dumps(entry.outcome.model.to_dict(), indent=1) + "\n"
-    return texts

@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from importlib import import_module, invalidate_caches, resources
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
@@ -26,6 +25,7 @@ from erclutch.signals.array import largest_size
 TITLE = "the compiled step as a user actuator of MuJoCo, with an example model"
 #: MuJoCo takes larger numbers for a failed simulation.
 _LARGEST = 1e8
+_SIMULATED = 100  # steps of the example
 
 
 def write(step: ExportedStep, folder: Path) -> None:
@@ -163,7 +163,26 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
                 mujoco.mj_fwdActuation(model, data)
                 forces[k] = data.actuator_force[effort]
                 flags[k] = actuator.flags
-        note = _simulated(mujoco, step, module, model)
+
+        # A hundred steps of the example at half the field and half the speed.
+        data = mujoco.MjData(model)
+        low, high = _control_range(step)
+        speed = 0.5 * step.slip.range[1]
+        with getattr(module, step.name)(model) as actuator:
+            first_field = model.actuator(_fields(step)[0])
+            data.ctrl[first_field.id] = 0.5 * (low + high)
+            if step.elements == 2:
+                data.ctrl[model.actuator("motor").id] = speed
+            else:
+                data.joint("slip").qvel[0] = speed
+            for _ in range(_SIMULATED):
+                mujoco.mj_step(model, data)
+            samples = actuator.samples
+    motion = np.concatenate([data.qpos, data.qvel])
+    if not np.all(np.isfinite(motion)):
+        raise ExportError("the simulation of the example fails", remedy="Export the model again")
+    arm_speed = float(data.joint(_joints(step)[-1]).qvel[0])
+
     other = (forces.astype(step.precision.dtype) != expected) | (flags != expected_flags)
     exact, _ = reference(step, rows)
     largest = largest_size(forces - exact)
@@ -172,7 +191,7 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         len(rows),
         int(np.count_nonzero(other)),
         ulps(step, largest),
-        note=note,
+        note=f"{_SIMULATED} steps of the example: {samples} samples, arm at {arm_speed:.3g}",
     )
 
 
@@ -195,32 +214,3 @@ def _imported(step: ExportedStep, folder: Path) -> Generator[ModuleType]:
         for name in names:
             sys.modules.pop(name, None)
         sys.modules.update(kept)
-
-
-def _simulated(
-    mujoco: Any,
-    step: ExportedStep,
-    module: ModuleType,
-    model: Any,
-) -> str:
-    """A hundred steps of the example at half the field and half the speed; what came of them."""
-    data = mujoco.MjData(model)
-    steps = 100
-    low, high = _control_range(step)
-    speed = 0.5 * step.slip.range[1]
-    with getattr(module, step.name)(model) as actuator:
-        first_field = model.actuator(_fields(step)[0])
-        data.ctrl[first_field.id] = 0.5 * (low + high)
-        if step.elements == 2:
-            data.ctrl[model.actuator("motor").id] = speed
-        else:
-            data.joint("slip").qvel[0] = speed
-        for _ in range(steps):
-            mujoco.mj_step(model, data)
-        samples = actuator.samples
-    motion = np.concatenate([data.qpos, data.qvel])
-    if not np.all(np.isfinite(motion)):
-        raise ExportError("the simulation of the example fails", remedy="Export the model again")
-    arm = _joints(step)[-1]
-    arm_speed = float(data.joint(arm).qvel[0])
-    return f"{steps} steps of the example: {samples} samples, arm at {arm_speed:.3g}"

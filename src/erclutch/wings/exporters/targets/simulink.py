@@ -35,6 +35,33 @@ def write(step: ExportedStep, folder: Path) -> None:
     real = step.precision.c_type
     inputs = len(step.inputs)
     size = caller_bytes(step)
+    setup = f"""function {n}_setup(model)
+%{n.upper()}_SETUP Settings of a Simulink model for {n}, and a C Caller block with the delay that carries its state.
+%   {n.upper()}_SETUP(MODEL) with the name of an open model. Simulink R2018b or newer.
+    here = fileparts(mfilename('fullpath'));
+    set_param(model, 'SimCustomHeaderCode', '#include "{n}_caller.h"');
+    set_param(model, 'SimUserIncludeDirs', ['"' here '"']);
+    set_param(model, 'SimUserSources', sprintf('"%s"\\n"%s"', fullfile(here, '{n}_caller.c'), fullfile(here, '{n}.c')));
+    set_param(model, 'SimParseCustomCode', 'on');
+    % Generated code takes the same files.
+    set_param(model, 'RTWUseSimCustomCode', 'on');
+    caller = [model '/{n}'];
+    add_block('simulink/User-Defined Functions/C Caller', caller);
+    set_param(caller, 'FunctionName', '{n}_caller');
+    ports = get_param(caller, 'FunctionPortSpecification');
+    sizes = {{'{len(step.inputs)}', '{size}', '1', '1', '{size}'}};
+    scopes = {{'Input', 'Input', 'Output', 'Output', 'Output'}};
+    for i = 1:numel(scopes)
+        ports.InputArguments(i).Scope = scopes{{i}};
+        ports.InputArguments(i).Size = sizes{{i}};
+    end
+    delay = [model '/{n} state'];
+    add_block('simulink/Discrete/Unit Delay', delay);
+    set_param(delay, 'InitialCondition', 'zeros({size}, 1, ''uint8'')', 'SampleTime', '{step.period or -1!r}');
+    add_line(model, '{n}/3', '{n} state/1', 'autorouting', 'on');
+    add_line(model, '{n} state/1', '{n}/2', 'autorouting', 'on');
+end
+"""
     caller_header = f"""/* {n} as a pure function, for Simulink's C Caller block: the state goes in and comes out,
    through a Unit Delay whose initial condition is zeros. */
 #ifndef {N}_CALLER_H
@@ -81,7 +108,7 @@ void {n}_caller(const {real} input[{inputs}], const uint8_t before[{size}],
     texts = {
         f"{n}_step.m": step_function(step, record),
         f"{n}_block.m": block_function(step, record),
-        f"{n}_setup.m": _setup(step),
+        f"{n}_setup.m": setup,
         f"{n}_caller.h": caller_header,
         f"{n}_caller.c": caller_source,
     }
@@ -92,38 +119,6 @@ void {n}_caller(const {real} input[{inputs}], const uint8_t before[{size}],
 def caller_bytes(step: ExportedStep) -> int:
     """Bytes of state that the block carries: no compiler pads more than this."""
     return (state_bytes(step) + 15) // 8 * 8
-
-
-def _setup(step: ExportedStep) -> str:
-    n = step.name
-    size = caller_bytes(step)
-    return f"""function {n}_setup(model)
-%{n.upper()}_SETUP Settings of a Simulink model for {n}, and a C Caller block with the delay that carries its state.
-%   {n.upper()}_SETUP(MODEL) with the name of an open model. Simulink R2018b or newer.
-    here = fileparts(mfilename('fullpath'));
-    set_param(model, 'SimCustomHeaderCode', '#include "{n}_caller.h"');
-    set_param(model, 'SimUserIncludeDirs', ['"' here '"']);
-    set_param(model, 'SimUserSources', sprintf('"%s"\\n"%s"', fullfile(here, '{n}_caller.c'), fullfile(here, '{n}.c')));
-    set_param(model, 'SimParseCustomCode', 'on');
-    % Generated code takes the same files.
-    set_param(model, 'RTWUseSimCustomCode', 'on');
-    caller = [model '/{n}'];
-    add_block('simulink/User-Defined Functions/C Caller', caller);
-    set_param(caller, 'FunctionName', '{n}_caller');
-    ports = get_param(caller, 'FunctionPortSpecification');
-    sizes = {{'{len(step.inputs)}', '{size}', '1', '1', '{size}'}};
-    scopes = {{'Input', 'Input', 'Output', 'Output', 'Output'}};
-    for i = 1:numel(scopes)
-        ports.InputArguments(i).Scope = scopes{{i}};
-        ports.InputArguments(i).Size = sizes{{i}};
-    end
-    delay = [model '/{n} state'];
-    add_block('simulink/Discrete/Unit Delay', delay);
-    set_param(delay, 'InitialCondition', 'zeros({size}, 1, ''uint8'')', 'SampleTime', '{step.period or -1!r}');
-    add_line(model, '{n}/3', '{n} state/1', 'autorouting', 'on');
-    add_line(model, '{n} state/1', '{n}/2', 'autorouting', 'on');
-end
-"""
 
 
 # --- verify ----------------------------------------------------------------------------------------------------------

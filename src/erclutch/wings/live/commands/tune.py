@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -106,7 +106,26 @@ def tune(
     loops = tuned_loops(path, rig, bandwidth, torque_bandwidth)
     gains = settings_of(path, slope, moved, bandwidth, torque_bandwidth)
     if json:
-        terminal.say_json(_as_json(chosen, path, moved, loops, gains))
+        margins_of_loops = [
+            {
+                "loop": tuned.name,
+                "bandwidth": tuned.bandwidth,
+                "largest": tuned.largest,
+                "by": tuned.limit,
+                "phase_deg": tuned.margins.phase,
+                "delay_s": tuned.margins.delay,
+                "sensitivity": tuned.margins.sensitivity,
+            }
+            for tuned in loops
+        ]
+        body = {
+            "model": chosen.name,
+            "lag_s": path.lag,
+            "moved_side": dict(zip(("inertia", "friction", "from"), moved, strict=True)),
+            "margins": margins_of_loops,
+            "settings": {name: gains[name] for name in TUNED},
+        }
+        terminal.say_json(body)
     else:
         if model is None and chosen.name != kept.recommended:
             problem, _ = _unfit(kept.model(kept.recommended))
@@ -322,35 +341,6 @@ def settings_of(
 
 
 # --- what is told -----------------------------------------------------------------------------------------------------
-
-
-def _as_json(
-    model: Model,
-    path: TorquePath,
-    moved: MovedSide,
-    loops: list[TunedLoop],
-    gains: Mapping[str, float],
-) -> dict[str, Any]:
-    margins: list[dict[str, Any]] = []
-    for tuned in loops:
-        margins.append(
-            {
-                "loop": tuned.name,
-                "bandwidth": tuned.bandwidth,
-                "largest": tuned.largest,
-                "by": tuned.limit,
-                "phase_deg": tuned.margins.phase,
-                "delay_s": tuned.margins.delay,
-                "sensitivity": tuned.margins.sensitivity,
-            }
-        )
-    return {
-        "model": model.name,
-        "lag_s": path.lag,
-        "moved_side": {"inertia": moved.inertia, "friction": moved.friction, "from": moved.source},
-        "margins": margins,
-        "settings": {name: gains[name] for name in TUNED},
-    }
 
 
 def _show(

@@ -219,15 +219,26 @@ class LearningRounds:
         known = _all_rows(self._rounds)
         with one_thread():
             earlier = self._outcome
-            self._outcome = outcome = _fitted(known)
+            # The simplest law, unless the next lowers the error, with the memory that the ladder asks for.
+            one_way = all(bool(np.all(element.slip >= 0.0)) for element in known.elements)
+            single = known.device == "single" and not one_way
+            chosen: FitOutcome[TorqueModel] | None = None
+            for name in quick_laws():
+                law = law_from_name(name, known.device)
+                structure = Structure(known.device, name, law, "lag", single, single)
+                tried = fit_structure(known, structure, intervals=False)
+                if chosen is None or tried.train_cost < _BETTER**2 * chosen.train_cost:
+                    chosen = tried
+            assert chosen is not None
+            richest = grown(known, chosen.model.structure, among=_MEMORY)[-1]
+            self._outcome = outcome = fit_structure(known, richest.structure)
             knowledge = Knowledge(outcome.model, known, self.limits.rate, "I")
         open_now = knowledge.band()
         band = math.hypot(open_now, _QUANTILE * knowledge.noise)
         half_widths: dict[str, tuple[float, float, float]] = {}
         of_earlier = {}
-        if (
-            earlier is not None and earlier.model.name == outcome.model.name
-        ):  # another law's numbers are others
+        # Another law's numbers are others.
+        if earlier is not None and earlier.model.name == outcome.model.name:
             of_earlier = {each.name: each for each in earlier.estimates}
         for estimate in outcome.estimates:
             foretold = math.nan
@@ -302,20 +313,3 @@ class LearningRounds:
 def _all_rows(rounds: Sequence[LoggedRound]) -> Dataset:
     """Rows of all rounds; the commands of the drive are no input of a law."""
     return joined([replace(each.rows, spare={}) for each in rounds])
-
-
-def _fitted(known: Dataset) -> FitOutcome[TorqueModel]:
-    """The simplest law, unless the next lowers the error, with the memory that the ladder asks for; has intervals."""
-    one_way = all(bool(np.all(element.slip >= 0.0)) for element in known.elements)
-    single = known.device == "single" and not one_way
-    chosen: FitOutcome[TorqueModel] | None = None
-    for name in quick_laws():
-        structure = Structure(
-            known.device, name, law_from_name(name, known.device), "lag", single, single
-        )
-        tried = fit_structure(known, structure, intervals=False)
-        if chosen is None or tried.train_cost < _BETTER**2 * chosen.train_cost:
-            chosen = tried
-    assert chosen is not None
-    richest = grown(known, chosen.model.structure, among=_MEMORY)[-1]
-    return fit_structure(known, richest.structure)

@@ -20,7 +20,6 @@ from erclutch.files.places import is_there, release, reserve
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison, FitStep
     from erclutch.report.numbers.run_material import Material
-    from erclutch.signals.recording import Recording
 
 COMMAND = {
     "help": "See it work: the digital TWIN collects a log, all models of the paper are fitted to it.",
@@ -69,7 +68,15 @@ def demo(
     """
     require(10, 3600, " s", seconds=seconds)
     require(0, seed=seed)
-    _may_write(out)
+    # The folder of an earlier demo may be replaced, nothing else.
+    if not out.parent.is_dir() or not takes_files(out.parent):
+        problem = "its parent folder cannot be written"
+        raise RunError(problem, where=str(out), remedy="Give another --out")
+    reserve(out, _is_demo)
+    if is_there(out) and not _is_demo(out):
+        release(out)
+        problem = "exists and is not the folder of a demo"
+        raise RunError(problem, where=str(out), remedy="Give another --out")
     with redirect_stdout(io.StringIO()) if json else nullcontext():
         screen = terminal.console()
         began = time.perf_counter()
@@ -88,20 +95,6 @@ def demo(
         open_file(out / "report.html")
 
 
-def _may_write(folder: Path) -> None:
-    """The folder of an earlier demo may be replaced, nothing else."""
-    if not folder.parent.is_dir() or not takes_files(folder.parent):
-        raise RunError(
-            "its parent folder cannot be written", where=str(folder), remedy="Give another --out"
-        )
-    reserve(folder, _is_demo)
-    if is_there(folder) and not _is_demo(folder):
-        release(folder)
-        raise RunError(
-            "exists and is not the folder of a demo", where=str(folder), remedy="Give another --out"
-        )
-
-
 def _is_demo(folder: Path) -> bool:
     return folder.is_dir() and {path.name for path in folder.iterdir()} == {
         "report.html",
@@ -113,11 +106,14 @@ def _is_demo(folder: Path) -> bool:
 def _run(out: Path, seconds: float, seed: int) -> None:
     """Collect, fit, report: in a folder that gets its name once all is there."""
     from erclutch.files import whole_folder
+    from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import read
+    from erclutch.logs.dataset import build_dataset
     from erclutch.report.html.report_page import write_report
     from erclutch.report.numbers.run_material import material_of
     from erclutch.runs.run_folder import read_run
     from erclutch.runs.written_run import unwritable, write_run
+    from erclutch.signals.speed import Derivative
     from erclutch.wings.rig.commands.simulate import collect
     from erclutch.wings.rig.twin.scenarios import prepare
 
@@ -131,7 +127,17 @@ def _run(out: Path, seconds: float, seed: int) -> None:
         held = round(0.3 * recording.rows)
         why = f"10 models on {recording.rows - held:,} rows; the last {held:,} are held out to judge them"
         with _step("2 of 3  Fitting", why):
-            comparison = _fit(recording)
+            by_difference = Derivative("difference")
+            data = build_dataset(recording, device="coaxial", derivative=by_difference)
+            with terminal.progress("laws first, then networks") as bar:
+
+                def show(step: FitStep) -> None:
+                    """A line for each model as it is fitted, and a step of the bar."""
+                    if step.fitted:
+                        terminal.tell(f"  {step.fitted:<16} {_MEANINGS.get(step.fitted, '')}")
+                    bar(step.done, 1.0, step.doing)
+
+                comparison = compare(data, Settings(models=("paper",), lag="none"), show)
             reading = {"device": "coaxial", "derivative": "difference"}
             write_run(folder / "run", comparison, [recording], reading=reading)
         with _step("3 of 3  Writing the report", "one file to look at and to forward"):
@@ -150,23 +156,6 @@ def _step(name: str, why: str) -> Generator[None, None, None]:
     began = time.perf_counter()
     yield
     terminal.tell(f"  done in {time.perf_counter() - began:.1f} s", style="dim")
-
-
-def _fit(recording: Recording) -> Comparison:
-    """Fit the models; a line for each as it is done, and a step of the bar."""
-    from erclutch.fit.comparison import Settings, compare
-    from erclutch.logs.dataset import build_dataset
-    from erclutch.signals.speed import Derivative
-
-    data = build_dataset(recording, device="coaxial", derivative=Derivative("difference"))
-    with terminal.progress("laws first, then networks") as bar:
-
-        def show(step: FitStep) -> None:
-            if step.fitted:
-                terminal.tell(f"  {step.fitted:<16} {_MEANINGS.get(step.fitted, '')}")
-            bar(step.done, 1.0, step.doing)
-
-        return compare(data, Settings(models=("paper",), lag="none"), show)
 
 
 def _sum_up(material: Material, comparison: Comparison) -> None:

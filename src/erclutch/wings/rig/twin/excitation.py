@@ -71,8 +71,24 @@ def field_sequence(
     while k < rows:
         length = int(rng.exponential(settings.stretch) * rate)
         end = min(k + length + 20, rows)
-        draw = _sines if rng.random() < settings.sines else _squares
-        k, side = draw(out, k, end, side, rng, settings, rate)
+        sines = rng.random() < settings.sines
+        while k < end:
+            width = _half_period(rng, settings, rate)
+            if not sines:
+                other_side = rng.random() < settings.alternating
+                side = -side if other_side else float(rng.choice((-1.0, 1.0)))
+                out[k : k + width] = side * _amplitude(rng, settings)
+                k += width
+                continue
+            width = max(2, width)
+            height = _amplitude(rng, settings)
+            for _ in range(int(rng.integers(1, 5))):
+                wave = side * height * np.sin(np.pi * np.arange(width) / width)
+                out[k : k + width] = wave[: rows - k]
+                k += width
+                side = -side
+                if k >= rows:
+                    return out
     return out
 
 
@@ -84,45 +100,6 @@ def _half_period(rng: np.random.Generator, settings: FieldSettings, rate: float)
 
 def _amplitude(rng: np.random.Generator, settings: FieldSettings) -> float:
     return settings.largest * float(rng.random()) ** settings.peakedness
-
-
-def _sines(
-    out: Array,
-    k: int,
-    end: int,
-    side: float,
-    rng: np.random.Generator,
-    settings: FieldSettings,
-    rate: float,
-) -> tuple[int, float]:
-    while k < end:
-        width = max(2, _half_period(rng, settings, rate))
-        height = _amplitude(rng, settings)
-        for _ in range(int(rng.integers(1, 5))):
-            wave = side * height * np.sin(np.pi * np.arange(width) / width)
-            out[k : k + width] = wave[: out.size - k]
-            k += width
-            side = -side
-            if k >= out.size:
-                return out.size, side
-    return k, side
-
-
-def _squares(
-    out: Array,
-    k: int,
-    end: int,
-    side: float,
-    rng: np.random.Generator,
-    settings: FieldSettings,
-    rate: float,
-) -> tuple[int, float]:
-    while k < end:
-        width = _half_period(rng, settings, rate)
-        side = -side if rng.random() < settings.alternating else float(rng.choice((-1.0, 1.0)))
-        out[k : k + width] = side * _amplitude(rng, settings)
-        k += width
-    return k, side
 
 
 def torque_sequence(

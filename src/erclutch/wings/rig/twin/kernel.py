@@ -23,7 +23,7 @@ from erclutch.wings.rig.twin.fluid import (
 )
 from erclutch.wings.rig.twin.integrate import decay
 from erclutch.wings.rig.twin.jit import compiled
-from erclutch.wings.rig.twin.part_parameters import POINTS, Drive, Parts, Screw
+from erclutch.wings.rig.twin.part_parameters import POINTS, Parts
 from erclutch.wings.rig.twin.supply import voltage_after
 
 # The state vector. Angles in rad, speeds in rad/s half a step behind them, the rest as named.
@@ -52,12 +52,8 @@ FIELD_WORK = 20
 DISSIPATED = 21
 SMALLEST = 22
 TORQUE = 23  # torque of the fluid and seals on the rotors, N m
-PROMPT_1, PROMPT_2, RESIDUE_1, RESIDUE_2 = (
-    24,
-    25,
-    26,
-    27,
-)  # fields by the supply alone, and what stays of them, V/m
+# Fields by the supply alone, and what stays of them, in V/m.
+PROMPT_1, PROMPT_2, RESIDUE_1, RESIDUE_2 = 24, 25, 26, 27
 STIFF_1, STIFF_2 = 28, 29  # stiffness of fully built chains at the present fields, Pa
 # A number a point of gap 1, then of gap 2, in rows of one length. A compiler does eight points at once only where rows
 # are whole vectors apart; where they are ten numbers apart it does two, and the simulation takes 6 % longer.
@@ -177,49 +173,6 @@ def _dry(
 
 
 @compiled
-def _screw_limit(x: Array, screw: Screw, speed: float) -> float:
-    """Deflection of the screw's bristles in steady sliding: Stribeck, direction and place."""
-    limit = screw.presliding * stribeck(speed, screw.breakaway, screw.stribeck_speed)
-    wave = math.sin(x[PHI_L]) + 0.5 * math.sin(7.3 * x[PHI_L] + 0.7)
-    place = 1.0 + screw.waviness * wave
-    way = 1.0 + screw.asymmetry if speed > 0.0 else 1.0 - screw.asymmetry
-    return limit * place * way
-
-
-@compiled
-def _motor_torque(x: Array, drive: Drive) -> float:
-    """Torque on the input shaft, with its ripple."""
-    ripple = math.sin(8.0 * x[THETA]) + 0.4 * math.sin(24.0 * x[THETA] + 1.0)
-    return x[MOTOR] * (1.0 + drive.ripple * ripple)
-
-
-@compiled
-def _electric_after(
-    x: Array,
-    parts: Parts,
-    first: float,
-    second: float,
-    dt: float,
-) -> None:
-    """Voltages and fields in the gaps one step later."""
-    share = 1.0 - decay(dt / parts.fluid.polarisation)
-    stays = 1.0 - decay(dt / parts.fluid.residual_time)
-    for channel in range(2):
-        command = first if channel == 0 else second
-        voltage = voltage_after(x[VOLT_1 + channel], command, parts.supply, dt)
-        middle = 0.5 * (voltage + x[VOLT_1 + channel])
-        x[VOLT_1 + channel] = voltage
-        prompt = x[PROMPT_1 + channel] + share * (
-            middle / parts.clutch_1.gap - x[PROMPT_1 + channel]
-        )
-        prompt = prompt if prompt > 1.0 else 0.0  # below 1 V/m it is off
-        x[PROMPT_1 + channel] = prompt
-        x[RESIDUE_1 + channel] += stays * (prompt - x[RESIDUE_1 + channel])
-        field = prompt + parts.fluid.residual_field * (x[RESIDUE_1 + channel] - prompt)
-        x[FIELD_1 + channel] = field if field > 1.0 else 0.0
-
-
-@compiled
 def _speeds_after(
     x: Array,
     parts: Parts,
@@ -239,7 +192,8 @@ def _speeds_after(
     beyond = max(abs(x[PHI_L]) - limit, 0.0)
     stop = math.copysign(screw.stop_stiffness * beyond, x[PHI_L])
     drag = screw.viscous + (screw.stop_damping if beyond > 0.0 else 0.0)
-    motor = _motor_torque(x, drive)
+    ripple = math.sin(8.0 * x[THETA]) + 0.4 * math.sin(24.0 * x[THETA] + 1.0)
+    motor = x[MOTOR] * (1.0 + drive.ripple * ripple)
 
     # (2 J / dt + K) v = force + 2 J / dt v_old for the mean speeds v, K tridiagonal and symmetric.
     j_in = 2.0 * drive.inertia / dt
@@ -268,7 +222,7 @@ def _speeds_after(
     x[OMEGA_R] = 2.0 * v_r - x[OMEGA_R]
     x[OMEGA_L] = v_l if locked else 2.0 * v_l - x[OMEGA_L]
 
-    # The torque on the rotors, the ledger, and what the torque meter feels.
+    # The torque on the rotors, and the ledger.
     w_1 = v_in - v_r
     w_2 = -v_in - v_r
     x[TORQUE] = pull_1 + pull_2 + thick_1 * w_1 + thick_2 * w_2
@@ -276,19 +230,11 @@ def _speeds_after(
     lost = thick_1 * w_1 * w_1 + thick_2 * w_2 * w_2 + drive.viscous * v_in * v_in
     lost += screw.damping * (v_r - v_l) * (v_r - v_l) + drag * v_l * v_l
     x[DISSIPATED] += lost * dt
-    _meter_after(x, twist + screw.damping * (v_r - v_l), parts, dt)
 
-
-@compiled
-def _meter_after(
-    x: Array,
-    torque: float,
-    parts: Parts,
-    dt: float,
-) -> None:
-    """The torque meter: two first-order stages."""
+    # The torque meter: two first-order stages.
+    felt = twist + screw.damping * (v_r - v_l)
     share = 1.0 - decay(2.0 * math.pi * parts.sensors.torque_bandwidth * dt)
-    x[METER_A] += share * (torque - x[METER_A])
+    x[METER_A] += share * (felt - x[METER_A])
     x[METER_B] += share * (x[METER_A] - x[METER_B])
 
 
@@ -311,7 +257,24 @@ def _states_after(
     lost = x[DISSIPATED]
     field_1 = x[FIELD_1]
     field_2 = x[FIELD_2]
-    _electric_after(x, parts, first, second, dt)
+
+    # Voltages and fields in the gaps.
+    share = 1.0 - decay(dt / parts.fluid.polarisation)
+    stays = 1.0 - decay(dt / parts.fluid.residual_time)
+    for channel in range(2):
+        command = first if channel == 0 else second
+        voltage = voltage_after(x[VOLT_1 + channel], command, parts.supply, dt)
+        middle = 0.5 * (voltage + x[VOLT_1 + channel])
+        x[VOLT_1 + channel] = voltage
+        prompt = x[PROMPT_1 + channel] + share * (
+            middle / parts.clutch_1.gap - x[PROMPT_1 + channel]
+        )
+        prompt = prompt if prompt > 1.0 else 0.0  # below 1 V/m it is off
+        x[PROMPT_1 + channel] = prompt
+        x[RESIDUE_1 + channel] += stays * (prompt - x[RESIDUE_1 + channel])
+        field = prompt + parts.fluid.residual_field * (x[RESIDUE_1 + channel] - prompt)
+        x[FIELD_1 + channel] = field if field > 1.0 else 0.0
+
     _gaps_after(x, omega, omega_r, field_1, field_2, firm, parts, dt)
     for channel in range(2):
         clutch = parts.clutch_1 if channel == 0 else parts.clutch_2
@@ -323,9 +286,12 @@ def _states_after(
     x[WARMTH] += dt * (heat - parts.thermal.loss * x[WARMTH]) / parts.thermal.capacity
     limit = drive.presliding * stribeck(omega, drive.breakaway, drive.stribeck_speed)
     _dry(x, BRISTLE_IN, omega, limit, drive.coulomb / drive.presliding, dt)
-    _dry(
-        x, BRISTLE_L, omega_l, _screw_limit(x, screw, omega_l), screw.coulomb / screw.presliding, dt
-    )
+    # Deflection of the screw's bristles in steady sliding: Stribeck, direction and place.
+    sliding = screw.presliding * stribeck(omega_l, screw.breakaway, screw.stribeck_speed)
+    wave = math.sin(x[PHI_L]) + 0.5 * math.sin(7.3 * x[PHI_L] + 0.7)
+    along = 1.0 + screw.waviness * wave
+    way = 1.0 + screw.asymmetry if omega_l > 0.0 else 1.0 - screw.asymmetry
+    _dry(x, BRISTLE_L, omega_l, sliding * along * way, screw.coulomb / screw.presliding, dt)
     wanted = min(max(motor, -drive.torque_limit), drive.torque_limit)
     x[MOTOR] += (wanted - x[MOTOR]) * (1.0 - decay(dt / drive.torque_time))
     x[THETA] += dt * omega

@@ -80,10 +80,6 @@ def _narrow(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
     return torque_sequence(rows, rng, 0.05, 0.10, settings=field_settings(rig))
 
 
-def _half_sines(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
-    return half_sine_torque(rows, rng, rig)
-
-
 def _both_ways(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
     return both_ways_torque(rows, rng)
 
@@ -122,7 +118,7 @@ SCENARIOS: Mapping[str, Scenario] = {
             "no field, half-sine motor torque, IV-D",
             20.0,
             None,
-            _half_sines,
+            half_sine_torque,
             speed=1.0,
         ),
         Scenario("zero-motion", "output shaft held, IV-E", 20.0, _EXCITED, _narrow, locked=True),
@@ -328,7 +324,14 @@ def _stepper(
     steps = substeps(rig)
     dt = PERIOD / steps
     if scenario.tracking:
-        tracked = np.column_stack([motor, noise, _reference(scenario.tracking, rig, rows)])
+        # The tracked sine and its speed.
+        omega = 2.0 * np.pi * scenario.tracking
+        phase = omega * np.arange(rows) * PERIOD
+        share = 5.0 if omega > 2 * np.pi else 1.0  # beyond 1 Hz a fifth of the way
+        height = _AMPLITUDE / share * 2.0 * np.pi / rig.value("screw.lead")
+        sine = height * np.sin(phase)
+        speed = height * omega * np.cos(phase)
+        tracked = np.column_stack([motor, noise, sine, speed])
         memory = np.array([np.nan])
         return lambda state, at, out: run_tracking(
             state, parts, tracked[at], GAINS, memory, dt, steps, out
@@ -344,12 +347,3 @@ def _stepper(
     return lambda state, at, out: run_open(
         state, parts, commands[at], locked, soft, guard, dt, steps, out
     )
-
-
-def _reference(frequency: float, rig: RigParameters, rows: int) -> Array:
-    """The tracked sine and its speed, shape (rows, 2)."""
-    omega = 2.0 * np.pi * frequency
-    phase = omega * np.arange(rows) * PERIOD
-    share = 5.0 if omega > 2 * np.pi else 1.0  # beyond 1 Hz a fifth of the way
-    height = _AMPLITUDE / share * 2.0 * np.pi / rig.value("screw.lead")
-    return np.column_stack([height * np.sin(phase), height * omega * np.cos(phase)])

@@ -14,35 +14,6 @@ from erclutch.wings.rig.twin.part_parameters import POINTS, Parts
 
 
 @compiled
-def _settled(
-    x: Array,
-    parts: Parts,
-    field: float,
-    motor: float,
-    torque: float,
-) -> None:
-    """Inner states as after a while under constant commands and speeds: a guess that the first rows wash out."""
-    for channel in range(2):
-        wanted = max(field, 0.0) if channel == 0 else max(-field, 0.0)
-        command = min(wanted, parts.supply.command_limit)
-        voltage = command / parts.supply.command_limit * parts.supply.voltage_limit
-        x[k.VOLT_1 + channel] = voltage
-        for at in (k.FIELD_1, k.PROMPT_1, k.RESIDUE_1):
-            x[at + channel] = voltage / parts.clutch_1.gap
-        _, halving = structure_rates(x[k.FIELD_1 + channel], parts.fluid)
-        for i in range(channel * POINTS, channel * POINTS + POINTS):
-            slip = parts.gaps.way[i] * x[k.OMEGA] - x[k.OMEGA_R]
-            shear = slip * parts.gaps.arm[i]
-            x[k.STRUCTURE + i] = halving / (halving + abs(shear))
-            x[k.STRAIN + i] = 0.0
-            if abs(slip) > 1.0:
-                x[k.STRAIN + i] = math.copysign(parts.fluid.yield_strain, shear)
-    x[k.MOTOR] = motor
-    x[k.METER_A] = torque
-    x[k.METER_B] = torque
-
-
-@compiled
 def follow(
     parts: Parts,
     field: Array,
@@ -74,7 +45,27 @@ def follow(
     x[k.OMEGA_R] = alpha_dot
     x[k.TABLE] = alpha * parts.screw.lead / 6.283185307179586
     x[k.PHI_R] = alpha + torque / parts.screw.stiffness
-    _settled(x, parts, field[0], motor[0], torque)
+
+    # Inner states as after a while under constant commands and speeds: a guess that the first rows wash out.
+    for channel in range(2):
+        wanted = max(field[0], 0.0) if channel == 0 else max(-field[0], 0.0)
+        command = min(wanted, parts.supply.command_limit)
+        voltage = command / parts.supply.command_limit * parts.supply.voltage_limit
+        x[k.VOLT_1 + channel] = voltage
+        for at in (k.FIELD_1, k.PROMPT_1, k.RESIDUE_1):
+            x[at + channel] = voltage / parts.clutch_1.gap
+        _, halving = structure_rates(x[k.FIELD_1 + channel], parts.fluid)
+        for point in range(channel * POINTS, channel * POINTS + POINTS):
+            slip = parts.gaps.way[point] * x[k.OMEGA] - x[k.OMEGA_R]
+            shear = slip * parts.gaps.arm[point]
+            x[k.STRUCTURE + point] = halving / (halving + abs(shear))
+            x[k.STRAIN + point] = 0.0
+            if abs(slip) > 1.0:
+                x[k.STRAIN + point] = math.copysign(parts.fluid.yield_strain, shear)
+    x[k.MOTOR] = motor[0]
+    x[k.METER_A] = torque
+    x[k.METER_B] = torque
+
     out = np.empty((field.size, 3))
     turn = 2.0 * math.pi / parts.screw.lead
     for i in range(field.size):
