@@ -113,12 +113,7 @@ class Turn:
 
 def worst_turn(model: Model) -> Turn:
     """The largest way back of the settled effort along the lines that `monotone_share` counts."""
-    worst = Turn(
-        back=0.0,
-        fields=(0.0, 0.0),
-        slips=(),
-        farthest=0.0,
-    )
+    worst = Turn(back=0.0, fields=(0.0, 0.0), slips=(), farthest=0.0)
     farthest = 0.0
     for lines in _lines(model):
         # The effort along each line, turned so that it rises on the whole, and the most that it had reached.

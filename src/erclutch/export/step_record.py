@@ -113,9 +113,7 @@ def feels_next_field(step: ExportedStep) -> bool:
             return True
         seen.add(node)
         needs = node.arguments
-        if (
-            node.operation == "choose" and needs[0] is going
-        ):  # the third stands in the first row only
-            needs = needs[:2]
+        if node.operation == "choose" and needs[0] is going:
+            needs = needs[:2]  # the third stands in the first row only
         pending += [argument for argument in needs if argument not in seen]
     return False

@@ -14,16 +14,14 @@ from pathlib import Path
 from typing import Any, cast
 
 #: Bits of `CompiledModel.flags`.
-OUTSIDE_RANGE, NON_FINITE, BOTH_FIELDS, LIMITED, OUT_OF_REACH, WIDE_BAND, DRIFT, ADAPTED = (
-    1,
-    2,
-    4,
-    8,
-    16,
-    32,
-    64,
-    128,
-)
+OUTSIDE_RANGE = 1
+NON_FINITE = 2
+BOTH_FIELDS = 4
+LIMITED = 8
+OUT_OF_REACH = 16
+WIDE_BAND = 32
+DRIFT = 64
+ADAPTED = 128
 _ABI = 1
 _METH_FASTCALL = 0x80
 
@@ -79,9 +77,8 @@ class CompiledModel:
             raise OSError(f"{library} is no compiled model of this version: {error}") from error
         if version != _ABI:
             raise OSError(f"{library} has model ABI {version}; this version loads {_ABI}")
-        exact = getattr(
-            self._library, "erc_model_exact", None
-        )  # a library of an earlier version does not tell
+        # A library of an earlier version does not tell.
+        exact = getattr(self._library, "erc_model_exact", None)
         if exact is not None and not exact():
             raise OSError(
                 f"the compiler of {library} changed the order or the rounding of its sums and products"

@@ -121,9 +121,8 @@ def natives() -> tuple[Compiler, ...]:
         compilers.append(Compiler(Path(chosen[0]).name, tuple(chosen)))
     for name in ("gcc", "clang", "cc"):
         known = any(compiler.name == name for compiler in compilers)
-        another_name = name == "cc" and bool(
-            compilers
-        )  # of a compiler that is there already, as a rule
+        # cc is as a rule another name of a compiler that is there already.
+        another_name = name == "cc" and bool(compilers)
         if shutil.which(name) and not known and not another_name:
             compilers.append(Compiler(name, (name,)))
     if importlib.util.find_spec("ziglang") is not None:

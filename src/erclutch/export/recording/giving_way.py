@@ -48,9 +48,8 @@ def given_way(
         law = network.law_beyond(*groups)
         record = share.owner
         if again is None:
-            both = faded(
-                signals[-1], law, share
-            )  # the effort of the network comes behind the groups
+            of_network = signals[-1]  # its effort comes behind the groups
+            both = faded(of_network, law, share)
         else:
             both = record.call("both", between, share=share, law=law, **named_groups("xwv", groups))
         return record.choose(record.less(0.0, share), both, law)

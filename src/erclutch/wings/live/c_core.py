@@ -38,9 +38,8 @@ class _Model:
         self._memory = np.zeros(size + 16, np.uint8)
         state = ctypes.c_void_p((self._memory.ctypes.data + 15) & ~15)
         reset(state)
-        self.pointers = (ctypes.c_void_p * 5)(
-            step, inverse, back, state.value, steady
-        )  # ``erc_model``
+        # As in ``erc_model``.
+        self.pointers = (ctypes.c_void_p * 5)(step, inverse, back, state.value, steady)
 
 
 @cache

@@ -50,9 +50,8 @@ def motion_limits(
     """
     motor = rig.value("drive.torque_limit") * (1.0 + _CRESTS * rig.value("drive.ripple"))  # N m
     clutches = ("rated_torque_1",) if device == "single" else ("rated_torque_1", "rated_torque_2")
-    rated = max(
-        rig.value(f"clutch.{name}") for name in clutches
-    )  # N m; there are never two fields at once
+    # In N m; there are never two fields at once.
+    rated = max(rig.value(f"clutch.{name}") for name in clutches)
     on_drive = motor + PEAK * rated + rig.value("drive.coulomb") * rig.value("drive.breakaway")
     on_output = PEAK * rated + rig.value("screw.coulomb") * rig.value("screw.breakaway")
     inertia = rig.value("screw.rotor_inertia") + rig.value("screw.load_inertia")  # kg m^2
@@ -99,9 +98,8 @@ def innovation_lag(derivative: AnyFilter, period: float) -> float:
 
     What a push of one period leaves, summed up: the most that any course of such accelerations does.
     """
-    push = (
-        (0.5 + k) * period * period for k in itertools.count()
-    )  # 1 rad/s^2 in the first period, from rest
+    # Angles under 1 rad/s^2 in the first period, from rest.
+    push = ((0.5 + k) * period * period for k in itertools.count())
     return sum(abs(off) for off, _ in _answers(derivative, period, push)) / period
 
 
@@ -123,9 +121,8 @@ def acceleration_noise(derivative: AnyFilter, period: float) -> float:
         squares += (change / period) ** 2
         alone += change / period
         most = max(most, abs(alone))
-    return max(
-        _SCATTER * math.sqrt(squares / 12.0), _TWO_CLOSE * most
-    )  # a count's error is anything within it
+    # A count's error is anything within it.
+    return max(_SCATTER * math.sqrt(squares / 12.0), _TWO_CLOSE * most)
 
 
 def _answers(

@@ -72,9 +72,8 @@ def standard_programs(
         return tuple(programs)
 
     if device == "single":
-        held = min(
-            motor, _as_shown(_HELD * effort)
-        )  # by motor and brake: a stronger motor runs away
+        # By motor and brake: a stronger motor runs away.
+        held = min(motor, _as_shown(_HELD * effort))
         programs += _torques(held, _SWING * held, _SWING * held, held)
         # The motor is the hand: it pushes into the wall and pulls back by less, so that it comes again.
         rows = 2000
@@ -184,9 +183,8 @@ def _excitations(
         for table in (sines, squares):
             table[:, 0] += table[:, 1]
             table[:, 1] = 0.0
-            table[:, 2] = drive * both_ways_torque(
-                rows, np.random.default_rng(seed)
-            )  # else it runs away
+            # Both ways: else it runs away.
+            table[:, 2] = drive * both_ways_torque(rows, np.random.default_rng(seed))
     if not drive:
         return (
             repeated("sine", sines, 0.0, "random sines of field, IV-B"),
@@ -246,10 +244,8 @@ def starting_with(programs: Sequence[LoopProgram], name: str) -> tuple[LoopProgr
     first = [program for program in programs if program.name == name]
     others = [program for program in programs if program.name != name]
     if not first:
-        known = [
-            *(program.name for program in programs),
-            "learn",
-        ]  # rounds, which the command plays itself
+        # "learn" are rounds, which the command plays itself.
+        known = [*(program.name for program in programs), "learn"]
         remedy = f"{did_you_mean(name, known)}Choose one of {', '.join(known)}"
         raise SettingError(f"there is no program {name!r}", remedy=remedy)
     return (*first, *others)

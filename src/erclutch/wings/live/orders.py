@@ -15,10 +15,10 @@ class Order(IntEnum):
     STOP = CONSTANTS["ERC_ORDER_STOP"]  # end at zero field
     ZERO = CONSTANTS["ERC_ORDER_ZERO"]  # fields to zero until a reset
     RESET = CONSTANTS["ERC_ORDER_RESET"]  # clear a trip, if the sensors are there; nothing moves
-    PROGRAM = CONSTANTS[
-        "ERC_ORDER_PROGRAM"
-    ]  # value: number of the program to run; refused while tripped
-    MOTOR = CONSTANTS["ERC_ORDER_MOTOR"]  # value: motor torque in N m in place of the program's
+    # Its value is the number of the program to run; refused while tripped.
+    PROGRAM = CONSTANTS["ERC_ORDER_PROGRAM"]
+    # Its value is a motor torque in N m, in place of the program's.
+    MOTOR = CONSTANTS["ERC_ORDER_MOTOR"]
 
 
 def order_bytes(order: Order, value: float = 0.0) -> bytes:

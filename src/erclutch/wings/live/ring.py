@@ -56,9 +56,8 @@ def doubt_in_words(trip: str) -> str:
     faults = [fault for name, fault in _FAULTS.items() if name in names]
     if not sensors:
         return ""
-    if {"torque-doubted", "alpha-doubted", "disagrees"} <= {
-        *names
-    }:  # torque and motion of the output are compared
+    # Torque and motion of the output are compared.
+    if {"torque-doubted", "alpha-doubted", "disagrees"} <= {*names}:
         return "The torque meter and the output encoder contradict each other, and one of them is wrong"
     fault = " or ".join(faults) or "is in doubt"
     sentence = f"{' or '.join(sensors)} {fault}"

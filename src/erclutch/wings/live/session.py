@@ -336,12 +336,10 @@ def _own_folder() -> tuple[Path, int]:
             lock = os.open(folder, os.O_RDONLY)
         except FileNotFoundError:  # removed as below
             continue
-        with contextlib.suppress(
-            OSError
-        ):  # a file system without locks: nobody can take the folder for left over
+        # On a file system without locks nobody can take the folder for left over.
+        with contextlib.suppress(OSError):
             fcntl.flock(lock, fcntl.LOCK_EX)
-        if (
-            folder.exists()
-        ):  # a session that starts at the same moment may have removed it, unlocked as it was
+        # A session that starts at the same moment may have removed it, unlocked as it was.
+        if folder.exists():
             return folder, lock
         os.close(lock)

@@ -82,9 +82,8 @@ class SessionFigures:
     busy: str = ""
     _squares: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     _estimates: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
-    _last: NDArray[np.int64] = field(
-        default_factory=lambda: np.zeros((0, 3), np.int64)
-    )  # of the last second
+    # Rows of the last second.
+    _last: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 3), np.int64))
 
     def poll(self) -> NDArray[Any]:
         """Take what is new; returns it."""
@@ -135,9 +134,8 @@ class SessionFigures:
             self.busy = ""
             if np.count_nonzero(before[:, 1] & (_LOST | _OVERRUN)) >= _BUSY:
                 latest = before[:, 2].max() / 1e6  # ms
-                by = (
-                    f", by up to {latest:.1f} ms" if latest >= _TOLD else ""
-                )  # else a step took long, not its wake-up
+                # Where no wake-up was late, a step took long.
+                by = f", by up to {latest:.1f} ms" if latest >= _TOLD else ""
                 self.busy = (
                     f"This machine was busy: in the second before, {lost} sample{'s'[: lost != 1]} of the rig did not "
                     f"come in time, and {overran} step{'s'[: overran != 1]} came late{by}. "

@@ -35,9 +35,8 @@ def describe_loops(loops: Sequence[TunedLoop]) -> Plot:
         gain: Array = 20.0 * np.log10(np.abs(response))
         turned = np.unwrap(np.angle(response))
         phase: Array = np.degrees(turned)
-        phase -= 360.0 * round(
-            (float(phase[0]) + 180.0) / 360.0
-        )  # it begins within half a turn of -180 degrees
+        # It begins within half a turn of -180 degrees.
+        phase -= 360.0 * round((float(phase[0]) + 180.0) / 360.0)
         sensitivity: Array = 1.0 / np.abs(1.0 + response)
         gains.append(Line(frequency, gain, style, tuned.name))
         phases.append(Line(frequency, phase, style, tuned.name))

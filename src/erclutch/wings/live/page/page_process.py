@@ -171,9 +171,8 @@ async def _serve(setting: dict[str, Any]) -> int:
         timeout_graceful_shutdown=1,
     )
     server: Any = uvicorn.Server(config)
-    server.capture_signals = (
-        contextlib.nullcontext
-    )  # SIGINT is the session's business, and it closes our input
+    # SIGINT is the session's business, and it closes our input.
+    server.capture_signals = contextlib.nullcontext
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     listener = asyncio.create_task(_listen_to_session(page, server))
     watcher = asyncio.create_task(page.watch())

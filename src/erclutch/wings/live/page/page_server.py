@@ -292,9 +292,8 @@ class Guard:
         alone = None if changes else self._access.alone_path(path)
         if not self._access.from_here(headers, socket=changes):
             answer: Response = PlainTextResponse("Only for this machine.\n", 403)
-        elif (
-            not changes and path in _ENTRANCE
-        ):  # for everybody: it holds no secret, and its script brings the token
+        elif not changes and path in _ENTRANCE:
+            # For everybody: it holds no secret, and its script brings the token.
             name, kind = _ENTRANCE[path]
             own = {**HEADERS, "content-security-policy": _ENTRANCE_POLICY}
             answer = Response((_STATIC_FILES / name).read_bytes(), headers=own, media_type=kind)

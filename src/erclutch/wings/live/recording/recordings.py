@@ -100,9 +100,8 @@ class Recordings:
         while (
             not self._begun(started) and started.process.poll() is None and time.monotonic() < limit
         ):
-            time.sleep(
-                0.01
-            )  # on a busy machine it may not be there yet; the ring still holds its frames
+            # On a busy machine it may not be there yet; the ring still holds its frames.
+            time.sleep(0.01)
         with contextlib.suppress(OSError):
             started.process.terminate()
         end_process(started.process, _END)

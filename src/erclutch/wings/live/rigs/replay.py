@@ -63,12 +63,7 @@ def _chosen(asked: AskedRig) -> tuple[ServedRig, LoopProgram]:
         sensor=EFFORT_OF[device] in log.signals,
     )
     origin = "RECORDING" if log.origin in terminal.MEASURED else f"RECORDING of {log.origin}"
-    spec = {
-        "kind": "replay",
-        "angles": str(file),
-        "period": PERIOD,
-        "single": single,
-    }
+    spec = {"kind": "replay", "angles": str(file), "period": PERIOD, "single": single}
     return ServedRig(log.name, origin, spec, named), recorded(commands)
 
 

@@ -20,9 +20,8 @@ def stribeck(speed: float, breakaway: float, stribeck_speed: float) -> float:
     """Friction of steady sliding over Coulomb friction: ``breakaway`` at rest, 1 when fast."""
     ratio = speed / stribeck_speed
     squared = ratio * ratio
-    return (
-        1.0 + (breakaway - 1.0) * math.exp(-squared) if squared < 40.0 else 1.0
-    )  # exp(-40): less than rounding
+    # exp(-40) is less than rounding.
+    return 1.0 + (breakaway - 1.0) * math.exp(-squared) if squared < 40.0 else 1.0
 
 
 @compiled
