@@ -32,11 +32,11 @@ _EVENT = re.compile(r"ERC_(\w+) = 1u << \d+,? +/\* (.*?) \*/")
 
 #: Numbers that the header names.
 CONSTANTS: dict[str, int] = {
-    name: int(value.rstrip("u"), 0) for name, value in _DEFINED.findall(_HEADER)
-}
-CONSTANTS |= {
-    name: int(value.rstrip("u")) << int(shift or 0)
-    for name, value, shift in _ENUMERATED.findall(_HEADER)
+    **{name: int(value.rstrip("u"), 0) for name, value in _DEFINED.findall(_HEADER)},
+    **{
+        name: int(value.rstrip("u")) << int(shift or 0)
+        for name, value, shift in _ENUMERATED.findall(_HEADER)
+    },
 }
 
 
