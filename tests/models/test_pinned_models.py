@@ -20,9 +20,9 @@ from erclutch.models.laws import at_one_field, families, ladder, law_from_name, 
 from erclutch.models.laws.symbolic import equation_latex
 from erclutch.models.model import Range, margins
 from erclutch.models.model_file import digest_of
-from erclutch.models.networks import network_from_name
+from erclutch.models.networks import network_from_name, table_shapes
 from erclutch.models.networks.network_file import network_from_dict
-from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
+from erclutch.models.networks.network_model import NetworkModel, Scaling
 from erclutch.models.residual_model import BoundedResidual, ResidualModel
 from erclutch.models.stages import canonical, remembers, shown_stages, stage_equations, stages_of
 from erclutch.models.structure import Reference, Structure

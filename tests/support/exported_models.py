@@ -19,8 +19,8 @@ from erclutch.models.covered_cells import CoveredCells
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.model import Model, Range
-from erclutch.models.networks import network_from_name
-from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
+from erclutch.models.networks import network_from_name, table_shapes
+from erclutch.models.networks.network_model import NetworkModel, Scaling
 from erclutch.models.residual_model import BoundedResidual, ResidualModel
 from erclutch.models.stages import stages_of
 from erclutch.models.structure import Reference, Structure

@@ -103,8 +103,17 @@ class _Run:
         """
         inside = set(part)
         state = part[0]
-        if state.operation != "state" or not all(_holds(node, inside) for node in part[1:]):
+        if state.operation != "state":
             return False
+        for node in part[1:]:
+            # Each passes a number of the state on, or puts a value from outside in its place.
+            within_cycle = [argument in inside for argument in node.arguments]
+            if node.operation == "choose":
+                holds = not within_cycle[0]
+            else:
+                holds = node.operation == "either" and within_cycle.count(True) == 1
+            if not holds:
+                return False
         zero = self.arithmetic.zero(state)
         nowhere = np.zeros(self.rows, np.bool_)
         everywhere = np.ones(self.rows, np.bool_)
@@ -135,8 +144,7 @@ class _Run:
         kept, value = held[self.record.after[str(state.value)]]
         values = np.broadcast_to(value, (*np.shape(zero)[:-1], self.rows))
         from_outside = np.where(kept, -1, np.arange(self.rows))
-        # Row of the last value from outside; -1: none came yet.
-        last = np.maximum.accumulate(from_outside)
+        last = np.maximum.accumulate(from_outside)  # row of that value; -1: none came yet
         after = np.where(last >= 0, values[..., last], zero)
         before = _one_row_later(after, zero)
         for node, (kept, value) in held.items():
@@ -252,11 +260,3 @@ def _one_row_later(values: AnyArray, zero: Any) -> AnyArray:
     """What each row knows of the row before, shape (..., rows); zero in the first."""
     first = np.broadcast_to(zero, (*values.shape[:-1], 1))
     return np.concatenate([first, values[..., :-1]], axis=-1)
-
-
-def _holds(node: Node, inside: set[Node]) -> bool:
-    """Whether an operation of a cycle passes a number of the state on, or puts a value from outside in its place."""
-    within = [a in inside for a in node.arguments]
-    if node.operation == "choose":
-        return not within[0]
-    return node.operation == "either" and within.count(True) == 1

@@ -8,13 +8,13 @@ doi 10.1214/20-AOS1965).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from erclutch.fit.log_groups import ALIKE, groups_of, motion_of
 from erclutch.logs.dataset import Dataset
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array
 
 #: Logs from which on there is something to learn from leaving some of them out.
 _FEWEST = 2
@@ -58,8 +58,15 @@ def unseen_errors(
     scale = np.sqrt(np.diag(whole)[:-1])
     scale[scale == 0.0] = 1.0
     unseen = error.copy()
-    for log, out in zip(logs, _left_out(data, logs), strict=True):
-        if not out.any():
+    motions = np.array([motion_of(data, log) for log in logs])
+    rows = np.array([log.stop - log.start for log in logs])
+    least = (_LEFT_OF_TWO if len(logs) == 2 else _LEFT) * rows.sum()
+    for number, log in enumerate(logs):
+        # The logs of its motion are left out, else the log alone, else none.
+        out = np.all(np.abs(motions - motions[number]) < np.log(ALIKE), axis=1)
+        if rows[~out].sum() < least:
+            out = np.arange(len(logs)) == number
+        if rows[~out].sum() < least:
             continue
         gone = grams[out].sum(axis=0)
         kept = (whole - gone)[:-1, :-1]  # J'J - K'K
@@ -67,18 +74,3 @@ def unseen_errors(
         pull = gone[:-1, -1] / scale  # K'e
         unseen[log] += slopes(log) @ (np.linalg.solve(left, pull) / scale)
     return unseen
-
-
-def _left_out(data: Dataset, logs: Sequence[slice]) -> Iterator[Mask]:
-    """For each log the logs that are left out: those of its motion, else the log alone, else none."""
-    motions = np.array([motion_of(data, log) for log in logs])
-    rows = np.array([log.stop - log.start for log in logs])
-    least = (_LEFT_OF_TWO if len(logs) == 2 else _LEFT) * rows.sum()
-    for k in range(len(logs)):
-        alike = np.all(np.abs(motions - motions[k]) < np.log(ALIKE), axis=1)
-        alone = np.arange(len(logs)) == k
-        out = np.zeros(len(logs), np.bool_)
-        for some in (alone, alike):  # the larger set last: it is preferred
-            if rows[~some].sum() >= least:
-                out = some
-        yield out

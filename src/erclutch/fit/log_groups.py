@@ -53,7 +53,34 @@ def groups_of(data: Dataset) -> LogGroups:
     if len(logs) == 1:
         start, stop = logs[0]
         logs = constant_stretches(data, start, stop) or logs
-    return LogGroups(logs, field=_fields(data, logs), motion=_motions(data, logs))
+
+    # Fields, in steps that are too small to tell two of them apart.
+    fields = [element.field for element in data.elements]
+    largest = max(largest_size(field) for field in fields)
+    steady = STEADY * largest
+    changing = False  # within a log
+    levels: list[tuple[int, ...]] = []  # of each log, the mean field of each element in steps
+    for start, stop in logs:
+        changing = changing or any(np.ptp(field[start:stop]) > steady for field in fields)
+        means = [float(np.mean(field[start:stop])) for field in fields]
+        levels.append(tuple(round(mean / (steady or 1.0)) for mean in means))
+    ascending = sorted(set(levels))
+    field_of_log = [0 if changing else ascending.index(level) for level in levels]
+
+    # Motions: each is that of the first log that is like it.
+    known: list[Array] = []
+    motion_of_log: list[int] = []
+    for start, stop in logs:
+        own = np.array(motion_of(data, slice(start, stop)))
+        number = len(known)
+        for k, other in enumerate(known):
+            if np.all(np.abs(other - own) < np.log(ALIKE)):
+                number = k
+                break
+        else:
+            known.append(own)
+        motion_of_log.append(number)
+    return LogGroups(logs, field_of_log, motion_of_log)
 
 
 def chessboard(logs: LogGroups) -> list[int]:
@@ -77,38 +104,6 @@ def quantile_over_logs(size: Array, log: NDArray[np.intp], share: float) -> floa
     ascending: list[float] = np.sort(size).tolist()
     at = np.searchsorted(counted, share * float(counted[-1]))
     return ascending[min(int(at), size.size - 1)]
-
-
-def _fields(data: Dataset, logs: Sequence[tuple[int, int]]) -> list[int]:
-    """Number of the field of each log, from the lowest; all 0 where a field changes within a log."""
-    fields = [element.field for element in data.elements]
-    largest = max(largest_size(field) for field in fields)
-    steady = STEADY * largest
-    levels: list[tuple[int, ...]] = []  # of each log, the mean field of each element in steps
-    for start, stop in logs:
-        if any(np.ptp(field[start:stop]) > steady for field in fields):
-            return [0] * len(logs)
-        means = [float(np.mean(field[start:stop])) for field in fields]
-        levels.append(tuple(round(mean / (steady or 1.0)) for mean in means))
-    ascending = sorted(set(levels))
-    return [ascending.index(level) for level in levels]
-
-
-def _motions(data: Dataset, logs: Sequence[tuple[int, int]]) -> list[int]:
-    """Number of the motion of each log, in the order in which motions come."""
-    known: list[Array] = []
-    numbers: list[int] = []
-    for start, stop in logs:
-        own = np.array(motion_of(data, slice(start, stop)))
-        number = len(known)
-        for k, other in enumerate(known):
-            if np.all(np.abs(other - own) < np.log(ALIKE)):
-                number = k
-                break
-        else:
-            known.append(own)
-        numbers.append(number)
-    return numbers
 
 
 def motion_of(data: Dataset, log: slice) -> list[float]:

@@ -30,7 +30,28 @@ def past_rows(asked: Sequence[int | str], data: Dataset) -> tuple[int, ...]:
         raise SettingError(
             problem, remedy=f"Bring all logs to one rate, for example --resample {slow:.4g}"
         )
-    return tuple(dict.fromkeys(_rows(word, data) for word in asked))
+    back: list[int] = []
+    for word in asked:
+        if isinstance(word, int) or word.strip().isdecimal():
+            back.append(_allowed(int(word), f"past samples {word}"))
+            continue
+        try:
+            seconds = units.in_unit(word, "s") if units.quantity(word)[1] else 0.0
+        except UnitError:
+            seconds = 0.0
+        if not seconds > 0:
+            problem = f"past samples {word!r} are neither a time nor a number of rows"
+            raise SettingError(problem, remedy=_REMEDY)
+        if any(span.period is None for span in data.clock.spans):
+            problem = (
+                f"past samples {word!r} are no number of rows, since rows come at unequal steps"
+            )
+            remedy = "Bring them to one rate, for example --resample 1kHz"
+            raise SettingError(problem, where=data.where, remedy=remedy)
+        rows = min(seconds / data.period, 1e6)
+        what = f"past samples {word!r} are {rows:.3g} rows at {1 / data.period:.6g} Hz"
+        back.append(_allowed(round(rows), what))
+    return tuple(dict.fromkeys(back))
 
 
 def past_finding(asked: Sequence[int | str], data: Dataset) -> tuple[Finding, ...]:
@@ -44,29 +65,6 @@ def past_finding(asked: Sequence[int | str], data: Dataset) -> tuple[Finding, ..
     rate = 1 / data.period
     message = f"past samples (--past {given}) lie {back} rows back, {times} ms, at the {rate:.6g} Hz of these rows"
     return (Finding("note", "past", message, "An export must be called at this rate"),)
-
-
-def _rows(word: int | str, data: Dataset) -> int:
-    """How many rows back a word of ``--past`` says."""
-    if isinstance(word, int) or word.strip().isdecimal():
-        return _allowed(int(word), f"past samples {word}")
-    try:
-        seconds = units.in_unit(word, "s") if units.quantity(word)[1] else 0.0
-    except UnitError:
-        seconds = 0.0
-    if not seconds > 0:
-        raise SettingError(
-            f"past samples {word!r} are neither a time nor a number of rows", remedy=_REMEDY
-        )
-    if any(span.period is None for span in data.clock.spans):
-        problem = f"past samples {word!r} are no number of rows, since rows come at unequal steps"
-        raise SettingError(
-            problem, where=data.where, remedy="Bring them to one rate, for example --resample 1kHz"
-        )
-    rows = min(seconds / data.period, 1e6)
-    return _allowed(
-        round(rows), f"past samples {word!r} are {rows:.3g} rows at {1 / data.period:.6g} Hz"
-    )
 
 
 def _allowed(rows: int, problem: str) -> int:

@@ -43,17 +43,13 @@ def load_model(path: str | Path) -> Model:
         raise RunError("not a JSON object", where=str(path), remedy="Give a model file of a run")
     content = cast(dict[str, Any], body)
     kind = str(content.get("kind"))
-    read = _READERS.get(kind) or _reader_of_another_package(kind) or model_from_dict
+    read = _READERS.get(kind, model_from_dict)
+    if kind not in _READERS:  # a kind that another package brings: `fit.candidate.Kind.readers`
+        for plugin in registry.plugins("erclutch.kinds"):
+            if not plugin.own and kind in plugin.value.readers:
+                read = plugin.guarded(plugin.value.readers[kind])
+                break
     return read(content, str(path))
-
-
-def _reader_of_another_package(kind: str) -> Reader | None:
-    """How a kind of model that another package brings is read from its file; `fit.candidate.Kind.readers`."""
-    for plugin in registry.plugins("erclutch.kinds"):
-        if not plugin.own and kind in plugin.value.readers:
-            read: Reader = plugin.guarded(plugin.value.readers[kind])
-            return read
-    return None
 
 
 _READERS: Mapping[str, Reader] = {

@@ -294,7 +294,21 @@ def band_of(body: Mapping[str, Any]) -> Band:
     narrowest = min(*behind, *ahead)
     if narrowest < 0.0:
         raise ValueError(f"a half width is {narrowest:g}")
-    haste = None if body.get("haste") is None else _haste_of(body["haste"])
+    haste: Haste | None = None
+    growing = body.get("haste")
+    if growing is not None:
+        haste = Haste(
+            lag_s=number_of(growing["lag_s"], "lag_s", positive=True),
+            mean_s=number_of(growing["mean_s"], "mean_s", positive=True),
+            known=number_of(growing["known"], "known", positive=True),
+            quickest=number_of(growing["quickest"], "quickest"),
+            growth=number_of(growing["growth"], "growth"),
+            smooth_s=number_of(growing.get("smooth_s", 0.0), "smooth_s"),
+        )
+        if haste.quickest < 1.0 or haste.growth < 0.0:
+            raise ValueError(f"a band grows with haste by {haste.quickest:g} and {haste.growth:g}")
+        if haste.smooth_s < 0.0:
+            raise ValueError(f"the slip is smoothed over {haste.smooth_s:g} s")
     part = None if body.get("part") is None else number_of(body["part"], "part", positive=True)
     return replace(
         empty,
@@ -303,23 +317,6 @@ def band_of(body: Mapping[str, Any]) -> Band:
         haste=haste,
         part=part,
     )
-
-
-def _haste_of(body: Mapping[str, Any]) -> Haste:
-    """How much wider a band is where the slip changes quickly."""
-    haste = Haste(
-        lag_s=number_of(body["lag_s"], "lag_s", positive=True),
-        mean_s=number_of(body["mean_s"], "mean_s", positive=True),
-        known=number_of(body["known"], "known", positive=True),
-        quickest=number_of(body["quickest"], "quickest"),
-        growth=number_of(body["growth"], "growth"),
-        smooth_s=number_of(body.get("smooth_s", 0.0), "smooth_s"),
-    )
-    if haste.quickest < 1.0 or haste.growth < 0.0:
-        raise ValueError(f"a band grows with haste by {haste.quickest:g} and {haste.growth:g}")
-    if haste.smooth_s < 0.0:
-        raise ValueError(f"the slip is smoothed over {haste.smooth_s:g} s")
-    return haste
 
 
 def _edges_of(value: Any, name: str, most: int = MOST_EDGES) -> tuple[float, ...]:

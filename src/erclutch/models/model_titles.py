@@ -99,18 +99,16 @@ def _parts_of(name: str) -> _Parts:
         by_kind.setdefault(kind, []).append(part)
     order = ("a network", "lags", "memory", "temperature", "ripple", *by_kind)
     kinds = {kind: tuple(by_kind[kind]) for kind in dict.fromkeys(order) if kind in by_kind}
-    head = _network(first) if is_network(first) else _law(first)
-    return _Parts(head, kinds, label)
+    if not is_network(first):
+        return _Parts(_law(first), kinds, label)
 
-
-def _network(specification: str) -> str:
-    """For example ``Network of 10 and 6 neurons``."""
-    sizes, _, form = specification.partition("/")
-    kind, *layers = sizes.split("-")
-    what = "Network" if kind == "fnn" else "Radial network"
+    # For example "Network of 10 and 6 neurons".
+    sizes, _, form = first.partition("/")
+    network, *layers = sizes.split("-")
+    what = "Network" if network == "fnn" else "Radial network"
     neurons = "neuron" if layers == ["1"] else "neurons"
     how = f", {form}" if form else ""
-    return f"{what} of {' and '.join(layers)} {neurons}{how}"
+    return _Parts(f"{what} of {' and '.join(layers)} {neurons}{how}", kinds, label)
 
 
 @cache

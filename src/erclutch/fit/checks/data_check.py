@@ -5,6 +5,7 @@ An error stops the fit; a warning means that figures may mislead; a note is good
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from re import compile as pattern
 
 import numpy as np
@@ -83,19 +84,13 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
     require_change(train, "training ")
     findings = (
         *_told_otherwise(data),
-        _resampled(data),
-        _rates(data),
-        _steady_field(data),
-        _both_fields(data),
+        *_rates(data),
+        *_fields(data),
         _drift(data),
         _sign(train),
         _quantised(train),
-        _one_field(train, data, test),
-        _coverage(train, data, test),
-        _resting(data, test),
-        _zero_field(train),
-        _one_way(train),
-        _negative_field(train),
+        *_held_out(train, data, test),
+        *_never_seen(train),
         _unlike(data),
         *sensor_findings(data),
     )
@@ -166,64 +161,50 @@ def _told_otherwise(data: Dataset) -> list[Finding]:
     return findings
 
 
-def _resampled(data: Dataset) -> Finding | None:
-    """Logs that were brought to another rate."""
+def _rates(data: Dataset) -> Iterator[Finding]:
+    """Logs that were brought to another rate, and logs at different rates."""
     notes = [note for note in data.notes if note.startswith(RESAMPLED)]
-    if not notes:
-        return None
-    more = f" (and {len(notes) - 1} other ways)" if len(notes) > 1 else ""
-    return Finding(
-        "note", "rate", f"logs were {notes[0]}{more}", "Fit the log at its own rate to compare"
-    )
+    if notes:
+        more = f" (and {len(notes) - 1} other ways)" if len(notes) > 1 else ""
+        remedy = "Fit the log at its own rate to compare"
+        yield Finding("note", "rate", f"logs were {notes[0]}{more}", remedy)
 
-
-def _rates(data: Dataset) -> Finding | None:
-    """Logs at different rates: laws and stages count in seconds, but each row weighs the same."""
+    # Laws and stages count in seconds, but each row weighs the same.
     slow, fast = data.rates
-    if slow == fast:
-        return None
-    message = (
-        f"the logs were sampled at {slow:.6g} to {fast:.6g} Hz: a second of the fastest weighs more in the fit, and an "
-        f"export is called every {data.period:.6g} s unless --period says otherwise"
-    )
-    return Finding(
-        "note", "rate", message, f"Bring all logs to one rate, for example --resample {slow:.4g}"
-    )
+    if slow != fast:
+        message = (
+            f"the logs were sampled at {slow:.6g} to {fast:.6g} Hz: a second of the fastest weighs more in the fit, "
+            f"and an export is called every {data.period:.6g} s unless --period says otherwise"
+        )
+        remedy = f"Bring all logs to one rate, for example --resample {slow:.4g}"
+        yield Finding("note", "rate", message, remedy)
 
 
-def _steady_field(data: Dataset) -> Finding | None:
-    """One field in all rows: models without field terms."""
-    if not data.one_field:
-        return None
-    if any(NO_FIELD in note for note in data.notes):
-        seen = "the log has no field"
-        unknown = "how the effort depends on the field, nor which field this was"
-    else:
-        seen = f"the field is {field_text(data)} in all {data.rows} rows"
-        unknown = "the effort at any other field, nor how fast it follows a command"
-    message = f"{seen}: models are fitted without field terms and cannot know {unknown}"
-    return Finding(
-        "warning",
-        STEADY_FIELD,
-        message,
-        "Log with a changing field to learn it, or give logs at several",
-    )
+def _fields(data: Dataset) -> Iterator[Finding]:
+    """One field in all rows, or rows of a pair in which both clutches are under field."""
+    if data.one_field:
+        if any(NO_FIELD in note for note in data.notes):
+            seen = "the log has no field"
+            unknown = "how the effort depends on the field, nor which field this was"
+        else:
+            seen = f"the field is {field_text(data)} in all {data.rows} rows"
+            unknown = "the effort at any other field, nor how fast it follows a command"
+        message = f"{seen}: models are fitted without field terms and cannot know {unknown}"
+        remedy = "Log with a changing field to learn it, or give logs at several"
+        yield Finding("warning", STEADY_FIELD, message, remedy)
 
-
-def _both_fields(data: Dataset) -> Finding | None:
-    """Rows of a pair in which both clutches are under field."""
     if len(data.elements) < 2:
-        return None
+        return
     first, second = (np.abs(element.field) for element in data.elements)
     first_on = first > _NO_FIELD * first.max()
     second_on = second > _NO_FIELD * second.max()
     under_both = first_on & second_on
     count = int(np.count_nonzero(under_both))
-    if not count:
-        return None
-    message = f"both clutches are under field in {count} rows ({percent(count / data.rows, 1)})"
-    remedy = "Command one clutch at a time, as the models assume (section III of the paper)"
-    return Finding("warning", "fields", message, remedy)
+    if count:
+        share = percent(count / data.rows, 1)
+        message = f"both clutches are under field in {count} rows ({share})"
+        remedy = "Command one clutch at a time, as the models assume (section III of the paper)"
+        yield Finding("warning", "fields", message, remedy)
 
 
 def _drift(data: Dataset) -> Finding | None:
@@ -308,86 +289,71 @@ def _quantised(train: Dataset) -> Finding | None:
     return None
 
 
-def _one_field(train: Dataset, data: Dataset, test: Mask) -> Finding | None:
-    """Rows held out at a single field cannot rank models of what a field does."""
-    held_out = np.concatenate([element.field[test] for element in data.elements])
+def _held_out(train: Dataset, data: Dataset, test: Mask) -> Iterator[Finding]:
+    """Why the rows held out may say little of a model: one field, places without training rows, or rest."""
+    # Rows at a single field cannot rank models of what a field does.
+    fields = np.concatenate([element.field[test] for element in data.elements])
     same = _NO_FIELD * largest_field(data.elements)
-    if not held_out.size or np.ptp(held_out) > same:
-        return None
-    if all(np.ptp(element.field) <= same for element in train.elements):
-        return None
-    message = (
-        f"all rows held out have the same field, {held_out[0]:g}{_field_unit(data)}, so they do not test how the "
-        "effort depends on it"
-    )
-    return Finding("warning", ONE_FIELD, message, "Hold out rows at several fields with --test")
+    trained_on_several = any(np.ptp(element.field) > same for element in train.elements)
+    if fields.size and np.ptp(fields) <= same and trained_on_several:
+        message = (
+            f"all rows held out have the same field, {fields[0]:g}{_field_unit(data)}, so they do not test how the "
+            "effort depends on it"
+        )
+        remedy = "Hold out rows at several fields with --test"
+        yield Finding("warning", ONE_FIELD, message, remedy)
 
-
-def _coverage(train: Dataset, data: Dataset, test: Mask) -> Finding | None:
-    """Test rows that every model fitted to the training rows will call outside."""
+    # Rows that every model fitted to the training rows will call outside.
     outside = range_of(train).outside(data.take(test))
     share = float(outside.mean()) if outside.size else 0.0
-    if share < _UNCOVERED:
-        return None
-    message = f"{percent(share, 1)} of the test rows have a field and slip that no training row comes near"
-    remedy = (
-        "Figures there are inter- or extrapolated: log those fields and slips too, or hold out "
-        "other rows with --test"
-    )
-    return Finding("warning", "coverage", message, remedy)
+    if share >= _UNCOVERED:
+        message = f"{percent(share, 1)} of the test rows have a field and slip that no training row comes near"
+        remedy = (
+            "Figures there are inter- or extrapolated: log those fields and slips too, or hold out "
+            "other rows with --test"
+        )
+        yield Finding("warning", "coverage", message, remedy)
 
-
-def _resting(data: Dataset, test: Mask) -> Finding | None:
-    """Rows held out that are at rest, where every model is right, and far more of them than of the training rows."""
+    # At rest every model is right; that matters where far more of these rows rest than of the training rows.
     if not test.any():
-        return None
-    held_out = float(np.mean(data.at_rest[test]))
+        return
+    resting = float(np.mean(data.at_rest[test]))
     others = float(np.mean(data.at_rest[~test]))
-    if held_out < _MOSTLY_AT_REST or others > 0.5 * held_out:
-        return None
-    message = (
-        f"{percent(held_out)} of the rows held out are at rest, of the others {percent(others)}: they say little of "
-        "any model"
-    )
-    return Finding(
-        "warning",
-        "rest",
-        message,
-        "Hold out stretches that are like the whole log: --test stretches",
-    )
+    if resting >= _MOSTLY_AT_REST and others <= 0.5 * resting:
+        message = (
+            f"{percent(resting)} of the rows held out are at rest, of the others {percent(others)}: they say little of "
+            "any model"
+        )
+        remedy = "Hold out stretches that are like the whole log: --test stretches"
+        yield Finding("warning", "rest", message, remedy)
 
 
-def _zero_field(train: Dataset) -> Finding | None:
-    """Fields that never come near zero."""
-    if train.one_field:
-        return None
+def _never_seen(train: Dataset) -> Iterator[Finding]:
+    """What the training rows never have: no field, one of the two directions, a field above zero."""
     for element in train.elements:
         strength = np.abs(element.field)
-        if float(strength.min()) > 0.05 * float(strength.max()):
+        if not train.one_field and float(strength.min()) > 0.05 * float(strength.max()):
             message = f"the field never falls below {strength.min():g}, so effort at zero field is extrapolated"
-            return Finding("note", "coverage", message, "Log some time without field")
-    return None
+            yield Finding("note", "coverage", message, "Log some time without field")
+            break
 
+    if train.one_way:
+        ends = " and ".join(
+            f"{element.slip.min():.4g} to {element.slip.max():.4g}" for element in train.elements
+        )
+        message = (
+            f"the slip keeps its sign ({ends} {train.units.slip}): effort near rest and in reverse is "
+            "extrapolated"
+        )
+        yield Finding("note", "coverage", message, "Log some time in both directions")
 
-def _one_way(train: Dataset) -> Finding | None:
-    """A slip that keeps its sign."""
-    if not train.one_way:
-        return None
-    ends = " and ".join(
-        f"{element.slip.min():.4g} to {element.slip.max():.4g}" for element in train.elements
-    )
-    message = f"the slip keeps its sign ({ends} {train.units.slip}): effort near rest and in reverse is extrapolated"
-    return Finding("note", "coverage", message, "Log some time in both directions")
-
-
-def _negative_field(train: Dataset) -> Finding | None:
-    """Fields below zero only: a sign that is turned."""
-    if train.device != "single" or train.one_field:
-        return None
-    if float(train.elements[0].field.max()) > 0.0:
-        return None
-    message = "the field is never above zero, and a model's inverse looks for fields from zero up"
-    return Finding("warning", "field", message, "Turn its sign, for example --field '-NAME [unit]'")
+    largest = float(train.elements[0].field.max())
+    if train.device == "single" and not train.one_field and not largest > 0.0:
+        message = (
+            "the field is never above zero, and a model's inverse looks for fields from zero up"
+        )
+        remedy = "Turn its sign, for example --field '-NAME [unit]'"
+        yield Finding("warning", "field", message, remedy)
 
 
 def _unlike(data: Dataset) -> Finding | None:

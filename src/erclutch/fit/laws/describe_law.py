@@ -12,7 +12,6 @@ from erclutch.fit.solver.levenberg_marquardt import Minimum
 from erclutch.fit.solver.outcome import Estimate, FitOutcome
 from erclutch.fit.solver.variable_projection import Projection, Separable, parameters
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.laws import ShapeParameter
 from erclutch.models.model import Range
 from erclutch.models.parameter_units import (
     gain_in_user_units,
@@ -72,11 +71,7 @@ def described(
     q = parameters(problem.shapes, minimum.point)
     shape_names = [shape.name for shape in problem.shapes]
     gain_names = [gain.name for gain in problem.gains]
-    ranges: list[tuple[float, float]] = []  # of each further input
-    for values in seen.extras.values():
-        least = float(values.min())
-        most = float(values.max())
-        ranges.append((least, most))
+    ranges = [(float(values.min()), float(values.max())) for values in seen.extras.values()]
     model = TorqueModel(
         structure=structure,
         reference=seen.reference,
@@ -87,37 +82,11 @@ def described(
         extra_ranges=tuple(ranges),
         units_as_logged=tuple(seen.extra_units.get(name, UNKNOWN) for name in seen.extras),
     )
+
+    # Nonlinear parameters: the ends of their intervals are the solver's coordinates.
     low, high = ends
-    k = len(q)
-    estimates = [
-        *_shape_estimates(model, problem.shapes, minimum, low[:k], high[:k]),
-        *_gain_estimates(model, problem, projection, low[k:], high[k:]),
-    ]
-    return FitOutcome(
-        model=model,
-        stop=minimum.stop,
-        iterations=minimum.iterations,
-        estimates=tuple(estimates),
-        paper_form=paper_form(model, estimates),
-        rank=spread.rank,
-        unknowns=spread.errors.size,
-        condition=spread.condition,
-        bandwidth=spread.bandwidth,
-        train_cost=seen.cost,
-        train_rows=seen.rows,
-    )
-
-
-def _shape_estimates(
-    model: TorqueModel,
-    shapes: tuple[ShapeParameter, ...],
-    minimum: Minimum,
-    low: Array,
-    high: Array,
-) -> list[Estimate]:
-    """Nonlinear parameters with their intervals, whose ends (k,) are the solver's coordinates."""
     estimates: list[Estimate] = []
-    for i, shape in enumerate(shapes):
+    for i, shape in enumerate(problem.shapes):
         numbers = [model.shape[shape.name]]
         for end in (float(low[i]), float(high[i])):
             logarithm = shape.scale == "log" and np.isfinite(end)  # an infinite end stays
@@ -140,25 +109,16 @@ def _shape_estimates(
             at_bound=bound,
         )
         estimates.append(estimate)
-    return estimates
 
-
-def _gain_estimates(
-    model: TorqueModel,
-    full: Separable,
-    projection: Projection,
-    low: Array,
-    high: Array,
-) -> list[Estimate]:
-    """Gains with their intervals, whose ends are normalised, (p,) each."""
-    estimates: list[Estimate] = []
-    for i, gain in enumerate(full.gains):
-        numbers = (projection.gains[i], low[i], high[i])
+    # Gains: the ends of their intervals are normalised.
+    k = len(q)
+    for i, gain in enumerate(problem.gains):
+        numbers = [projection.gains[i], low[k + i], high[k + i]]
         value, from_, to = (
             gain_in_user_units(float(number), gain, model.reference) for number in numbers
         )
         # A gain that nothing excites is zero for another reason than its bound; one that was left out is known.
-        left_out = i in full.pinned
+        left_out = i in problem.pinned
         if left_out:
             value = from_ = to = 0.0
         at_bound = left_out or (projection.held[i] and not projection.dead[i])
@@ -172,7 +132,19 @@ def _gain_estimates(
             at_bound="lower" if at_bound else None,
         )
         estimates.append(estimate)
-    return estimates
+    return FitOutcome(
+        model=model,
+        stop=minimum.stop,
+        iterations=minimum.iterations,
+        estimates=tuple(estimates),
+        paper_form=paper_form(model, estimates),
+        rank=spread.rank,
+        unknowns=spread.errors.size,
+        condition=spread.condition,
+        bandwidth=spread.bandwidth,
+        train_cost=seen.cost,
+        train_rows=seen.rows,
+    )
 
 
 def paper_form(model: TorqueModel, estimates: Sequence[Estimate]) -> dict[str, float]:

@@ -69,7 +69,14 @@ def reference_of(data: Dataset, extras: Sequence[str] = ()) -> Reference:
     slip = float(np.sqrt(np.mean(squares)))
     scales: dict[str, float] = {}  # root mean square of each further input
     for name in extras:
-        scales[name] = _root_mean_square(further[name]) or 1.0
+        values = further[name]
+        with np.errstate(over="ignore"):
+            square = float(np.mean(values**2))
+        scale = float(np.sqrt(square))
+        if not np.isfinite(square):  # logs hold columns of models that diverged
+            largest = largest_size(values)
+            scale = largest * rms(values / largest)
+        scales[name] = scale or 1.0
     return Reference(
         field=field or 1.0,
         slip=slip or 1.0,
@@ -77,16 +84,6 @@ def reference_of(data: Dataset, extras: Sequence[str] = ()) -> Reference:
         extras=tuple(scales[name] for name in extras),
         temperature=scales.get(TEMPERATURE, 1.0),
     )
-
-
-def _root_mean_square(values: Array) -> float:
-    """Also where a square is beyond double precision: logs hold columns of models that diverged."""
-    with np.errstate(over="ignore"):
-        square = float(np.mean(values**2))
-    if np.isfinite(square):
-        return float(np.sqrt(square))
-    largest = largest_size(values)
-    return largest * rms(values / largest)
 
 
 @keywords_checked
@@ -163,8 +160,19 @@ def fit_structure(
         )
     else:
         minimum = minimise(outer_problem(full), best, tolerance=1e-8, max_iterations=100)
-    stiff = _stiff(full, minimum, data)
-    return _outcome(data, structure, reference, full, stiff, ordered, intervals)
+
+    # Where the slip keeps its sign and the rows are fitted as well so, the sign of the slip is stiff.
+    names = [shape.name for shape in shapes]
+    if data.one_way and TRANSITION_SLIP.name in names:
+        place = names.index(TRANSITION_SLIP.name)
+        lower, _ = full.bounds
+        point = minimum.point.copy()
+        point[place] = lower[place]
+        at_lower = minimum.at_lower.copy()
+        at_lower[place] = True
+        if project(full, parameters(shapes, point)).cost <= (1.0 + _ROUNDING) * minimum.cost:
+            minimum = replace(minimum, point=point, at_lower=at_lower)
+    return _outcome(data, structure, reference, full, minimum, ordered, intervals)
 
 
 def refit_near(
@@ -205,23 +213,6 @@ def refit_near(
         start = coordinates(shapes, list(model.shape.values()))
         nearest = minimise(outer_problem(few), start, tolerance=1e-5, max_iterations=30)
     return _outcome(data, structure, reference, few, nearest, True, False)
-
-
-def _stiff(full: Separable, minimum: Minimum, data: Dataset) -> Minimum:
-    """With a stiff sign of the slip, where the slip keeps its sign and the rows are fitted as well so."""
-    names = [shape.name for shape in full.shapes]
-    if not data.one_way or TRANSITION_SLIP.name not in names:
-        return minimum
-    k = names.index(TRANSITION_SLIP.name)
-    lower, _ = full.bounds
-    point = minimum.point.copy()
-    point[k] = lower[k]
-    at_lower = minimum.at_lower.copy()
-    at_lower[k] = True
-    cost = project(full, parameters(full.shapes, point)).cost
-    if cost > (1.0 + _ROUNDING) * minimum.cost:
-        return minimum
-    return replace(minimum, point=point, at_lower=at_lower)
 
 
 #: Of a law without nonlinear parameters: its gains are all that there is to find.

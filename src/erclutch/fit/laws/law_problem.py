@@ -41,7 +41,18 @@ def separable(
     Gains whose names are in ``without`` stay at zero, as one of two whose columns are the same.
     """
     if not isinstance(rows, slice):
-        data, rows = _spans_of(data, rows)
+        # Each span begins anew: those without any of the rows can go.
+        wanted = np.zeros(data.rows, np.bool_)
+        wanted[rows] = True
+        touched = np.zeros(data.rows, np.bool_)
+        for span in data.clock.spans:
+            within = slice(span.start, span.stop)
+            touched[within] = wanted[within].any()
+        kept = data.with_neighbours(touched)
+        if not data.in_no_time and not kept.all() and kept[rows].all():
+            place = np.cumsum(kept) - 1  # of a row among those that are kept
+            rows = place[rows]
+            data = data.take(kept)
 
     def columns(q: Sequence[Any]) -> Sequence[Any]:
         return structure.columns(
@@ -62,21 +73,6 @@ def separable(
         behind if slow else None,
         pinned={place: 0.0 for place, gain in enumerate(gains) if gain.name in zero},
     )
-
-
-def _spans_of(data: Dataset, rows: NDArray[np.intp]) -> tuple[Dataset, NDArray[np.intp]]:
-    """The spans that have some of the rows, and the places of the rows in them: each span begins anew."""
-    touched = np.zeros(data.rows, np.bool_)
-    wanted = np.zeros(data.rows, np.bool_)
-    wanted[rows] = True
-    for span in data.clock.spans:
-        within = slice(span.start, span.stop)
-        touched[within] = wanted[within].any()
-    kept = data.with_neighbours(touched)
-    if data.in_no_time or kept.all() or not kept[rows].all():
-        return data, rows
-    place = np.cumsum(kept) - 1
-    return data.take(kept), place[rows]
 
 
 def closed_in_slices(

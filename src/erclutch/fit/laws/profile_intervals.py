@@ -98,7 +98,11 @@ def interval_ends(
         if from_end > lower[j] or to_end < upper[j]:
             low[j] = from_end
             high[j] = to_end
-        elif _tells(search.by_scores, j):
+            continue
+        # By the scores alone, without what the spectrum widens: does an end lie within the bounds?
+        by_scores = search.by_scores
+        is_told = by_scores.end(j, -1.0) > by_scores.lower[j]
+        if is_told or by_scores.end(j, 1.0) < by_scores.upper[j]:
             # The misfit of a law moves as its slip does, and widens the interval; whether the rows tell a number of
             # one law from those of another is no matter of that.
             low[j] = lower[j]
@@ -108,11 +112,6 @@ def interval_ends(
             low[j] = -np.inf
             high[j] = np.inf
     return low, high
-
-
-def _tells(search: _Search, j: int) -> bool:
-    """Whether an end of the interval of a parameter lies within its bounds."""
-    return search.end(j, -1.0) > search.lower[j] or search.end(j, 1.0) < search.upper[j]
 
 
 def _bounds(problem: Separable) -> tuple[Array, Array]:
@@ -298,8 +297,19 @@ class _Search:
     ) -> tuple[float, Array]:
         """Rise of the sum of squares over its least, by a search for the other coordinates from a start."""
         k = len(problem.shapes)
-        if j < k:
-            pinned = _without(outer_problem(problem), j, value)
+        if j < k:  # one of the coordinates stays at a value
+            whole = outer_problem(problem)
+
+            def linearise(rest: Array) -> Linearisation:
+                model = whole.linearise(np.insert(rest, j, value))
+                return replace(model, triangle=np.delete(model.triangle, j, axis=1))
+
+            pinned = Problem(
+                lambda rest: whole.cost(np.insert(rest, j, value)),
+                linearise,
+                np.delete(whole.lower, j),
+                np.delete(whole.upper, j),
+            )
         else:
             pinned = outer_problem(replace(problem, pinned={**problem.pinned, j - k: value}))
         # A hundredth of the limit and not of the cost, which is far above where a bound holds against a steep descent.
@@ -350,18 +360,3 @@ def _next(
         return inner + min(max(share, 0.05), 0.95) * (outer - inner)
     times_as_far = min(1.05 / max(inner_rise, 0.1), 4.0)
     return start + (inner - start) * times_as_far
-
-
-def _without(problem: Problem, j: int, value: float) -> Problem:
-    """The problem with one of its coordinates fixed at a value."""
-
-    def linearise(rest: Array) -> Linearisation:
-        whole = problem.linearise(np.insert(rest, j, value))
-        return replace(whole, triangle=np.delete(whole.triangle, j, axis=1))
-
-    return Problem(
-        lambda rest: problem.cost(np.insert(rest, j, value)),
-        linearise,
-        np.delete(problem.lower, j),
-        np.delete(problem.upper, j),
-    )

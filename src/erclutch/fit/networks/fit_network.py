@@ -19,9 +19,9 @@ from erclutch.fit.solver.one_thread import one_thread
 from erclutch.fit.solver.outcome import FitOutcome
 from erclutch.fit.training_range import near_cells, range_of
 from erclutch.logs.dataset import Dataset
-from erclutch.models.networks import NetworkKind, NetworkStructure, base_inputs
+from erclutch.models.networks import NetworkKind, NetworkStructure, base_inputs, table_shapes
 from erclutch.models.networks.network_inputs import field_in_fluid, inputs_of
-from erclutch.models.networks.network_model import NetworkModel, Scaling, table_shapes
+from erclutch.models.networks.network_model import NetworkModel, Scaling
 from erclutch.models.stages import stages_at
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import Element

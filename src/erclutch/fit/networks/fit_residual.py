@@ -87,7 +87,17 @@ def fit_residual(
     )
     network = target.network(rows, judges=not rows.all())
     if share is None:
-        share = _share(target)
+        # The share, 0 to 1, that leaves least of the residual of blocks that the network has not seen. A block without
+        # which the other rows do not support a network counts as a block to which the network adds nothing: its field
+        # may be the only other field.
+        added = np.zeros(data.rows)  # by networks that have not seen the block of a row
+        for block in time_folds(target.data, min(_BLOCKS, data.rows // _FEWEST_ROWS)):
+            with contextlib.suppress(CheckError):
+                without = target.network(~block, judges=True).model
+                bounded = target.bounded(without, inputs[:, ~block])
+                added[block] = bounded.of_inputs(inputs[:, block], exactly=False)
+        square = float(added @ added)
+        share = float(np.clip(missed @ added / square, 0.0, 1.0)) if square > 0 else 0.0
     about = {**network.model.about, "share": f"{share:.6g}"}
     shared = replace(network.model.scaled(share), about=about)
     whole = target.bounded(shared, inputs[:, rows])
@@ -140,23 +150,3 @@ class _Target:
     def bounded(self, network: NetworkModel, inputs: Array) -> BoundedResidual:
         """A network, limited, where rows with these inputs were."""
         return BoundedResidual(network, self.limit, cells_of(inputs))
-
-
-def _share(target: _Target) -> float:
-    """The share of a network, 0 to 1, that leaves least of the residual of blocks that it has not seen.
-
-    A block without which the other rows do not support a network, as where its field is the only other field, counts as
-    a block to which the network adds nothing.
-    """
-    missed = target.data.effort
-    added = np.zeros(target.data.rows)  # by networks that have not seen the block of a row
-    blocks = min(_BLOCKS, target.data.rows // _FEWEST_ROWS)
-    for block in time_folds(target.data, blocks):
-        with contextlib.suppress(CheckError):
-            network = target.network(~block, judges=True).model
-            bounded = target.bounded(network, target.inputs[:, ~block])
-            added[block] = bounded.of_inputs(target.inputs[:, block], exactly=False)
-    size = float(added @ added)
-    if not size > 0:
-        return 0.0
-    return float(np.clip(missed @ added / size, 0.0, 1.0))

@@ -46,27 +46,17 @@ def solve_bounded(triangle: Array, vector: Array, nonnegative: Mask) -> tuple[Ar
         if wanting[enter] <= 1e-12 * size:
             break
         held[enter] = False
-        c, held = _enter(a, vector, c, held, nonnegative)
-    return c / scale, held
 
-
-def _enter(
-    a: Array,
-    vector: Array,
-    c: Array,
-    held: Mask,
-    nonnegative: Mask,
-) -> tuple[Array, Mask]:
-    """Step toward the solution of the enlarged set, stopping where a coefficient reaches zero."""
-    while True:
+        # Toward the solution of the enlarged set, as far as to a coefficient that reaches zero.
         target = _solve(a, vector, ~held)
-        negative = ~held & nonnegative & (target < 0)
-        if not negative.any():
-            return target, held
-        share = np.min(c[negative] / (c[negative] - target[negative]))
-        c = c + share * (target - c)
-        held = held | (~held & nonnegative & (c <= 1e-15))
-        c[held] = 0.0
+        while (negative := ~held & nonnegative & (target < 0)).any():
+            share = np.min(c[negative] / (c[negative] - target[negative]))
+            c = c + share * (target - c)
+            held |= ~held & nonnegative & (c <= 1e-15)
+            c[held] = 0.0
+            target = _solve(a, vector, ~held)
+        c = target
+    return c / scale, held
 
 
 def _solve(a: Array, vector: Array, free: Mask) -> Array:

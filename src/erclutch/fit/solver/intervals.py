@@ -100,8 +100,7 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         middle, bandwidth = long_run(added / scale)
         # Neighbours of a swinging residual cancel, but not in the scores of a parameter whose effect swings too. Each
         # parameter has its own independent rows: those that tell one badly take no freedom from the others.
-        # Rows that count as one, shape (p,).
-        alike = np.maximum(np.diag(middle), correlated_rows(residual))
+        alike = np.maximum(np.diag(middle), correlated_rows(residual))  # rows as one, shape (p,)
         independent = np.maximum(n / alike, 2.0 * p)
         freedom = np.maximum(independent - p, 1.0)
         scale *= np.sqrt(independent / freedom)
@@ -110,7 +109,11 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         widened = np.maximum(by_spectrum / np.where(by_scores > 0, by_scores, 1.0), 1.0)
         scale *= widened
         covariance = middle * np.outer(scale, scale)
-        share = _told_at_once(influence, bandwidth)
+        # The bandwidth is such a share of the rows where all rows tell a parameter alike. What few rows tell, as the
+        # slip over which friction turns, has as few scores to estimate a variance by.
+        square = influence**2
+        told = square / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
+        share = np.diag(_bartlett(told, bandwidth))
     else:
         covariance = inverse @ inverse.T * float(residual @ residual) / max(n - p, 1.0)
         bandwidth = 1
@@ -263,21 +266,6 @@ def _bartlett(scores: Array, bandwidth: int) -> Array:
     total = np.cumsum(padded, axis=0)
     windows = total[bandwidth:] - total[:-bandwidth]
     return windows.T @ windows / bandwidth
-
-
-def _told_at_once(influence: Array, bandwidth: int) -> Array:
-    """Share of what tells a parameter that lies within one bandwidth, shape (p,).
-
-    The bandwidth is such a share of the rows where all rows tell a parameter alike. What few rows tell, as the slip
-    over which friction turns, has as few scores to estimate a variance by.
-
-    Args:
-        influence: how much the residual of a row moves each parameter, shape (n, p).
-        bandwidth: in rows.
-    """
-    square = influence**2
-    told = square / np.maximum(square.sum(axis=0), np.finfo(float).tiny)
-    return np.diag(_bartlett(told, bandwidth))
 
 
 def _quantile(freedom: Array, share: Array) -> Array:

@@ -162,7 +162,13 @@ def law_from_name(specification: str, device: str = "single") -> Law:
             )
         law = family.law
     else:
-        form = _yield_form(name, forms, device)
+        usual = "square" if device == "coaxial" else "power"
+        wanted = "/".join(forms) or usual
+        if wanted not in YIELD_FORMS:
+            known = ", ".join(f"{name}/{each}" for each in YIELD_FORMS)
+            problem = f"unknown yield stress {wanted!r} in {name}/{wanted!r}"
+            raise SettingError(problem, remedy=f"Write one of {known}, each also with /forward")
+        form = YIELD_FORMS[wanted]
         numbers = [] if number is None else [number]
         with plugin.working():
             law = family.law(form, *numbers)
@@ -170,59 +176,35 @@ def law_from_name(specification: str, device: str = "single") -> Law:
         law = checked(law, plugin)
     if form is not None:
         law = replace(law, yield_form=form)
-    if "forward" in options:
-        law = _forward(law)
-    return law
+    if "forward" not in options:
+        return law
 
-
-def _plugin(name: str) -> tuple[Plugin, int | None]:
-    """The law of a name, of a name and a number, or of an alias; and the number."""
-    known = registry.names(GROUP)
-    stem, _, digits = name.rpartition("-")
-    if name not in known and stem in known and digits.isdecimal() and len(digits) < 10:
-        family = registry.find(GROUP, stem)
-        if family.of_type(LawFamily).count is not None:
-            return family, int(digits)
-    if name not in known:
-        name = _of_alias(name)
-    plugin = registry.find(GROUP, name)
-    return plugin, plugin.of_type(LawFamily).count
-
-
-def _of_alias(alias: str) -> str:
-    """The name of the first law that has an alias.
-
-    Raises:
-        SettingError: none has it.
-    """
-    for plugin in registry.plugins(GROUP):
-        with suppress(PluginError):  # a law that is broken has no aliases
-            if alias in plugin.of_type(LawFamily).aliases:
-                return plugin.name
-    raise registry.unknown(GROUP, alias, (*law_names(), "fnn-N", "rbfn-N"))
-
-
-def _yield_form(name: str, forms: list[str], device: str) -> YieldForm:
-    """The one form that is asked for, else the usual one of the device.
-
-    Raises:
-        SettingError: an unknown form, or several.
-    """
-    usual = "square" if device == "coaxial" else "power"
-    wanted = "/".join(forms) or usual
-    if wanted not in YIELD_FORMS:
-        known = ", ".join(f"{name}/{form}" for form in YIELD_FORMS)
-        problem = f"unknown yield stress {wanted!r} in {name}/{wanted!r}"
-        raise SettingError(problem, remedy=f"Write one of {known}, each also with /forward")
-    return YIELD_FORMS[wanted]
-
-
-def _forward(law: Law) -> Law:
-    """The law with a yield effort that keeps its sign, as the paper writes (10): no transition slip is left."""
-
+    # The yield effort keeps its sign, as the paper writes (10): no transition slip is left.
     def columns(E: Any, w: Any, *shape: Any) -> tuple[Any, ...]:
         return law.columns(E, w, FORWARD, *shape)
 
-    return replace(
-        law, title=f"{law.title}, one direction", columns=columns, shape=law.shape[1:], forward=True
-    )
+    title = f"{law.title}, one direction"
+    return replace(law, title=title, columns=columns, shape=law.shape[1:], forward=True)
+
+
+def _plugin(name: str) -> tuple[Plugin, int | None]:
+    """The law of a name, of a name and a number, or of an alias; and the number.
+
+    Raises:
+        SettingError: no law has the name.
+    """
+    known = registry.names(GROUP)
+    stem, _, digits = name.rpartition("-")
+    if name not in known and stem in known and digits.isdecimal() and len(digits) < 10:
+        plugin = registry.find(GROUP, stem)
+        if plugin.of_type(LawFamily).count is not None:
+            return plugin, int(digits)
+    if name in known:
+        plugin = registry.find(GROUP, name)
+        return plugin, plugin.of_type(LawFamily).count
+    for plugin in registry.plugins(GROUP):
+        with suppress(PluginError):  # a law that is broken has no aliases
+            family = plugin.of_type(LawFamily)
+            if name in family.aliases:
+                return plugin, family.count
+    raise registry.unknown(GROUP, name, (*law_names(), "fnn-N", "rbfn-N"))

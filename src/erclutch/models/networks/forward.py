@@ -44,7 +44,14 @@ def last_hidden(
     while f"W{layer}" in tables:
         w = tables[f"W{layer}"]
         b = tables[f"b{layer}"]
-        sums = _affine(w, active, b) if exactly else w @ active + b[:, None]
+        if (
+            exactly
+        ):  # from left to right as in the exported C: BLAS would add in an order that nobody knows
+            sums = np.repeat(b[:, None], active.shape[1], axis=1)
+            for j in range(len(active)):
+                sums += w[:, j : j + 1] * active[j]
+        else:
+            sums = w @ active + b[:, None]
         active = tanh(sums)
         layer += 1
     return active
@@ -79,14 +86,6 @@ def _functions(x: NDArray[Any]) -> Mapping[str, Callable[..., Any]]:
     if x.dtype == np.float32:
         return elementary(FLOAT32)
     return {"tanh": as_in_c.tanh, "exp": as_in_c.exp}
-
-
-def _affine(weights: Array, x: Array, offset: Array) -> Array:
-    """W x + b, from left to right as in the exported C: BLAS would add in an order that nobody knows."""
-    total = np.repeat(offset[:, None], x.shape[1], axis=1)
-    for j in range(len(x)):
-        total += weights[:, j : j + 1] * x[j]
-    return total
 
 
 def _weighted(weights: Array, a: Array) -> Array:

@@ -10,9 +10,9 @@ import numpy as np
 
 from erclutch.models import model_file
 from erclutch.models.law_model import TorqueModel, model_from_dict
-from erclutch.models.networks import NetworkStructure, network_from_name
+from erclutch.models.networks import network_from_name, table_shapes
 from erclutch.models.networks.network_inputs import STRENGTH
-from erclutch.models.networks.network_model import KIND, NetworkModel, Scaling, table_shapes
+from erclutch.models.networks.network_model import KIND, NetworkModel, Scaling
 from erclutch.models.stages import slip_stages, stages_of
 from erclutch.signals.array import Array
 
@@ -34,7 +34,24 @@ def network_from_dict(
 
 
 def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
-    structure = _structure_from(body)
+    # The inputs tell whether the field is one of them, and past samples of further inputs.
+    past = tuple(model_file.whole_number_of(k, "past") for k in body["past"])
+    extras = model_file.names_of(body["extras"], "extras")
+    made = network_from_name(
+        model_file.specification_of(body["network"], "network"),
+        model_file.device_of(body),
+        dynamics=model_file.specification_of(body["dynamics"]["form"], "dynamics"),
+        past=past,
+        extras=extras,
+    )
+    structure = replace(
+        made,
+        field=body["inputs"][0] == made.inputs[0],
+        past_extras=all(f"{name}[-{k}]" in body["inputs"] for k in past for name in extras),
+    )
+    if list(structure.inputs) != body["inputs"]:
+        raise ValueError(f"inputs are {body['inputs']!r:.100}")
+
     strength: dict[str, float] = {}
     if alone and slip_stages(structure.dynamics):
         for name in STRENGTH:
@@ -64,8 +81,16 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
         raise ValueError(
             f"the law {beyond.name} beyond the rows has inputs that the network has not"
         )
-    longest_period = period or model_file.LONGEST_PERIOD
-    stage_numbers = _stage_numbers_from(body["dynamics"], structure, longest_period)
+    # Numbers of the stages; those in the unit of the slip may be as large as they like.
+    stage_numbers: dict[str, float] = {}
+    for stage in stages_of(structure.dynamics):
+        for parameter in stage.parameters(period or model_file.LONGEST_PERIOD):
+            name = parameter.name
+            value = model_file.number_of(body["dynamics"][name], name, positive=parameter.lower > 0)
+            too_large = not parameter.dimension.slip and value > parameter.upper
+            if value < 0 or too_large:
+                raise ValueError(f"{name} is {value:g}, not from 0 to {parameter.upper:g}")
+            stage_numbers[name] = value
     ranges = [
         model_file.pair_of(body["input_range"][place], "range of an input")
         for place in range(count)
@@ -88,42 +113,3 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
         beyond=beyond,
         near=model_file.near_of(body.get("near", ()), structure.device),
     )
-
-
-def _stage_numbers_from(
-    numbers: Mapping[str, Any],
-    structure: NetworkStructure,
-    period: float,
-) -> dict[str, float]:
-    """Numbers of the stages; those in the unit of the slip may be as large as they like."""
-    of_stages: dict[str, float] = {}
-    for stage in stages_of(structure.dynamics):
-        for parameter in stage.parameters(period):
-            name = parameter.name
-            value = model_file.number_of(numbers[name], name, positive=parameter.lower > 0)
-            too_large = not parameter.dimension.slip and value > parameter.upper
-            if value < 0 or too_large:
-                raise ValueError(f"{name} is {value:g}, not from 0 to {parameter.upper:g}")
-            of_stages[name] = value
-    return of_stages
-
-
-def _structure_from(body: Mapping[str, Any]) -> NetworkStructure:
-    """The inputs tell whether the field is one of them, and past samples of further inputs."""
-    past = tuple(model_file.whole_number_of(k, "past") for k in body["past"])
-    extras = model_file.names_of(body["extras"], "extras")
-    made = network_from_name(
-        model_file.specification_of(body["network"], "network"),
-        model_file.device_of(body),
-        dynamics=model_file.specification_of(body["dynamics"]["form"], "dynamics"),
-        past=past,
-        extras=extras,
-    )
-    structure = replace(
-        made,
-        field=body["inputs"][0] == made.inputs[0],
-        past_extras=all(f"{name}[-{k}]" in body["inputs"] for k in past for name in extras),
-    )
-    if list(structure.inputs) != body["inputs"]:
-        raise ValueError(f"inputs are {body['inputs']!r:.100}")
-    return structure

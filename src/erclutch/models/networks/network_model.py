@@ -439,25 +439,3 @@ class NetworkModel(ModelBase):
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
         return model_file.sealed(body, self.band)
-
-
-def table_shapes(structure: NetworkStructure) -> dict[str, tuple[int, ...]]:
-    """Shape of each table of weights, in their order."""
-    inputs = len(structure.inputs)
-    if structure.kind == "rbfn":
-        neurons = structure.hidden[0]
-        return {
-            "centres": (neurons, inputs),
-            "spreads": (neurons,),
-            "w": (neurons,),
-            "b": (1,),
-        }
-    shapes: dict[str, tuple[int, ...]] = {}
-    before = inputs
-    for layer, neurons in enumerate(structure.hidden, start=1):
-        shapes[f"W{layer}"] = (neurons, before)
-        shapes[f"b{layer}"] = (neurons,)
-        before = neurons
-    shapes["W_out"] = (1, before)
-    shapes["b_out"] = (1,)
-    return shapes
