@@ -323,26 +323,22 @@ def _lost(f: Format, a: Any, b: Any, product: Any) -> Any:
     return ((a_high * b_high - product) + (a_high * b_low + a_low * b_high)) + a_low * b_low
 
 
-def _mantissa(f: Format, x: Any) -> tuple[Any, Any]:
-    """K and m of x = 2^k m with m between sqrt(1/2) and sqrt(2)."""
+def power(f: Format, x: Any, n: Any) -> Any:
+    """x^n for x > 0; at x = 0 as at the smallest normal number."""
+    # Each step gives a number and what rounding took off it. The order of operations is that of the exported C.
     p = f.precision
+    smallest = 2.0 ** (1 - p.bias)
+
+    # x = 2^k m with m between sqrt(1/2) and sqrt(2)
     half_root = int(np.asarray(0.5**0.5, p.dtype).view(p.bits))
     one = p.bias << p.fraction
-    bits = _bits_of(x, p)
+    bits = _bits_of(less_select(x, smallest, smallest, x), p)
     moved = _on_bits("bits_add", bits, one - half_root, p)
     exponent = _on_bits("right_shift", moved, p.fraction, p)
     exponent_in_place = _on_bits("left_shift", exponent, p.fraction, p)
     rest = _on_bits("bits_subtract", bits, exponent_in_place, p)
     k = _number(exponent, p) - float(p.bias)
     m = _real_of(_on_bits("bits_add", rest, one, p), p)
-    return k, m
-
-
-def power(f: Format, x: Any, n: Any) -> Any:
-    """x^n for x > 0; at x = 0 as at the smallest normal number."""
-    # Each step gives a number and what rounding took off it. The order of operations is that of the exported C.
-    smallest = 2.0 ** (1 - f.precision.bias)
-    k, m = _mantissa(f, less_select(x, smallest, smallest, x))
 
     # s = (m - 1) / (m + 1)
     above = m - 1.0

@@ -114,14 +114,6 @@ def _absolute(x: Any) -> Any:
     return -x if x < 0.0 else x
 
 
-def _both(a: Any, b: Any) -> Any:
-    return a and b
-
-
-def _either(a: Any, b: Any) -> Any:
-    return a or b
-
-
 def _chosen(condition: Any, yes: Any, no: Any) -> Any:
     return yes if condition else no
 
@@ -136,8 +128,8 @@ _ON_NUMBERS: Mapping[str, Callable[..., Any]] = {
     "absolute": _absolute,
     "less": _python.lt,
     "finite": math.isfinite,
-    "both": _both,
-    "either": _either,
+    "both": _python.and_,
+    "either": _python.or_,
     "opposite": _python.not_,
     "choose": _chosen,
 }

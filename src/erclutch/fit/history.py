@@ -19,7 +19,6 @@ from erclutch.fit.laws.fit_law import reference_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.stages import NONE, remembers, slip_stages, stage_named, stages_of
 from erclutch.models.stages.stage import SlipAndStrength
-from erclutch.models.structure import Reference
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.percent import percent
 
@@ -102,8 +101,22 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
     whole = whole or 1.0
     helpful: list[History] = []
     for name in _candidates(dynamics):
-        columns = _memories(data, reference, name, rows)
-        better = plain.unexplained(columns)
+        # Columns of the stage, its constants at several places of their usual ranges.
+        (stage,) = slip_stages(name)
+        shapes = stage.parameters(reference.period)
+        columns: list[Array] = []
+        for way, element in zip((1.0, -1.0), data.elements, strict=False):
+            strength = np.abs(element.field) / reference.field
+            if not strength.any():  # no field at all: the memory is as strong everywhere
+                strength = np.ones(data.rows)
+            moved = SlipAndStrength(way * element.slip / reference.slip, strength)
+            for place in _PLACES if shapes else _PLACES[:1]:
+                ranges = [shape.scanned for shape in shapes]
+                constants = [low * (high / low) ** place for low, high in ranges]
+                outputs = stage.respond(moved, data.clock, constants, slice(None))
+                for column in stage.columns(outputs, moved.strength):
+                    columns.append(way * np.asarray(column)[rows])
+        better = plain.unexplained(np.column_stack(columns))
         taken_off = np.bincount(window, left**2 - better**2)  # of each window
         standard_error = float(np.std(taken_off, ddof=1)) / taken_off.size**0.5 or 1.0
         sure = float(np.mean(taken_off)) / standard_error
@@ -174,32 +187,6 @@ def _candidates(dynamics: str) -> Iterator[str]:
         above = max(rungs, default=-1) + 1
         if above < len(ladder) and remembers(stage_named(ladder[above])):
             yield ladder[above]
-
-
-def _memories(
-    data: Dataset,
-    reference: Reference,
-    name: str,
-    rows: Rows,
-) -> Array:
-    """Columns of a stage at some rows, its constants at several places of their usual ranges, shape (n, columns)."""
-    (stage,) = slip_stages(name)
-    shapes = stage.parameters(reference.period)
-    columns: list[Array] = []
-    for way, element in zip((1.0, -1.0), data.elements, strict=False):
-        strength = np.abs(element.field) / reference.field
-        if not strength.any():  # no field at all: the memory is as strong everywhere
-            strength = np.ones(data.rows)
-        moved = SlipAndStrength(way * element.slip / reference.slip, strength)
-        for place in _PLACES if shapes else _PLACES[:1]:
-            constants: list[float] = []
-            for shape in shapes:
-                low, high = shape.scanned
-                constants.append(low * (high / low) ** place)
-            outputs = stage.respond(moved, data.clock, constants, slice(None))
-            for column in stage.columns(outputs, moved.strength):
-                columns.append(way * np.asarray(column)[rows])
-    return np.column_stack(columns)
 
 
 def _hats(values: Array, knots: Array) -> Array:

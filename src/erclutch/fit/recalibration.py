@@ -103,7 +103,47 @@ def recalibrate(model: Model, data: Dataset, seen: Mask | None = None) -> Recali
         noise = float(np.mean(error**2)) * correlated_rows(error)
         trial = _Trial(data, rows, error, noise, _blocks(error))
         ways = list(ways_of(model, data, rows, predicted))
-        return _chosen(model, trial, ways)
+
+        # The simplest way that is as good as the best one, for all that the blocks can tell, if it is worth it.
+        tried: list[_Tried] = []
+        for way in ways:
+            settled = trial.settled(way)
+            width, squares = trial.validated(settled)
+            tried.append(_Tried(settled, width, squares))
+        plain = _mean_squares(trial.error[block] for block in trial.blocks)
+        folds = {AS_IT_IS: tuple(np.sqrt(plain).tolist())}
+        for each in tried:
+            of_blocks = np.sqrt(each.squares)
+            folds[each.way.name] = tuple(of_blocks.tolist())
+
+        worth = [each for each in tried if _change(each.squares, plain) <= -_WORTH]
+        better = [each for each in worth if _surely(plain - each.squares)]
+        least = min(better or tried, key=lambda each: float(each.squares.sum())).squares
+        if not better:
+            change = percent(_change(least, plain), 1, sign=True)
+            reason = f"nothing helps for sure, on unseen blocks the best way changes the error by {change}"
+            return Recalibration(model, model, AS_IT_IS, folds, {}, reason)
+
+        as_good = [
+            each for each in better if each.squares is least or not _surely(each.squares - least)
+        ]
+        taken = min(as_good, key=lambda each: len(each.way.numbers))
+        way = taken.way
+        adapted, best, half = trial.adapted(way, taken.width)
+        places = (best, best - half, best + half)
+        ends = [way.said(coordinates).tolist() for coordinates in places]
+        numbers: dict[str, tuple[float, float, float]] = {}
+        for number, value, low, high in zip(way.numbers, *ends, strict=True):
+            numbers[number.name] = (value, low, high)
+        gain = ""
+        if GAIN in numbers:
+            value, low, high = numbers[GAIN]
+            gain = f"gain {value:.4g} ({low:.4g} - {high:.4g}), "
+        less = percent(-_change(taken.squares, plain), 1)
+        reason = f"{way.name}: {gain}on unseen blocks the error is {less} less than {AS_IT_IS}"
+        return Recalibration(
+            model, _noted(adapted, data, way.name), way.name, folds, numbers, reason
+        )
 
 
 def _blocks(error: Array) -> list[slice]:
@@ -237,51 +277,6 @@ class _Tried:
     way: Way
     width: float
     squares: Array
-
-
-def _chosen(base: Model, trial: _Trial, ways: Sequence[Way]) -> Recalibration:
-    """The simplest way that is as good as the best one, for all that the blocks can tell, if it is worth it."""
-    tried: list[_Tried] = []
-    for way in ways:
-        settled = trial.settled(way)
-        width, squares = trial.validated(settled)
-        tried.append(_Tried(settled, width, squares))
-    plain = _mean_squares(trial.error[block] for block in trial.blocks)
-    folds = {AS_IT_IS: tuple(np.sqrt(plain).tolist())}
-    for each in tried:
-        of_blocks = np.sqrt(each.squares)
-        folds[each.way.name] = tuple(of_blocks.tolist())
-
-    worth = [each for each in tried if _change(each.squares, plain) <= -_WORTH]
-    better = [each for each in worth if _surely(plain - each.squares)]
-    least = min(better or tried, key=lambda each: float(each.squares.sum())).squares
-    if not better:
-        change = percent(_change(least, plain), 1, sign=True)
-        reason = (
-            f"nothing helps for sure, on unseen blocks the best way changes the error by {change}"
-        )
-        return Recalibration(base, base, AS_IT_IS, folds, {}, reason)
-
-    as_good = [
-        each for each in better if each.squares is least or not _surely(each.squares - least)
-    ]
-    taken = min(as_good, key=lambda each: len(each.way.numbers))
-    way = taken.way
-    model, best, half = trial.adapted(way, taken.width)
-    places = (best, best - half, best + half)
-    ends = [way.said(coordinates).tolist() for coordinates in places]
-    numbers: dict[str, tuple[float, float, float]] = {}
-    for number, value, low, high in zip(way.numbers, *ends, strict=True):
-        numbers[number.name] = (value, low, high)
-    gain = ""
-    if GAIN in numbers:
-        value, low, high = numbers[GAIN]
-        gain = f"gain {value:.4g} ({low:.4g} - {high:.4g}), "
-    less = percent(-_change(taken.squares, plain), 1)
-    reason = f"{way.name}: {gain}on unseen blocks the error is {less} less than {AS_IT_IS}"
-    return Recalibration(
-        base, _noted(model, trial.data, way.name), way.name, folds, numbers, reason
-    )
 
 
 def _mean_squares(errors: Iterable[Array]) -> Array:

@@ -112,7 +112,27 @@ def ways_of(
         if law.shape and fields_differ:
             yield _all_numbers(law, data, rows)
     elif network is not None and not stages_at(network.structure.dynamics, "effort"):
-        yield _output_layer(network, data, rows)
+        # The weights of the output layer, in which the effort is linear: its tables are the last two.
+        inputs = inputs_of(
+            network.structure, data.elements, data.clock, data.extras, network.dynamics
+        )
+        active = network.last_layer(network.scaling.inputs(inputs[:, rows]))  # (neurons, n)
+        columns = network.scaling.effort_scale * np.column_stack([*active, ones])
+        of_weights, of_bias = list(network.weights)[-2:]
+        weights = network.weights[of_weights]
+        start = np.concatenate([weights.ravel(), network.weights[of_bias]])
+        reach = np.maximum(np.abs(start), _SMALL * np.abs(start).max())
+        numbers: list[Number] = []
+        for place in range(start.size):
+            at = float(start[place])
+            numbers.append(Number(f"w_{place}", at, float(reach[place])))
+
+        def with_output_layer(c: Array) -> NetworkModel:
+            w_out = c[:-1].reshape(weights.shape)
+            last = {of_weights: w_out, of_bias: c[-1:]}
+            return replace(network, weights={**network.weights, **last})
+
+        yield _linear(_ALL, numbers, [columns], with_output_layer)
 
 
 def _linear(
@@ -202,28 +222,3 @@ def _all_numbers(law: TorqueModel, data: Dataset, rows: Rows) -> Way:
 
     start = np.concatenate([u, gains.start])
     return Way(_ALL, [*numbers, *gains.numbers], gains.columns, model, start, slopes, said)
-
-
-def _output_layer(network: NetworkModel, data: Dataset, rows: Rows) -> Way:
-    """The weights of a network's output layer, in which its effort is linear."""
-    inputs = inputs_of(network.structure, data.elements, data.clock, data.extras, network.dynamics)
-    active = network.last_layer(network.scaling.inputs(inputs[:, rows]))  # (neurons, n)
-    ones = np.ones(active.shape[1])
-    columns = network.scaling.effort_scale * np.column_stack([*active, ones])
-
-    # The output layer's tables are the last two.
-    of_weights, of_bias = list(network.weights)[-2:]
-    weights = network.weights[of_weights]
-    start = np.concatenate([weights.ravel(), network.weights[of_bias]])
-    reach = np.maximum(np.abs(start), _SMALL * np.abs(start).max())
-    numbers: list[Number] = []
-    for place in range(start.size):
-        at = float(start[place])
-        numbers.append(Number(f"w_{place}", at, float(reach[place])))
-
-    def model(c: Array) -> NetworkModel:
-        w_out = c[:-1].reshape(weights.shape)
-        last = {of_weights: w_out, of_bias: c[-1:]}
-        return replace(network, weights={**network.weights, **last})
-
-    return _linear(_ALL, numbers, [columns], model)

@@ -141,7 +141,20 @@ def calibrated(
         directed = _Errors.of(wider * along_slip, log_of_row, as_one)
         plain = _Errors.of(np.abs(wider * along_slip), log_of_row, as_one)
         _, half_width = plain.ends(np.arange(known.size), LEVEL)
-        band, cell = _narrowest(usable, directed)
+
+        # The band with the longest settling time among those that are as narrow as the narrowest.
+        with_widths: list[_Cells] = []
+        widths: list[float] = []
+        for empty, cell in usable:
+            behind, ahead = _half_widths(directed, cell, empty.shape)
+            band = replace(empty, behind=tuple(behind.tolist()), ahead=tuple(ahead.tolist()))
+            with_widths.append((band, cell))
+            whole_width = behind + ahead
+            widths.append(float(np.mean(whole_width[cell])))
+        narrow = (1.0 + _AS_NARROW) * min(widths)
+        place = max(place for place, width in enumerate(widths) if width <= narrow)
+        band, cell = with_widths[place]
+
         estimate = data.effort[known] - error[known]
         part = _followed(band, cell, rows[::every], estimate, log, block)
         results.append((replace(band, part=part), 2.0 * half_width))
@@ -285,20 +298,6 @@ class _Errors:
 
 #: A band without widths, and the cell of each calibration row, shape (n,).
 _Cells = tuple[Band, NDArray[np.intp]]
-
-
-def _narrowest(cells: Sequence[_Cells], errors: _Errors) -> _Cells:
-    """The band with the longest settling time among those that are as narrow as the narrowest."""
-    bands: list[_Cells] = []
-    widths: list[float] = []
-    for empty, cell in cells:
-        behind, ahead = _half_widths(errors, cell, empty.shape)
-        band = replace(empty, behind=tuple(behind.tolist()), ahead=tuple(ahead.tolist()))
-        bands.append((band, cell))
-        whole_width = behind + ahead
-        widths.append(float(np.mean(whole_width[cell])))
-    narrow = (1.0 + _AS_NARROW) * min(widths)
-    return [band for band, width in zip(bands, widths, strict=True) if width <= narrow][-1]
 
 
 def _followed(

@@ -83,8 +83,7 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
         )
     require_change(train, "training ")
     findings = (
-        *_told_otherwise(data),
-        *_rates(data),
+        *_as_read(data),
         *_fields(data),
         _drift(data),
         _sign(train),
@@ -147,22 +146,18 @@ def require_change(data: Dataset, part: str = "") -> None:
             )
 
 
-def _told_otherwise(data: Dataset) -> list[Finding]:
-    """A unit or a rate that was given, and that differs from what the file says; all numbers hang on it."""
-    remedy = "Check which is right; leave the option out to take what the file says"
-    findings: list[Finding] = []
+def _as_read(data: Dataset) -> Iterator[Finding]:
+    """How the logs were read: not as their files say, at another rate than their own, at several rates."""
+    # All numbers hang on a unit or a rate that was given.
     for note in dict.fromkeys(note for note in data.notes if THOUGH in note):
-        of_a_signal = _UNIT_GIVEN.match(note)
         message = note
+        of_a_signal = _UNIT_GIVEN.match(note)
         if of_a_signal:
             signal, column, unit, own = of_a_signal.groups()
             message = f"the {signal} is read in {unit}, {THOUGH} {own} (column {column})"
-        findings.append(Finding("warning", "given", message, remedy))
-    return findings
+        remedy = "Check which is right; leave the option out to take what the file says"
+        yield Finding("warning", "given", message, remedy)
 
-
-def _rates(data: Dataset) -> Iterator[Finding]:
-    """Logs that were brought to another rate, and logs at different rates."""
     notes = [note for note in data.notes if note.startswith(RESAMPLED)]
     if notes:
         more = f" (and {len(notes) - 1} other ways)" if len(notes) > 1 else ""

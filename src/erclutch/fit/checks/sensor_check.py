@@ -53,16 +53,16 @@ def sensor_findings(data: Dataset) -> tuple[Finding, ...]:
     for element in data.elements:
         signals.append(("slip", element.slip))
     findings = [
-        *_implausible(data),
-        _saturation(data),
+        *_ranges(data),
         *(_spikes(data, name, values) for name, values in signals),
         *(_stuck(data, name, values) for name, values in signals),
     ]
     return tuple(finding for finding in findings if finding is not None)
 
 
-def _implausible(data: Dataset) -> Iterator[Finding]:
-    """Magnitudes that no clutch, brake or damper has: most often the unit of a column is wrong."""
+def _ranges(data: Dataset) -> Iterator[Finding]:
+    """Slips and efforts that no clutch, brake or damper has, and an effort that its sensor has cut off."""
+    # Most often the unit of a column is wrong.
     slips = np.concatenate([element.slip for element in data.elements])
     looked_at = {"slip": (slips, data.units.slip), "effort": (data.effort, data.units.effort)}
     for name, (values, unit) in looked_at.items():
@@ -78,32 +78,21 @@ def _implausible(data: Dataset) -> Iterator[Finding]:
         message = (
             f"an effort in {data.units.effort} beside a slip in {data.units.slip} makes no power"
         )
-        yield Finding(
-            "warning",
-            "units",
-            message,
-            "Check both units: a force goes with m/s, a torque with rad/s",
-        )
+        remedy = "Check both units: a force goes with m/s, a torque with rad/s"
+        yield Finding("warning", "units", message, remedy)
 
-
-def _saturation(data: Dataset) -> Finding | None:
-    """Many rows at one end of the effort's range."""
-    largest = float(np.max(data.effort))
-    smallest = float(np.min(data.effort))
-    if smallest == largest:
-        return None  # a log of commands alone: a fit refuses it
-    for name, end in (("largest", largest), ("smallest", smallest)):
+    # A sensor that is saturated has many rows at one end of its range.
+    ends = {"largest": float(np.max(data.effort)), "smallest": float(np.min(data.effort))}
+    if ends["largest"] == ends["smallest"]:
+        return  # a log of commands alone: a fit refuses it
+    for name, end in ends.items():
         at_end = np.count_nonzero(data.effort == end)
         share = at_end / data.rows
         if share > _SATURATED and at_end >= _FEWEST_SATURATED:
             message = f"{percent(share, 1)} of the rows sit at the {name} effort, {end:g}: the sensor may be saturated"
-            return Finding(
-                "warning",
-                "effort",
-                message,
-                "Leave saturated rows out, or use a sensor with more range",
-            )
-    return None
+            remedy = "Leave saturated rows out, or use a sensor with more range"
+            yield Finding("warning", "effort", message, remedy)
+            return
 
 
 def _spikes(data: Dataset, name: str, values: Array) -> Finding | None:

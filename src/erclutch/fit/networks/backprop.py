@@ -155,10 +155,30 @@ class WeightedRows:
         Only after `gram` at the same point: J is still there if all rows are one block.
         """
         along = unpacked(step.astype(self.kind), self.sizes)
+        *hidden, (w_out, _) = point.layers
+        dw_out, _ = along[-1]
         total = np.zeros(self.count)
         for block, active in self._active(point):
+            # First and second derivative of a layer's outputs h = tanh(z) along the step, (neurons, m).
+            first: Floats = np.zeros((0, 0))
+            second: Floats = first
+            for i, (w, _) in enumerate(hidden):
+                dw, db = along[i]
+                z = dw @ active[i]  # z', in place from here on
+                z += db[:, None]
+                if i:  # the inputs do not move
+                    z += w @ first
+                h = active[i + 1]
+                steep = _steep(h)
+                moved = steep * z  # h' = (1 - h^2) z'
+                z *= moved
+                z *= h
+                z *= -2.0  # the part -2 h h' z' of h''; the other one is (1 - h^2) z''
+                second = z + steep * (2.0 * (dw @ first) + w @ second) if i else z
+                first = moved
+
             root = self.root[block]
-            bent = _second(point.layers, along, active)
+            bent = (2.0 * (dw_out @ first) + w_out @ second)[0]
             bent *= root
             j = self._store[:-1, : root.size]
             if self._block < self.y.size:
@@ -236,31 +256,6 @@ def _slopes(
         np.multiply(delta[:, None, :], active[i][None], out=of_weights)
         if i:
             delta = w.T @ delta
-
-
-def _second(layers: Layers, along: Layers, active: Sequence[Floats]) -> Floats:
-    """Second derivative of the output as all weights move along a direction, shape (m,)."""
-    # First and second derivative of a layer's outputs h = tanh(z) along the direction, (neurons, m).
-    first: Floats = np.zeros((0, 0))
-    second: Floats = first
-    for i in range(len(layers) - 1):
-        w, _ = layers[i]
-        dw, db = along[i]
-        z = dw @ active[i]  # z', in place from here on
-        z += db[:, None]
-        if i:  # the inputs do not move
-            z += w @ first
-        h = active[i + 1]
-        steep = _steep(h)
-        moved = steep * z  # h' = (1 - h^2) z'
-        z *= moved
-        z *= h
-        z *= -2.0  # the part -2 h h' z' of h''; the other one is (1 - h^2) z''
-        second = z + steep * (2.0 * (dw @ first) + w @ second) if i else z
-        first = moved
-    w, _ = layers[-1]
-    dw, _ = along[-1]
-    return (2.0 * (dw @ first) + w @ second)[0]
 
 
 def _steep(h: Floats) -> Floats:

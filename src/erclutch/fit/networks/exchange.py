@@ -17,7 +17,6 @@ from erclutch.fit.networks.backprop import WeightedRows, packed, unpacked
 from erclutch.fit.networks.first_weights import Slips, new_neurons, with_best_output
 from erclutch.fit.networks.geodesic import FIRST_DAMPING, Trained, levenberg_marquardt
 from erclutch.fit.networks.pruning import AFTER_LOSS, smaller, without_one
-from erclutch.signals.array import Array
 
 _CANDIDATES = 60
 _STEPS_AFTER_LOSS = 6
@@ -58,42 +57,35 @@ def exchanged(
         for theta in islice(without_one(rows, before.theta), tries):
             without = with_best_output(fewer, theta)
             left = levenberg_marquardt(fewer, without, _STEPS_AFTER_LOSS, AFTER_LOSS)
-            grown = with_best_output(rows, _with_new(fewer, left.theta, rng, slips))
+
+            # How much each new neuron would take from the cost with the output layer at its least squares, from the
+            # products of neurons, new neurons, bias and effort, in this order.
+            w_new, b_new = new_neurons(rng, fewer.sizes, _CANDIDATES, slips)
+            total = fewer.output_gram(fewer.at(left.theta), (w_new, b_new))
+            neurons = fewer.sizes[-2]
+            bias = len(total) - 2
+            there = np.array([*range(neurons), bias])
+            come = np.arange(neurons, bias)
+            # Of each the part that those that are there cannot make up: its square, and its product with the effort.
+            square = total[np.ix_(there, there)]
+            square[np.diag_indices_from(square)] += _ROUNDING * square.diagonal().max()
+            across = total[np.ix_(there, come)]
+            along = np.linalg.solve(square, across).astype(np.float64, copy=False)
+            own = total[come, come] - np.einsum("ij,ij->j", across, along)
+            slope = total[come, -1] - total[there, -1] @ along
+            gains = slope**2 / (np.maximum(own, 0.0) + _RIDGE * fewer.y.size)
+            most_helpful = int(np.argmax(gains))
+
+            # It joins the last hidden layer, and has no say in the output yet.
+            *others, (w, b), (w_out, b_out) = unpacked(left.theta, fewer.sizes)
+            w_with_it = np.vstack([w, w_new[most_helpful]])
+            b_with_it = np.append(b, b_new[most_helpful])
+            w_out_with_it = np.append(w_out, [[0.0]], axis=1)
+            joined = packed([*others, (w_with_it, b_with_it), (w_out_with_it, b_out)])
+            grown = with_best_output(rows, joined)
             after = levenberg_marquardt(rows, grown, _STEPS, FIRST_DAMPING)
             steps += left.steps + after.steps
             best = min(best, after, key=lambda t: t.cost)
         if best.cost >= _LOWER * before.cost:
             break
     return replace(best, steps=steps)
-
-
-def _with_new(
-    rows: WeightedRows,
-    theta: Array,
-    rng: np.random.Generator,
-    slips: Slips | None,
-) -> Array:
-    """Weights with one more neuron in the last hidden layer, which has no say in the output yet."""
-    w_new, b_new = new_neurons(rng, rows.sizes, _CANDIDATES, slips)
-    # How much each new neuron would take from the cost with the output layer at its least squares, from the products
-    # of neurons, new neurons, bias and effort, in this order.
-    total = rows.output_gram(rows.at(theta), (w_new, b_new))
-    neurons = rows.sizes[-2]
-    bias = len(total) - 2
-    there = np.array([*range(neurons), bias])
-    come = np.arange(neurons, bias)
-
-    # Of each new neuron the part that those that are there cannot make up: its square, and its product with the effort.
-    square = total[np.ix_(there, there)]
-    square[np.diag_indices_from(square)] += _ROUNDING * square.diagonal().max()
-    across = total[np.ix_(there, come)]
-    along = np.linalg.solve(square, across).astype(np.float64, copy=False)
-    own = total[come, come] - np.einsum("ij,ij->j", across, along)
-    slope = total[come, -1] - total[there, -1] @ along
-    gains = slope**2 / (np.maximum(own, 0.0) + _RIDGE * rows.y.size)
-    best = int(np.argmax(gains))
-    *others, (w, b), (w_out, b_out) = unpacked(theta, rows.sizes)
-    w_with_it = np.vstack([w, w_new[best]])
-    b_with_it = np.append(b, b_new[best])
-    w_out_with_it = np.append(w_out, [[0.0]], axis=1)
-    return packed([*others, (w_with_it, b_with_it), (w_out_with_it, b_out)])

@@ -94,7 +94,29 @@ def fit_rows(
         CheckError: as for `fit_network`.
     """
     x, y = rows
-    _require_usable(x, y, structure, data.where)
+    if not supports(y.size, structure):
+        raise CheckError(
+            f"{y.size} training rows for the {_weights_of(structure)} weights of {structure.specification}",
+            remedy="Log more, or choose a smaller network",
+            where=data.where,
+        )
+    for name, values in zip(structure.inputs, x, strict=True):
+        low = float(values.min())
+        high = float(values.max())
+        if not np.isfinite(high - low):
+            bad = int(np.count_nonzero(~np.isfinite(values)))
+            problem = f"input {name} has {bad} values that are not finite"
+            raise CheckError(problem, remedy="Drop them: --invalid drop", where=data.where)
+        if high - low <= _ROUNDING * max(abs(low), abs(high)):
+            problem = f"input {name} is constant at {low:g} over all training rows"
+            remedy = "Log with it changing, or leave it out"
+            raise CheckError(problem, remedy=remedy, where=data.where)
+    least = float(y.min())
+    most = float(y.max())
+    if not np.isfinite([least, most]).all() or least == most:
+        problem = "the effort is constant or not finite over the training rows"
+        raise CheckError(problem, remedy="Check its column", where=data.where)
+
     scaling = scaling_of(x, y, structure.kind)
     squares = mean_squares(structure, x)
     with one_thread():
@@ -252,42 +274,3 @@ def _weights_of(structure: NetworkStructure) -> int:
     """Number of weights of a network."""
     shapes = table_shapes(structure).values()
     return sum(int(np.prod(shape)) for shape in shapes)
-
-
-def _require_usable(
-    x: Array,
-    y: Array,
-    structure: NetworkStructure,
-    where: str,
-) -> None:
-    """Raise a CheckError for fewer rows than weights, or an input or effort that is not finite or does not vary."""
-    if not supports(y.size, structure):
-        raise CheckError(
-            f"{y.size} training rows for the {_weights_of(structure)} weights of {structure.specification}",
-            remedy="Log more, or choose a smaller network",
-            where=where,
-        )
-    for name, values in zip(structure.inputs, x, strict=True):
-        low = float(values.min())
-        high = float(values.max())
-        if not np.isfinite(high - low):
-            bad = int(np.count_nonzero(~np.isfinite(values)))
-            raise CheckError(
-                f"input {name} has {bad} values that are not finite",
-                remedy="Drop them: --invalid drop",
-                where=where,
-            )
-        if high - low <= _ROUNDING * max(abs(low), abs(high)):
-            raise CheckError(
-                f"input {name} is constant at {low:g} over all training rows",
-                remedy="Log with it changing, or leave it out",
-                where=where,
-            )
-    least = float(y.min())
-    most = float(y.max())
-    if not np.isfinite([least, most]).all() or least == most:
-        raise CheckError(
-            "the effort is constant or not finite over the training rows",
-            remedy="Check its column",
-            where=where,
-        )

@@ -71,11 +71,51 @@ def levenberg_marquardt(
     idle = 0  # steps without progress, one after another
     now = rows.at(theta)
     pull = decay * now.cost
+    p = rows.count
     for step in range(1, most + 1):
-        taken = _step(rows, theta, now, mu, pull)
-        if taken is None:
-            return Trained(theta, now.cost, step, "converged", mu)
+        total = rows.gram(now)
+        square = total[:p, :p]
+        slope = total[:p, p]
         before = _with_decay(now, theta, pull)
+        if pull:
+            square[np.diag_indices(p)] += pull
+            slope -= pull * theta
+        scale = square.diagonal() + _FLOOR * square.diagonal().max()
+
+        # A step that lowers the cost, what the weights give there, and the next damping.
+        taken: tuple[Array, Point, float] | None = None
+        harder = mu
+        growth = 2.0  # of the damping after a step that is refused
+        for _ in range(_MOST_TRIES):
+            damped = square.copy(order="F")
+            damped[np.diag_indices(p)] += harder * scale
+            root, failed = dpotrf(damped, overwrite_a=True, clean=False)
+            if not failed:  # else rounding left it indefinite
+                d = dpotrs(root, slope)[0]
+                if float(d @ slope) <= _PRECISION[rows.kind] * before:
+                    break
+                bent = dpotrs(root, -0.5 * rows.bend(now, d))[0]
+                # The acceleration is cut where it is no longer small beside the step.
+                length = np.sqrt(float(d @ (scale * d)))
+                extra = np.sqrt(float(bent @ (scale * bent)))
+                curved = d
+                if extra > 0.0:
+                    curved = d + bent * min(1.0, 0.5 * _MOST_BENT * length / extra)
+                trial = theta + curved
+                there = rows.at(trial)
+                fall = before - _with_decay(there, trial, pull)
+                if fall > 0.0:
+                    predicted = 2.0 * float(d @ slope) - float(d @ square @ d)
+                    # In single precision a tiny predicted fall may come out as anything.
+                    gain = min(fall / max(predicted, 1e-300), 2.0)
+                    easier = max(_SLOWLY, min(2.0, 1.0 - (2.0 * gain - 1.0) ** 3))
+                    taken = trial, there, max(harder * easier, _LEAST_DAMPING)
+                    break
+            harder *= growth
+            growth *= 4.0
+        if taken is None:  # rounding leaves none
+            return Trained(theta, now.cost, step, "converged", mu)
+
         theta, now, mu = taken
         after = _with_decay(now, theta, pull)
         hardly_falls = before - after < _FALLING * before
@@ -88,53 +128,3 @@ def levenberg_marquardt(
 def _with_decay(point: Point, theta: Array, pull: float) -> float:
     """The cost of a point and of its weights."""
     return point.cost + pull * float(theta @ theta)
-
-
-def _step(
-    rows: WeightedRows,
-    theta: Array,
-    now: Point,
-    mu: float,
-    pull: float,
-) -> tuple[Array, Point, float] | None:
-    """Weights after a step that lowers the cost, what they give, the next damping; None if rounding leaves none."""
-    p = rows.count
-    total = rows.gram(now)
-    square = total[:p, :p]
-    slope = total[:p, p]
-    cost = _with_decay(now, theta, pull)
-    if pull:
-        square[np.diag_indices(p)] += pull
-        slope -= pull * theta
-    scale = square.diagonal() + _FLOOR * square.diagonal().max()
-    growth = 2.0  # of the damping after a step that is refused
-    for _ in range(_MOST_TRIES):
-        damped = square.copy(order="F")
-        damped[np.diag_indices(p)] += mu * scale
-        root, failed = dpotrf(damped, overwrite_a=True, clean=False)
-        if failed:  # rounding left it indefinite
-            mu *= growth
-            growth *= 4.0
-            continue
-        d = dpotrs(root, slope)[0]
-        if float(d @ slope) <= _PRECISION[rows.kind] * cost:
-            return None
-        bent = dpotrs(root, -0.5 * rows.bend(now, d))[0]
-        # The acceleration is cut where it is no longer small beside the step.
-        length = np.sqrt(float(d @ (scale * d)))
-        extra = np.sqrt(float(bent @ (scale * bent)))
-        step = d
-        if extra > 0.0:
-            step = d + bent * min(1.0, 0.5 * _MOST_BENT * length / extra)
-        after = theta + step
-        there = rows.at(after)
-        fall = cost - _with_decay(there, after, pull)
-        if fall > 0.0:
-            predicted = 2.0 * float(d @ slope) - float(d @ square @ d)
-            # In single precision a tiny predicted fall may come out as anything.
-            gain = min(fall / max(predicted, 1e-300), 2.0)
-            easier = max(_SLOWLY, min(2.0, 1.0 - (2.0 * gain - 1.0) ** 3))
-            return after, there, max(mu * easier, _LEAST_DAMPING)
-        mu *= growth
-        growth *= 4.0
-    return None

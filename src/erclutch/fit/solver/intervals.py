@@ -105,7 +105,20 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
         freedom = np.maximum(independent - p, 1.0)
         scale *= np.sqrt(independent / freedom)
         by_scores = np.sqrt(np.diag(middle)) * scale  # standard errors
-        by_spectrum = np.sqrt(_variances_by_spectrum(influence, residual))
+
+        # The same if the residual is an autoregression: its spectrum, weighted by the power of the influence at each
+        # frequency. Few coefficients resolve its peaks, where sums of scores would need many turns of a slow resonance.
+        weights, unexplained = _autoregressions(residual[:, None])
+        drive = float(unexplained[0]) * float(np.mean(residual**2))  # variance that is new in a row
+        points = 1 << (2 * n - 1).bit_length()  # so many that the ends of the log do not meet
+        gain = np.fft.rfft(np.concatenate([[1.0], -weights[:, 0]]), points)
+        spectrum = drive / np.maximum(np.abs(gain) ** 2, np.finfo(float).tiny)
+        spectrum[1:-1] *= 2.0  # frequencies below zero
+        variances: list[float] = []
+        for column in influence.T:
+            power = np.abs(np.fft.rfft(column, points)) ** 2
+            variances.append(float(power @ spectrum) / points)
+        by_spectrum = np.sqrt(np.array(variances))
         widened = np.maximum(by_spectrum / np.where(by_scores > 0, by_scores, 1.0), 1.0)
         scale *= widened
         covariance = middle * np.outer(scale, scale)
@@ -120,9 +133,9 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
     covariance /= np.outer(usable, usable)
     covariance[lost, :] = np.inf
     covariance[:, lost] = np.inf
-    variances = np.maximum(np.diag(covariance), 0.0)
+    squares = np.maximum(np.diag(covariance), 0.0)
     return Uncertainty(
-        errors=np.sqrt(variances),
+        errors=np.sqrt(squares),
         covariance=covariance,
         quantile=_quantile(freedom, share),
         rank=rank,
@@ -229,32 +242,6 @@ def _autoregressions(scores: Array) -> tuple[Array, Array]:
         best = np.where(better, weights, best)
         unexplained = np.where(better, left, unexplained)
     return best, unexplained
-
-
-def _variances_by_spectrum(influence: Array, residual: Array) -> Array:
-    """Variance of each parameter, shape (p,), if the residual is an autoregression.
-
-    That is the spectrum of the residual, weighted by the power of the influence at each frequency. Its peaks are
-    resolved by few coefficients, where sums of scores would need many turns of a slow resonance.
-
-    Args:
-        influence: how much the residual of a row moves each parameter, shape (n, p).
-        residual: shape (n,).
-    """
-    weights, unexplained = _autoregressions(residual[:, None])
-    # Variance of what the rows before do not explain.
-    drive = float(unexplained[0]) * float(np.mean(residual**2))
-    # So many that the ends of the log do not meet.
-    points = 1 << (2 * residual.size - 1).bit_length()
-    gain = np.fft.rfft(np.concatenate([[1.0], -weights[:, 0]]), points)
-    spectrum = drive / np.maximum(np.abs(gain) ** 2, np.finfo(float).tiny)
-    spectrum[1:-1] *= 2.0  # frequencies below zero
-
-    variances: list[float] = []
-    for column in influence.T:
-        power = np.abs(np.fft.rfft(column, points)) ** 2
-        variances.append(float(power @ spectrum) / points)
-    return np.array(variances)
 
 
 def _bartlett(scores: Array, bandwidth: int) -> Array:

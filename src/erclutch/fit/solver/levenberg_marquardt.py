@@ -119,7 +119,12 @@ def minimise(
         ratio = actual / predicted if predicted > 0 else 0.0
         # A step that the radius cut short says nothing of how near the minimum is.
         whole = length < 0.9 * radius or tries == 1
-        radius = _next_radius(radius, length, ratio)
+        # Moré's rule: shrink after a poor step, grow after a good one that was not cut short by the radius' own slack.
+        if ratio > 0.75:
+            radius = max(radius, 2.0 * length)
+        elif ratio < 0.25:
+            very_poor = not math.isfinite(ratio) or ratio <= -10.0
+            radius = (0.1 if very_poor else 0.25) * min(radius, 10.0 * length)
         flat = (
             whole and predicted <= tolerance * model.cost and abs(actual) <= tolerance * model.cost
         )
@@ -168,16 +173,6 @@ def _length(vector: Array) -> float:
 def _norms(matrix: Array) -> Array:
     """Lengths of the columns of a matrix."""
     return np.sqrt(np.add.reduce(matrix * matrix, axis=0))
-
-
-def _next_radius(radius: float, length: float, ratio: float) -> float:
-    """Moré's rule: shrink after a poor step, grow after a good one that was not cut short by the radius' own slack."""
-    if ratio > 0.75:
-        return max(radius, 2.0 * length)
-    if not ratio < 0.25:
-        return radius
-    very_poor = not math.isfinite(ratio) or ratio <= -10.0
-    return (0.1 if very_poor else 0.25) * min(radius, 10.0 * length)
 
 
 def _free(model: Linearisation, problem: Problem, u: Array) -> NDArray[np.bool_]:

@@ -19,10 +19,6 @@ def _square(E: Any) -> Any:
     return E * E
 
 
-def _power(E: Any, n: Any) -> Any:
-    return power(E, n)
-
-
 def _critical(E: Any, E_c: Any) -> Any:
     # E**2 tanh(sqrt x) / sqrt x with x = E / E_c is E**1.5 tanh(sqrt x) up to a constant, taken up by the gain.
     return power(E, 1.5) * np.tanh(power(E / E_c, 0.5)) / np.tanh(E_c**-0.5)
@@ -44,7 +40,7 @@ SQUARE = YieldForm("square", "E^2", _square, ())
 POWER = YieldForm(
     "power",
     "E^n",
-    _power,
+    power,
     (ShapeParameter("n", "exponent of the field in the yield effort", 0.2, 4.0),),
 )
 CRITICAL = YieldForm(
