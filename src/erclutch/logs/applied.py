@@ -15,7 +15,7 @@ from erclutch.errors import LogError, MappingError, TimingError, placed, shell_w
 from erclutch.logs.clock import timing
 from erclutch.logs.clock.time_stamps import from_stamps
 from erclutch.logs.plan import ClockPlan, Invalid, Plan, SignalPlan
-from erclutch.logs.planning.clock_planning import SLOW
+from erclutch.logs.planning.unit_of_stamps import SLOW
 from erclutch.logs.rows.unmeasured_rows import unmeasured_rows
 from erclutch.logs.table import Table
 from erclutch.signals import units

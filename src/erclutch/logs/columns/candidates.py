@@ -77,7 +77,10 @@ def candidates(
     if signal == "field":
         free = [column for column in free if not is_of_phases(seen, column)]
     if signal == "slip":
-        free = [column for column in free if not _is_a_share(column)]
+        # In per cent it is the share by which a belt, a tyre or a machine lags, and no speed.
+        in_percent = [each for each in free if "%" in each.name or each.unit == "%"]
+        lags = [each.name for each in in_percent if each.spoken.forms["slip"] in _LAGS]
+        free = [column for column in free if column.name not in lags]
     fits = {column.name: column.fits(si_units) for column in free}
 
     if fits.get(signal, False) is not False:  # a column has the bare name of the signal
@@ -127,12 +130,6 @@ def candidates(
         name for name in _beside_a_drive(signal, exact or named, fitting) if name not in names
     ]
     return _distinct(seen, names), "name"
-
-
-def _is_a_share(column: SeenColumn) -> bool:
-    """Whether a slip is in per cent: the share by which a belt, a tyre or a machine lags, and no speed."""
-    is_called_so = column.spoken.forms["slip"] in _LAGS
-    return is_called_so and ("%" in column.name or column.unit == "%")
 
 
 def _told_of(signal: str) -> frozenset[str]:
@@ -185,9 +182,8 @@ def _without_a_whole_name(
             headed_so.append(name)
     if not headed_so:
         estimated = [] if by_unit else _estimated(signal, fitting)
-        return _distinct(
-            seen, by_unit or estimated
-        ), "name, as the drive estimates it" if estimated else "unit"
+        why = "name, as the drive estimates it" if estimated else "unit"
+        return _distinct(seen, by_unit or estimated), why
 
     # A head is no whole name: another column with such a unit may be the signal as well. Where all but the words that
     # most columns share is the head (C_1_Displacement), it is a whole one.
@@ -207,13 +203,12 @@ def _estimated(signal: str, columns: Iterable[SeenColumn]) -> list[str]:
     """Columns called like a motion that a drive estimates by its encoder, such as ``vel_estimate``."""
     names: list[str] = []
     for column in columns:
+        if signal not in ("slip", "position") or not column.spoken.says(ESTIMATED):
+            continue
         words = column.spoken.stem_words
-        if signal in ("slip", "position") and not ESTIMATED.isdisjoint(words):
-            said = spoken_name(" ".join(word for word in words if word not in ESTIMATED))
-            if (
-                signal in said.may_be and len(said.plain_stem) > 1
-            ):  # y_est may be the output of anything
-                names.append(column.name)
+        said = spoken_name(" ".join(word for word in words if word not in ESTIMATED))
+        if signal in said.may_be and len(said.plain_stem) > 1:  # y_est may be of anything
+            names.append(column.name)
     return names
 
 

@@ -44,7 +44,15 @@ def of_joints(seen: SeenColumns, signal: str, fitting: Iterable[SeenColumn]) -> 
         for family in _families(seen, partner, seen.columns.values()):
             joints_of_partners.add(frozenset(family))
 
-    at_rest = _joints_without_effort(seen)
+    # All joints are at rest but the one whose effort changes, such as the free joint of an acrobot; none are where
+    # several efforts change.
+    moves: dict[str, bool] = {}  # joint -> whether one of its efforts changes
+    for family in _families(seen, "effort", seen.columns.values()):
+        for joint, name in family.items():
+            moves[joint] = moves.get(joint, False) or not seen.columns[name].shape.constant
+    at_rest = {joint for joint, changes in moves.items() if not changes}
+    if len(moves) - len(at_rest) != 1:
+        at_rest = set[str]()
 
     # The joint in the name of the file is likely, then those that move most.
     joint_of_file = joint_in_name(seen.table.name)
@@ -56,16 +64,6 @@ def of_joints(seen: SeenColumns, signal: str, fitting: Iterable[SeenColumn]) -> 
         likely_first = sorted(family, key=lambda joint: (joint != joint_of_file, -moved[joint]))
         names += [family[joint] for joint in likely_first if joint not in at_rest]
     return names if len(names) > 1 or at_rest else []
-
-
-def _joints_without_effort(seen: SeenColumns) -> set[str]:
-    """All joints but the one whose effort changes, such as the free joint of an acrobot; none where several do."""
-    moves: dict[str, bool] = {}  # joint -> whether one of its efforts changes
-    for family in _families(seen, "effort", seen.columns.values()):
-        for joint, name in family.items():
-            moves[joint] = moves.get(joint, False) or not seen.columns[name].shape.constant
-    at_rest = {joint for joint, changes in moves.items() if not changes}
-    return at_rest if len(moves) - len(at_rest) == 1 else set()
 
 
 def joint_in_name(name: str) -> str:

@@ -179,8 +179,11 @@ def pattern_among(names: Sequence[str]) -> str:
         is_called = bool(spoken_name(before).forms["field"]) or before in ("i", "I")
         if is_called or after in FIELD_UNITS:
             called.append(place)
-        elif before.lower() not in _COUNTED and not _counts([number_of(text) for text in texts]):
-            others.append(place)
+        elif before.lower() not in _COUNTED:
+            in_order = sorted(number_of(text) for text in texts)
+            # Of one thing after another the numbers are 1, 2, 3, or 3, 4.
+            if any(after - before != 1.0 for before, after in pairwise(in_order)):
+                others.append(place)
     chosen = called or others
     if len(chosen) != 1:
         return ""
@@ -196,12 +199,6 @@ def pattern_among(names: Sequence[str]) -> str:
         pattern += f"{name[end : number.start(3)]}{{{label}}}"
         end = number.end(3)
     return pattern + name[end:]
-
-
-def _counts(numbers: Sequence[float]) -> bool:
-    """Whether numbers are those of one thing after another: 1, 2, 3, or 3, 4."""
-    ordered = sorted(numbers)
-    return all(after - before == 1.0 for before, after in pairwise(ordered))
 
 
 def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]:

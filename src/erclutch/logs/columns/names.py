@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -47,6 +47,11 @@ _TIME = re.compile(
     r"stamp|zeitstempel|messzeit|tempsecoule|tiempotranscurrido|.{0,4}时间戳?|时刻|.{0,4}時間|時刻|millis|micros|"
     r"time\d+\w{0,12}samplerate|milliseconds|microseconds|time(?:arr|array|vec|vector)",
     re.IGNORECASE,
+)
+_TIMES = set_of("time timestamp timestamps stamp zeit temps tiempo tempo tijd sec secs seconds")
+_NO_TIMES = set_of(
+    "dead rise fall settling response delay cycle start end stop begin step dwell hold rest constant lag reaction mean "
+    "exposure run duration"
 )
 _SIDE = re.compile(r"(?<=[^\W\d_]{2})[ _-][A-DLR]$")
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
@@ -162,6 +167,17 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
             for signal in SINGLE
             if signal not in turned and not _NAMES[signal].isdisjoint(words)
         }
+
+    lettered: set[str] = set()
+    if len(stem_words) == 2:  # a letter with an index of one or two letters
+        letter, index = stem_words
+        if len(letter) == 1 and len(index) <= 2 and index.isalpha():
+            lettered = {signal for signal in SINGLE if letter in _NAMES[signal]}
+    ends_in_time = False
+    if stem_words and (_NO_TIMES | OTHER).isdisjoint(stem_words):  # no word makes a span of it
+        # A machine's, a logger's, a channel's time; French and Spanish names may begin with it.
+        ends_in_time = stem_words[-1] in _TIMES or stem_words[0] in ("temps", "tiempo")
+    is_called_time = any(_TIME.fullmatch(letters) for letters in (plain(name), plain_stem))
     return SpokenName(
         stem,
         end,
@@ -175,17 +191,13 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         may_be=frozenset(may_be | numbered),
         within=frozenset(within),
         turned=frozenset(turned),
-        lettered=frozenset(
-            signal
-            for signal in SINGLE
-            if _has_index(stem_words) and stem_words[0] in _NAMES[signal]
-        ),
+        lettered=frozenset(lettered),
         is_of_a_model=not MODELS.isdisjoint(
             [plain(name), *stem_words, *map("".join, pairwise(stem_words))]
         ),
         is_primed=_is_primed(stem),
-        is_time=_is_time(name, stem),
-        ends_in_time=_ends_in_time(stem_words),
+        is_time=is_called_time and name != "T",  # a large T is a torque
+        ends_in_time=ends_in_time,
         is_accounted=_is_accounted(stem),
     )
 
@@ -193,14 +205,6 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
 def _is_primed(name: str) -> bool:
     """Whether a name has a prime; quotes around a part of it, as Siemens writes them, are none."""
     return _PRIME.search(_QUOTED.sub(r"\1", name)) is not None
-
-
-def _has_index(words: Sequence[str]) -> bool:
-    """Whether a name is a letter with an index of one or two letters."""
-    if len(words) != 2:
-        return False
-    letter, index = words
-    return len(letter) == 1 and len(index) <= 2 and index.isalpha()
 
 
 def words_of(name: str) -> list[str]:
@@ -247,7 +251,13 @@ def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
     if signal not in SINGLE or _is_primed(stem):
         return None
     if EASTERN.search(stem):
-        return _compound(plain(stem), signal)
+        name = plain(stem)
+        if any(other in name for other in EASTERN_OTHERS):
+            return None
+        # The end of a compound names the signal.
+        longest_first = sorted(_NAMES[signal], key=len, reverse=True)
+        ends = (end for end in longest_first if EASTERN.search(end) and name.endswith(end))
+        return next(ends, None)
     parts = [
         re.sub(r"\d+$", "", word)
         for word in words_of(stem)
@@ -280,30 +290,6 @@ def _is_effort_of_a_loop(words: Iterable[str]) -> bool:
     return "effort" in words and not LOOPS.isdisjoint(words)
 
 
-def _is_time(name: str, stem: str) -> bool:
-    """Whether a column is called like the time; a large T is a torque."""
-    if name == "T":
-        return False
-    return any(_TIME.fullmatch(letters) for letters in (plain(name), plain(stem)))
-
-
-_TIMES = set_of("time timestamp timestamps stamp zeit temps tiempo tempo tijd sec secs seconds")
-_NO_TIMES = set_of(
-    "dead rise fall settling response delay cycle start end stop begin step dwell hold rest constant lag reaction mean "
-    "exposure run duration"
-)
-
-
-def _ends_in_time(words: Sequence[str]) -> bool:
-    """Whether the last word of a name is a time, and no word makes a span of it: a machine's, a logger's, a channel's.
-
-    French and Spanish names may begin with the time.
-    """
-    if not words or {*words} & (_NO_TIMES | OTHER):
-        return False
-    return words[-1] in _TIMES or words[0] in ("temps", "tiempo")
-
-
 def _speaks(word: str, signal: str) -> bool:
     """Whether a word speaks for another signal than this: the voltage of a force sensor is no field.
 
@@ -318,14 +304,6 @@ def _speaks(word: str, signal: str) -> bool:
 def _german(word: str, signal: str) -> bool:
     ends = tuple(end for end in GERMAN[signal] if len(word) > len(end) + 2)
     return bool(ends) and word.endswith(ends) and not word.startswith(GERMAN_OTHERS)
-
-
-def _compound(name: str, signal: str) -> str | None:
-    """The end of a Chinese or Japanese compound that names a signal."""
-    if any(other in name for other in EASTERN_OTHERS):
-        return None
-    longest_first = sorted(_NAMES[signal], key=len, reverse=True)
-    return next((end for end in longest_first if EASTERN.search(end) and name.endswith(end)), None)
 
 
 def _is_accounted(stem: str) -> bool:

@@ -17,6 +17,13 @@ _BEYOND = 20.0  # upper quartiles: further out are codes for no measurement
 _FOLLOWS = 0.3  # correlation of an effort with a motion
 _STRAIGHT = 0.99  # correlation of the output of a sensor with what it measures
 _GOES_ALONG = 0.9  # correlation of two columns that tell one thing
+_LEVEL = 0.01  # of the range, by which a number lies at neither end
+_ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
+_RETURNS = 0.1  # of the range, by which a column comes back that does not only rise or only fall
+_SAME_COURSE = 2e-3  # of the range, within which two columns are one course
+# Of the range, by which the ends of a set point and of what follows it differ at most.
+_SET_ENDS = 0.1
+_FOLLOWS_CLOSELY = 0.996  # correlation of a set point with what follows it some rows later
 
 
 def is_rate_of(speed: Array, position: Array, stamps: Array | None) -> bool:
@@ -113,3 +120,105 @@ def go_straight(output: Array, measured: Array) -> bool:
     a = a / np.abs(a).max()  # no square of a tiny or a large number is lost
     b = b / np.abs(b).max()
     return bool(abs(np.corrcoef(a, b)[0, 1]) >= _STRAIGHT)
+
+
+def is_same_course(first: Array, second: Array) -> bool:
+    """Whether a column is another one times a number plus a number, and both come back: stress and force, say.
+
+    Two columns that only rise, such as two ramps, may go together by chance.
+    """
+    a, b = known_rows(first, second)
+    if a.size < FEW or np.ptp(a) == 0.0 or not _comes_back(b):
+        return False
+    from_0_to_1 = (b - b.min()) / np.ptp(b)
+    scaled = np.column_stack([np.ones_like(b), from_0_to_1])
+    line, *_ = np.linalg.lstsq(scaled, a, rcond=None)
+    left = a - scaled @ line
+    return bool(np.ptp(left) <= _SAME_COURSE * np.ptp(a))
+
+
+def is_course_times_a_number(column: Array, measured: Array) -> bool:
+    """Whether a column is a measured one times a number, as the speed of a rim beside its turns.
+
+    Two levels, or two ramps from zero, may go together by chance.
+    """
+    a, b = known_rows(column, measured)
+    if a.size < FEW or not np.any(b):
+        return False
+    apart = _LEVEL * float(np.ptp(b))
+    if not np.any((b > b.min() + apart) & (b < b.max() - apart)):
+        return False  # two levels
+    if go_straight(b, np.arange(float(b.size))):
+        return False  # a ramp
+    return _are_in_proportion(a, b, _SAME_COURSE)
+
+
+def is_size_of(column: Array, measured: Array) -> bool:
+    """Whether a column holds the absolute values of a measured one, but for a few digits."""
+    a, b = known_rows(column, measured)
+    if a.size < FEW or np.ptp(a) == 0.0:
+        return False
+    off = np.abs(a - np.abs(b))
+    return bool(np.max(off) <= _SAME_COURSE * np.ptp(a))
+
+
+def is_set_point_of(column: Array, measured: Array) -> bool:
+    """Whether a column swings between the same two ends as a measured one, which follows it some rows later."""
+    a, b = known_rows(column, measured)
+    if a.size < FEW or not _comes_back(a) or not _comes_back(b):
+        return False
+    off_below = abs(a.min() - b.min())
+    off_above = abs(a.max() - b.max())
+    if max(off_below, off_above) > _SET_ENDS * np.ptp(b):
+        return False
+
+    # The lag at which both correlate most, by their spectra; zeros behind the rows keep the ends apart.
+    size = 2 * a.size
+    of_column = np.fft.rfft(a - a.mean(), size)
+    of_measured = np.fft.rfft(b - b.mean(), size)
+    correlations = np.fft.irfft(np.conj(of_column) * of_measured, size)
+    lag = int(correlations[: a.size // 2].argmax())  # rows
+    if lag == 0:
+        return False
+    correlation = np.corrcoef(a[:-lag], b[lag:])[0, 1]
+    return bool(correlation > _FOLLOWS_CLOSELY)
+
+
+def _comes_back(values: Array) -> bool:
+    """Whether a column both falls and rises by a good part of its range."""
+    moved = float(np.ptp(values))
+    falls = float((np.maximum.accumulate(values) - values).max())
+    climbs = float((values - np.minimum.accumulate(values)).max())
+    return moved > 0.0 and min(falls, climbs) > _RETURNS * moved
+
+
+def are_estimates(first: Array, second: Array) -> bool:
+    """Whether two columns that take both signs go together as two estimates of one effort do."""
+    a, b = map(np.sign, known_rows(first, second))
+    if a.size < FEW or min(np.ptp(a), np.ptp(b)) < 2.0:
+        return False
+    return bool(np.corrcoef(a, b)[0, 1] > _ESTIMATES)
+
+
+def is_multiple_of(column: Array, other: Array, digits: float) -> bool:
+    """Whether a column is another one times a number, up to its last digits; both take both signs."""
+    known = np.isfinite(column) & np.isfinite(other)
+    a = column[known]
+    b = other[known]
+    return goes_along(a, b) and _are_in_proportion(a, b, digits)
+
+
+def _are_in_proportion(a: Array, b: Array, digits: float) -> bool:
+    """Whether numbers are others times one factor, up to a share of the largest."""
+    factor = float(a @ b) / float(b @ b)
+    return bool(np.max(np.abs(a - factor * b)) <= digits * np.max(np.abs(a), initial=0.0))
+
+
+def move_alike(position: Array, other: Array, digits: float) -> bool:
+    """Whether two positions in one unit differ in where they count from, and in nothing else."""
+    known = np.isfinite(position) & np.isfinite(other)
+    if not known.any():
+        return False
+    moved = float(np.ptp(position[known]))
+    apart = (position - other)[known]
+    return bool(moved > 0.0 and np.ptp(apart) <= digits * moved)

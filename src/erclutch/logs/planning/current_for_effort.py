@@ -18,7 +18,6 @@ from erclutch.logs.columns.two_courses import follows
 from erclutch.logs.columns.vocabulary import CURRENTS, NOT_MEASURED, TOLD
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import ELECTRICAL, missing
-from erclutch.signals.array import Array
 
 #: Names of a current; a single letter may be an index.
 _WORDS = frozenset(word for word in CURRENTS if len(word) > 1) - {"id", "idc"}
@@ -104,15 +103,11 @@ def _of_one_joint(draft: Draft, currents: list[SeenColumn]) -> tuple[SeenColumn,
     joints = {_number(each) for each in motions}
     if len(joints) > 1 and joints.issubset(_number(each) for each in currents):
         return motion, current
-    turns = takes_both_signs(current.values)
-    return (motion, current) if turns and follows(current.values, _speed(draft, motion)) else None
-
-
-def _speed(draft: Draft, motion: SeenColumn) -> Array:
-    """The numbers of a speed, or the steps of a position."""
     position = draft.signals.get("position")
     is_position = position is not None and position.column == motion.name
-    return np.gradient(motion.values) if is_position else motion.values
+    speed = np.gradient(motion.values) if is_position else motion.values
+    turns = takes_both_signs(current.values)
+    return (motion, current) if turns and follows(current.values, speed) else None
 
 
 def _number(column: SeenColumn) -> str:

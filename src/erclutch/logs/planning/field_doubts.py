@@ -94,14 +94,17 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     effort = draft.signals.get("effort")
     if field is None or field.si not in OF_A_SUPPLY or not field.reason.startswith("guessed"):
         return
+    seen = draft.seen.columns[field.column]
     if effort is None:
-        _doubt_by_name(draft, field)
+        if seen.spoken.says(_OF_DRIVES) and takes_both_signs(seen.values):
+            doubt = "which is called like the current of a drive and takes both signs"
+            draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
         return
-    current = draft.table.columns.get(field.column)
+    current = seen.values
     measured = draft.table.columns.get(effort.column)
-    if current is None or measured is None:
+    if measured is None:
         return
-    if draft.seen.columns[field.column].spoken.says(_OF_MACHINES):
+    if seen.spoken.says(_OF_MACHINES):
         doubt = "which is called like the current of a machine that loads or is tested"
         answer = NONE if go_straight(current, measured) else ""
         draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", answer)
@@ -115,11 +118,10 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
         why = f"guessed from its name, beside {field.column}, which {course} as that of a motor"
         draft.take("field", coils[0].name, coils[0].unit_for(_SI_OF_A_SUPPLY), 1.0, why, "likely")
         return
-    if is_current_of_a_drive(draft.seen.columns[field.column], [measured]):
+    if is_current_of_a_drive(seen, [measured]):
         _leave_out_field(draft, f"{course}: taken for the current of the drive, left out")
         return
-    spoken = draft.seen.columns[field.column].spoken
-    if spoken.forms["field"] or "field" in spoken.within:
+    if seen.spoken.forms["field"] or "field" in seen.spoken.within:
         doubt = f"which {course}, as the current of a motor does"
         draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
         return
@@ -130,14 +132,6 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     problem = f"column {field.column} may be the field by its unit, but {course}, as another output of its sensor does"
     remedy = f"Say which: --field none, or --field {label}"
     draft.ask("field", MappingError(problem, remedy=remedy), option="--field none")
-
-
-def _doubt_by_name(draft: Draft, field: SignalPlan) -> None:
-    """Doubt a guessed field that is called like the current of a drive and turns its sign, where no effort is known."""
-    current = draft.seen.columns[field.column]
-    if current.spoken.says(_OF_DRIVES) and takes_both_signs(current.values):
-        doubt = "which is called like the current of a drive and takes both signs"
-        draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
 
 
 def _unless_it_drives(what: str, field: SignalPlan) -> str:
@@ -211,20 +205,16 @@ def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
         if motion is None or not motion.column:
             continue
         measured = draft.table.columns[motion.column]
-        if _turns_back(measured) and go_straight(output, measured):
+        known = measured[np.isfinite(measured)][:LOOKED_AT]
+        if known.size < FEW:
+            continue
+        # A motion to and fro comes back by half of its range and goes forth again.
+        middle = 0.5 * (known.min() + known.max())
+        crossings = np.flatnonzero(np.diff(known > middle))
+        if crossings.size >= _CROSSINGS and go_straight(output, measured):
             doubt = f"which goes straight with {motion.column}, as the output of its sensor does"
             draft.doubt("field", f"{doubt}: {_unless_it_drives('a coil', field)}", NONE)
             return
-
-
-def _turns_back(motion: Array) -> bool:
-    """Whether a motion comes back by half of its range and goes forth again."""
-    known = motion[np.isfinite(motion)][:LOOKED_AT]
-    if known.size < FEW:
-        return False
-    middle = 0.5 * (known.min() + known.max())
-    crossings = np.flatnonzero(np.diff(known > middle))
-    return crossings.size >= _CROSSINGS
 
 
 def doubt_the_command_of_a_drive(draft: Draft) -> None:

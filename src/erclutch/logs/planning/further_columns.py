@@ -74,7 +74,10 @@ def take_further_columns(draft: Draft) -> None:
         if "temperature" not in draft.signals and (unused := _unused_temperature(column)):
             draft.notes.append(unused)
         changes = not column.shape.constant and column.values.size > 1
-        is_other = _numbers_the_rows(column) or is_of_phases(draft.seen, column)
+        # Rows are counted by a column without a name (``c1``, as a reader calls it), or with the name of a count.
+        is_called_a_count = bool(_NAMELESS.fullmatch(name)) or column.spoken.says(_COUNTS)
+        numbers_the_rows = column.shape.counts_rows and is_called_a_count
+        is_other = numbers_the_rows or is_of_phases(draft.seen, column)
         measures = changes and not is_other and np.isfinite(column.values).all()
         # What another model says of the effort would take off its error, and no controller has it.
         if (
@@ -111,12 +114,6 @@ def option_for_input(name: str, unit: str | None) -> str:
     if units.is_temperature(unit):
         return f"--temperature {shell_word(f'{name} [{unit}]')}"
     return f"--input {shell_word(name)}"
-
-
-def _numbers_the_rows(column: SeenColumn) -> bool:
-    """Whether a column counts rows, and has no name (``c1``, as a reader calls it) or that of a count."""
-    is_called_so = bool(_NAMELESS.fullmatch(column.name)) or column.spoken.says(_COUNTS)
-    return column.shape.counts_rows and is_called_so
 
 
 def _is_an_effort_besides(draft: Draft, column: SeenColumn) -> bool:

@@ -176,8 +176,17 @@ def hold_power(draft: Draft) -> None:
         kind = SignalKind("power", "power of the device", ("W",))
         to_watt, _ = units.conversion(column.unit, kind, column.name)
         power = column.values * to_watt
-        ratio = _steady_ratio(made, power)
-        if ratio is None or not is_usual_ratio(ratio) or abs(abs(ratio) - 1.0) < _SAME:
+        # What one is of the other in nearly all rows where the power is large.
+        known = np.isfinite(made) & np.isfinite(power)
+        size = np.abs(power)
+        largest = size[known].max(initial=0.0)
+        large = known & (size >= _LARGE * largest) & (power != 0.0)
+        if np.count_nonzero(large) < _FEWEST:
+            continue
+        low, middle, high = np.quantile(made[large] / power[large], (0.1, 0.5, 0.9))
+        ratio = float(middle)
+        is_steady = high - low <= _STEADY * abs(ratio)
+        if not is_steady or not is_usual_ratio(ratio) or abs(abs(ratio) - 1.0) < _SAME:
             continue
         times = f"{abs(ratio):.3g} times the power, column {column.name}"
         of_one = f"the unit of one of the columns {slip.column}, {effort.column} and {column.name} is another"
@@ -190,18 +199,6 @@ def hold_power(draft: Draft) -> None:
             )
             draft.ask("slip", MappingError(odd, remedy=remedy))
         return
-
-
-def _steady_ratio(made: Array, power: Array) -> float | None:
-    """What one power is of another in nearly all rows where it is large; None where that varies."""
-    known = np.isfinite(made) & np.isfinite(power)
-    size = np.abs(power)
-    largest = size[known].max(initial=0.0)
-    large = known & (size >= _LARGE * largest) & (power != 0.0)
-    if np.count_nonzero(large) < _FEWEST:
-        return None
-    low, ratio, high = np.quantile(made[large] / power[large], (0.1, 0.5, 0.9))
-    return float(ratio) if high - low <= _STEADY * abs(ratio) else None
 
 
 def refuse_the_effort_twice(draft: Draft) -> None:

@@ -12,8 +12,16 @@ from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import quotient_of
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
-from erclutch.logs.columns.shapes import FEW, are_whole, known_rows
-from erclutch.logs.columns.two_courses import go_straight, is_rate_of
+from erclutch.logs.columns.shapes import are_whole
+from erclutch.logs.columns.two_courses import (
+    are_estimates,
+    go_straight,
+    is_course_times_a_number,
+    is_rate_of,
+    is_same_course,
+    is_set_point_of,
+    is_size_of,
+)
 from erclutch.logs.columns.vocabulary import TOLD
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive
@@ -74,14 +82,6 @@ _MARKS = frozenset(
     }
 )
 _MANY = 4  # columns: more are told together
-_LEVEL = 0.01  # of the range, by which a number lies at neither end
-_ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
-_RETURNS = 0.1  # of the range, by which a column comes back that does not only rise or only fall
-_SAME_COURSE = 2e-3  # of the range, within which two columns are one course
-_SET_ENDS = (
-    0.1  # of the range, by which the ends of a set point and of what follows it differ at most
-)
-_FOLLOWS_CLOSELY = 0.996  # correlation of a set point with what follows it some rows later
 _LOAD_CELL = re.compile(r"(?<![^\W_])(?:lc ?\d+|load ?cell\w*)(?![^\W_])", re.IGNORECASE)
 #: What a sine that a drive was told is made with; a field that alternates may be described so too.
 _OF_A_SINE = frozenset(
@@ -144,11 +144,12 @@ def maybe_field(seen: SeenColumns, taken: Iterable[str]) -> list[SeenColumn]:
 
 def _why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:
     """Why a column is not the field, beside columns that are something else; "" where it may be."""
-    of_a_drive = _why_of_a_drive(seen, column, taken)
-    if of_a_drive or (column.unit not in NO_UNITS and column.fits(SIGNALS["field"].si_units)):
-        return of_a_drive
-    why = _why_by_itself(seen, column) or _why_beside(seen, column, taken)
-    return why or ("is a load cell by its name" if _LOAD_CELL.search(column.name) else "")
+    why = _why_of_a_drive(seen, column, taken)
+    has_the_unit = column.unit not in NO_UNITS and column.fits(SIGNALS["field"].si_units)
+    if not why and not has_the_unit:
+        why = _why_by_itself(seen, column) or _why_beside(seen, column, taken)
+        why = why or ("is a load cell by its name" if _LOAD_CELL.search(column.name) else "")
+    return why
 
 
 def _why_of_a_drive(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:
@@ -184,7 +185,9 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
         return "counts rows"
     if column.spoken.is_time or (column.spoken.ends_in_time and shape.rises):
         return "is a time"
-    if shape.rises and _numbers_parts(column):
+    bare_words = [re.sub(r"\d+$", "", word) for word in words]
+    is_a_part = bool(words) and bare_words[-1] in _PARTS and _OF_A_TEST.issuperset(bare_words[:-1])
+    if shape.rises and is_a_part and are_whole(column.values):
         return "numbers the parts of the test"
     if len(words) > 1 and words[-1] == "id" and are_whole(column.values):
         return "tells one device from another"  # a current along an axis is no whole number
@@ -192,8 +195,11 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
         return "is another quantity by its name"
     if is_a_mark(column) and not _MARKS.isdisjoint(words):
         return "marks rows by 0 and 1"
-    if moves_with := _motion_beside(seen, column):
-        return f"is a motion, beside {moves_with}"
+    for other in seen.without([column.name]):  # the rate of a position, or a position with its rate
+        for speed, position in ((column, other), (other, column)):
+            is_called = "slip" in speed.spoken.may_be and "position" in position.spoken.may_be
+            if is_called and is_rate_of(speed.values, position.values, seen.stamps):
+                return f"is a motion, beside {other.name}"
     if is_of_models(seen, column):
         return "is what a model says of the effort"
     if _is_of_a_matrix(seen, column):
@@ -212,18 +218,18 @@ def _why_beside(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> 
                 return f"counts what {other.name} measures"
     for other in measured:
         is_motion = "effort" not in other.spoken.may_be
-        is_multiple = is_motion and _is_multiple_of(column.values, other.values)
-        if is_multiple or _is_same_course(column.values, other.values):
+        is_multiple = is_motion and is_course_times_a_number(column.values, other.values)
+        if is_multiple or is_same_course(column.values, other.values):
             return f"is {other.name} in other numbers"
     for other in measured:
-        if _is_size_of(column.values, other.values):
+        if is_size_of(column.values, other.values):
             return (
                 f"is {other.name} without its sign"
                 if np.nanmin(other.values) < 0.0
                 else f"repeats {other.name}"
             )
     for other in measured:
-        if _is_set_point_of(column.values, other.values):
+        if is_set_point_of(column.values, other.values):
             return f"is the set point that {other.name} follows"
     for other in measured:
         if is_rate_of(column.values, other.values, seen.stamps):
@@ -237,92 +243,10 @@ def _why_beside(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> 
     return f"is {top} over {bottom}"
 
 
-def _is_same_course(first: Array, second: Array) -> bool:
-    """Whether a column is another one times a number plus a number, and both come back: stress and force, say.
-
-    Two columns that only rise, such as two ramps, may go together by chance.
-    """
-    a, b = known_rows(first, second)
-    if a.size < FEW or np.ptp(a) == 0.0 or not _comes_back(b):
-        return False
-    from_0_to_1 = (b - b.min()) / np.ptp(b)
-    scaled = np.column_stack([np.ones_like(b), from_0_to_1])
-    line, *_ = np.linalg.lstsq(scaled, a, rcond=None)
-    left = a - scaled @ line
-    return bool(np.ptp(left) <= _SAME_COURSE * np.ptp(a))
-
-
-def _is_multiple_of(column: Array, measured: Array) -> bool:
-    """Whether a column is a measured one times a number, as the speed of a rim beside its turns.
-
-    Two levels, or two ramps from zero, may go together by chance.
-    """
-    a, b = known_rows(column, measured)
-    if a.size < FEW or not np.any(b):
-        return False
-    apart = _LEVEL * float(np.ptp(b))
-    if not np.any((b > b.min() + apart) & (b < b.max() - apart)):
-        return False  # two levels
-    if go_straight(b, np.arange(float(b.size))):
-        return False  # a ramp
-    factor = float(a @ b) / float(b @ b)
-    return bool(np.max(np.abs(a - factor * b)) <= _SAME_COURSE * np.max(np.abs(a), initial=0.0))
-
-
-def _is_size_of(column: Array, measured: Array) -> bool:
-    """Whether a column holds the absolute values of a measured one, but for a few digits."""
-    a, b = known_rows(column, measured)
-    if a.size < FEW or np.ptp(a) == 0.0:
-        return False
-    off = np.abs(a - np.abs(b))
-    return bool(np.max(off) <= _SAME_COURSE * np.ptp(a))
-
-
-def _is_set_point_of(column: Array, measured: Array) -> bool:
-    """Whether a column swings between the same two ends as a measured one, which follows it some rows later."""
-    a, b = known_rows(column, measured)
-    if a.size < FEW or not _comes_back(a) or not _comes_back(b):
-        return False
-    off_below = abs(a.min() - b.min())
-    off_above = abs(a.max() - b.max())
-    if max(off_below, off_above) > _SET_ENDS * np.ptp(b):
-        return False
-
-    # The lag at which both correlate most, by their spectra; zeros behind the rows keep the ends apart.
-    size = 2 * a.size
-    of_column = np.fft.rfft(a - a.mean(), size)
-    of_measured = np.fft.rfft(b - b.mean(), size)
-    correlations = np.fft.irfft(np.conj(of_column) * of_measured, size)
-    lag = int(correlations[: a.size // 2].argmax())  # rows
-    if lag == 0:
-        return False
-    correlation = np.corrcoef(a[:-lag], b[lag:])[0, 1]
-    return bool(correlation > _FOLLOWS_CLOSELY)
-
-
-def _comes_back(values: Array) -> bool:
-    """Whether a column both falls and rises by a good part of its range."""
-    moved = float(np.ptp(values))
-    falls = float((np.maximum.accumulate(values) - values).max())
-    climbs = float((values - np.minimum.accumulate(values)).max())
-    return moved > 0.0 and min(falls, climbs) > _RETURNS * moved
-
-
 def is_a_mark(column: SeenColumn) -> bool:
     """Whether a column marks rows by 0 and 1."""
     known = column.values[np.isfinite(column.values)]
     return bool(np.isin(known, (0.0, 1.0)).all())
-
-
-def _numbers_parts(column: SeenColumn) -> bool:
-    """Whether a column is called like the steps of a test, and holds whole numbers."""
-    if not are_whole(column.values):
-        return False
-    words = [re.sub(r"\d+$", "", word) for word in column.spoken.stem_words]
-    if not words:
-        return False
-    *before, last = words
-    return last in _PARTS and _OF_A_TEST.issuperset(before)
 
 
 def is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
@@ -334,18 +258,8 @@ def is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
     if len(models) < 2:
         return False
     return column.spoken.is_of_a_model or any(
-        _are_estimates(column.values, model.values) for model in models
+        are_estimates(column.values, model.values) for model in models
     )
-
-
-def _motion_beside(seen: SeenColumns, column: SeenColumn) -> str:
-    """The column that a speed is the rate of, or a position has as its rate, by names and numbers; "" for none."""
-    for other in seen.without([column.name]):
-        for speed, position in ((column, other), (other, column)):
-            is_called = "slip" in speed.spoken.may_be and "position" in position.spoken.may_be
-            if is_called and is_rate_of(speed.values, position.values, seen.stamps):
-                return other.name
-    return ""
 
 
 def _is_of_a_matrix(seen: SeenColumns, column: SeenColumn) -> bool:
@@ -363,14 +277,6 @@ def _is_of_a_matrix(seen: SeenColumns, column: SeenColumn) -> bool:
     rows = {place[0] for place in places}
     columns = {place[1] for place in places}
     return min(len(rows), len(columns)) > 1 and len(places) == len(rows) * len(columns)
-
-
-def _are_estimates(first: Array, second: Array) -> bool:
-    """Whether two columns that take both signs go together as two estimates of one effort do."""
-    a, b = map(np.sign, known_rows(first, second))
-    if a.size < FEW or min(np.ptp(a), np.ptp(b)) < 2.0:
-        return False
-    return bool(np.corrcoef(a, b)[0, 1] > _ESTIMATES)
 
 
 def _has_a_told_motion(seen: SeenColumns) -> bool:

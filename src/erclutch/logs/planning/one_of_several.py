@@ -21,11 +21,10 @@ from erclutch.logs.columns.names import plain
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.seen_columns import KINDS, UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
-from erclutch.logs.columns.two_courses import go_straight, goes_along
+from erclutch.logs.columns.two_courses import go_straight, goes_along, is_multiple_of, move_alike
 from erclutch.logs.columns.two_shafts import is_of_clutch
 from erclutch.logs.columns.vocabulary import CURRENTS, EASTERN_TOLD, NOT_MEASURED, VOLTAGES
 from erclutch.signals import units
-from erclutch.signals.array import Array
 
 _OHMS_OF_A_COIL = 1000.0  # at most; an electrorheological fluid has megohms
 _COMMANDS = ("pwm", "duty", "command", "cmd", "excitation")  # what a supply is told
@@ -100,7 +99,15 @@ def guess(
         if is_of_clutch(seen, signal, names[0], efforts):
             return Guess(names[0], "names, as what two shafts or ends differ by")
 
-    names = _without_raw(seen, names)
+    # The counts of a converter have no unit, and go straight with a column that has one.
+    columns = [seen.columns[name] for name in names]
+    with_unit = [column for column in columns if column.written_unit]
+    measured: list[str] = []
+    for column in columns:
+        beside = [] if column.written_unit else with_unit
+        if not any(go_straight(column.values, other.values) for other in beside):
+            measured.append(column.name)
+    names = measured
     if signal != "field":
         names = _of_the_device(seen, names)
     why = ""
@@ -125,20 +132,6 @@ def guess(
     if signal in ("effort", "T"):
         remedy += ", or --variable all if each is a log"
     raise MappingError(problem, remedy=remedy)
-
-
-def _without_raw(seen: SeenColumns, names: Sequence[str]) -> list[str]:
-    """Columns without each that has no unit and goes straight with one that has: the counts of its converter."""
-    columns = [seen.columns[name] for name in names]
-    with_unit = [column for column in columns if column.written_unit]
-    kept: list[str] = []
-    for column in columns:
-        is_raw = not column.written_unit and any(
-            go_straight(column.values, other.values) for other in with_unit
-        )
-        if not is_raw:
-            kept.append(column.name)
-    return kept
 
 
 def _of_the_device(seen: SeenColumns, names: Sequence[str]) -> list[str]:
@@ -167,7 +160,7 @@ def _one_of_a_circuit(
         if "dc" in circuit:
             continue  # the supply of an inverter, whose current is that of no coil
         for current in columns:
-            if circuit == _circuit(current, CURRENTS) and _drives(voltage, current):
+            if circuit == _circuit(current, CURRENTS) and _drives_a_coil(voltage, current):
                 driving.add(voltage.name)
     columns = [column for column in columns if column.name not in driving]
 
@@ -203,7 +196,7 @@ def _circuit(column: SeenColumn, quantity: Collection[str]) -> frozenset[str]:
     return frozenset(rest - {""})
 
 
-def _drives(voltage: SeenColumn, current: SeenColumn) -> bool:
+def _drives_a_coil(voltage: SeenColumn, current: SeenColumn) -> bool:
     """Whether a voltage drives a current through a coil: many times as many volts are those across a fluid.
 
     There the voltage is the field, and the current is what leaks.
@@ -232,48 +225,35 @@ def _one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tup
         of_that_kind = [name for name in speeds if fits[name]]
         if len(of_that_kind) == 1 and None not in fits.values():
             return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
-    speeds, why = _without_resting(seen, speeds)
-    if len(speeds) > 1:
-        speeds, why = _by_two_sensors(seen, speeds)
-    return _of_one_side(seen, speeds, efforts), why
+    # The speeds of axes that were not used never change.
+    resting = [name for name in speeds if seen.columns[name].shape.constant]
+    if len(speeds) <= _FEW and len(resting) == len(speeds) - 1:
+        moving = [name for name in speeds if name not in resting]
+        return _of_one_side(seen, moving, efforts), f", and {', '.join(resting)} never changes"
+    if len(speeds) > 1 and _are_of_sensors(seen, speeds):
+        first, *others = speeds
+        return _of_one_side(
+            seen, [first], efforts
+        ), f", and {', '.join(others)} agrees with it to {_ALIKE:.0%}"
+    return _of_one_side(seen, speeds, efforts), ""
 
 
-def _without_resting(seen: SeenColumns, speeds: list[str]) -> tuple[list[str], str]:
-    """The one speed that changes, where all others never do: those of axes that were not used; else all."""
-    moving: list[str] = []
-    for name in speeds:
-        rests = name in seen.columns and seen.columns[name].shape.constant
-        if not rests:
-            moving.append(name)
-    if len(moving) != 1 or len(speeds) > _FEW:
-        return speeds, ""
-    resting = ", ".join(name for name in speeds if name not in moving)
-    return moving, f", and {resting} never changes"
-
-
-def _by_two_sensors(seen: SeenColumns, speeds: list[str]) -> tuple[list[str], str]:
-    """The first of several speeds that differ by a word for their sensor, where their numbers agree; else all.
+def _are_of_sensors(seen: SeenColumns, speeds: list[str]) -> bool:
+    """Whether speeds are of sensors of one motion: their names differ by a word for the sensor, and the numbers agree.
 
     Numbers alone do not suffice: two shafts that are coupled turn alike, and slip by what they differ.
     """
-    words = {
-        name: {*seen.columns[name].spoken.stem_words} for name in speeds if name in seen.columns
-    }
-    if len(words) < len(speeds):
-        return speeds, ""
-    shared = set[str].intersection(*words.values())
-    if any(not own - shared or not own - shared <= _SENSORS for own in words.values()):
-        return speeds, ""
+    words = [{*seen.columns[name].spoken.stem_words} for name in speeds]
+    shared = set[str].intersection(*words)
+    if any(not own - shared or not own - shared <= _SENSORS for own in words):
+        return False
     first, *others = (seen.columns[name] for name in speeds)
+    largest = np.nanmax(np.abs(first.values))
     for other in others:
         gap = np.abs(other.values - first.values)
-        largest = np.nanmax(np.abs(first.values))
-        agrees = np.nanmax(gap) <= _ALIKE * largest
-        if other.unit != first.unit or not agrees:
-            return speeds, ""
-    return [
-        first.name
-    ], f", and {', '.join(other.name for other in others)} agrees with it to {_ALIKE:.0%}"
+        if other.unit != first.unit or not np.nanmax(gap) <= _ALIKE * largest:
+            return False
+    return True
 
 
 def _of_one_side(seen: SeenColumns, names: Sequence[str], partners: Iterable[str]) -> list[str]:
@@ -292,7 +272,14 @@ def _one_position(
     seen: SeenColumns, positions: list[str], taken: Sequence[str]
 ) -> tuple[list[str], str]:
     """The position whose gauge length the header gives, from which a specimen is stretched; else as for a slip."""
-    positions = _without_other_zeros(seen, positions)
+    # A travel beside an absolute position says the same from another zero.
+    kept: list[SeenColumn] = []
+    for name in positions:
+        position = seen.columns[name]
+        in_that_unit = [other for other in kept if other.unit == position.unit]
+        if not any(move_alike(position.values, other.values, DIGITS) for other in in_that_unit):
+            kept.append(position)
+    positions = [position.name for position in kept]
     if len(positions) == 1:
         return positions, ""
     keys: list[str] = []
@@ -304,27 +291,6 @@ def _one_position(
         return with_a_length, ", and the header gives the gauge length for it"
     efforts, _ = candidates(seen, "effort", [*taken, *positions])
     return _of_one_side(seen, positions, efforts), ""
-
-
-def _without_other_zeros(seen: SeenColumns, positions: Iterable[str]) -> list[str]:
-    """Positions without those that say the same from another zero: a travel beside an absolute one."""
-    kept: list[SeenColumn] = []
-    for name in positions:
-        position = seen.columns[name]
-        in_that_unit = [other for other in kept if other.unit == position.unit]
-        if not any(_move_alike(position.values, other.values) for other in in_that_unit):
-            kept.append(position)
-    return [position.name for position in kept]
-
-
-def _move_alike(position: Array, other: Array) -> bool:
-    """Whether two positions in one unit differ in where they count from, and in nothing else."""
-    known = np.isfinite(position) & np.isfinite(other)
-    if not known.any():
-        return False
-    moved = float(np.ptp(position[known]))
-    apart = (position - other)[known]
-    return bool(moved > 0.0 and np.ptp(apart) <= DIGITS * moved)
 
 
 def _one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[list[str], str]:
@@ -340,7 +306,14 @@ def _one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[lis
         # Each of the others must be known to be of another kind.
         if len(of_that_kind) == 1 and all(kinds.values()):
             return of_that_kind, f", and it is that of a {KINDS[kind]}"
-    computed = [name for name in efforts if _is_computed_from_a_current(seen, name)]
+    # An effort that is called like a drive's may be one of the currents times a number, in each row.
+    currents = [column for column in seen.columns.values() if column.spoken.says(CURRENTS)]
+    computed: list[str] = []
+    for name in efforts:
+        effort = seen.columns[name]
+        beside = currents if effort.spoken.says(DRIVES) else []
+        if any(is_multiple_of(effort.values, each.values, _LAST_DIGITS) for each in beside):
+            computed.append(name)
     sensed = [name for name in efforts if seen.columns[name].spoken.says(_CELLS)]
     if len(efforts) == 2 and len(computed) == len(sensed) == 1 and computed != sensed:
         return sensed, f", and {computed[0]} is a current of its drive times a number"
@@ -350,28 +323,6 @@ def _one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[lis
     if rubbing in efforts:
         return [rubbing], ", and a coefficient of friction is made of it"
     return efforts, ""
-
-
-def _is_computed_from_a_current(seen: SeenColumns, effort: str) -> bool:
-    """Whether an effort that is called like a drive's is one of the currents times a number, in each row."""
-    column = seen.columns[effort]
-    if not column.spoken.says(DRIVES):
-        return False
-    for other in seen.columns.values():
-        if other.spoken.says(CURRENTS) and _is_multiple_of(column.values, other.values):
-            return True
-    return False
-
-
-def _is_multiple_of(column: Array, other: Array) -> bool:
-    """Whether a column is another one times a number, up to the last digits; both take both signs."""
-    known = np.isfinite(column) & np.isfinite(other)
-    a = column[known]
-    b = other[known]
-    if not goes_along(a, b):
-        return False
-    factor = float(a @ b) / float(b @ b)
-    return bool(np.max(np.abs(a - factor * b)) <= _LAST_DIGITS * np.max(np.abs(a)))
 
 
 def _with_estimates(seen: SeenColumns, names: list[str]) -> list[str]:

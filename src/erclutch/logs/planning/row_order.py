@@ -297,7 +297,13 @@ def ask_about_groups(draft: Draft) -> None:
         problem = (
             f"rows of {len(column.words)} take turns, by column {name}: {listed(column.words, 6)}"
         )
-        one = f"--variable {shell_word(f'{name}={_moves_most(draft, column)}')}"
+        motion = next((each for each in ("slip", "position") if each in draft.signals), "")
+        moves = table.columns.get(draft.signals[motion].column) if motion else None
+        word = column.words[0]
+        if moves is not None:  # the device whose motion has the largest range
+            ranges = [float(np.ptp(moves[column.of_row == n])) for n in range(len(column.words))]
+            word = column.words[int(np.argmax(ranges))]
+        one = f"--variable {shell_word(f'{name}={word}')}"
         remedy = (
             f"Take one, such as {one}, or each as a log: --variable {shell_word(f'{name}={EACH}')}"
         )
@@ -366,18 +372,6 @@ def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
         if each_goes_on and np.all(np.diff(stamps) >= 0.0):
             return name, column
     return None
-
-
-def _moves_most(draft: Draft, column: WordColumn) -> str:
-    """The word in whose rows the motion has the largest range."""
-    motion = next(
-        (draft.signals[each].column for each in ("slip", "position") if each in draft.signals), ""
-    )
-    values = draft.table.columns.get(motion)
-    if values is None:
-        return column.words[0]
-    ranges = [float(np.ptp(values[column.of_row == number])) for number in range(len(column.words))]
-    return column.words[int(np.argmax(ranges))]
 
 
 def _are_levels(column: WordColumn) -> bool:

@@ -44,9 +44,17 @@ def logs_of(tables: Mapping[str, Table], chosen: ColumnMap, device: DeviceName |
             own = _with_numbers_of_names(own, [column.lstrip("- "), name])
             called = f"{name} {column}".strip() if len(efforts) > 1 else name
             logs.append((called, table, own))
+    # Of a list of as many numbers as there are logs each takes its own: ``0, 0.5, 1 A``.
     numbered: list[Log] = []
     for place, (name, table, own) in enumerate(logs):
-        numbered.append((name, table, _with_own_constants(own, place, len(logs))))
+        constants = dict(own.constants)
+        for key, text in own.constants.items():
+            *numbers, last = text.split(",")
+            if numbers and len(numbers) + 1 == len(logs):
+                _, unit = quantity(last)
+                is_last = place == len(logs) - 1
+                constants[key] = last if is_last else f"{numbers[place]} {unit or ''}"
+        numbered.append((name, table, replace(own, constants=constants)))
     return _with_fields_in_names(numbered, device)
 
 
@@ -95,18 +103,6 @@ def _with_numbers_of_names(chosen: ColumnMap, names: Sequence[str]) -> ColumnMap
             texts[key] = f"{number!r} {unit}" if unit else f"{number!r}"
         return replace(chosen, name_pattern=None, constants={**texts, **chosen.constants})
     return chosen
-
-
-def _with_own_constants(chosen: ColumnMap, place: int, logs: int) -> ColumnMap:
-    """The mapping with the number of this log out of a list of as many as there are logs: ``0, 0.5, 1 A``."""
-    own: dict[str, str] = {}
-    for key, text in chosen.constants.items():
-        *numbers, last = text.split(",")
-        if not numbers or len(numbers) + 1 != logs:
-            continue
-        _, unit = quantity(last)
-        own[key] = last if place == logs - 1 else f"{numbers[place]} {unit or ''}"
-    return replace(chosen, constants={**chosen.constants, **own})
 
 
 def _with_fields_in_names(logs: list[Log], device: DeviceName | None) -> list[Log]:

@@ -70,10 +70,14 @@ def take_stated_field(draft: Draft) -> bool:
         (only,) = stated
         _take(draft, only, "beside its columns")
         return True
-    of_effort = _in_the_name_of_the_effort(draft)
-    if of_effort is not None:
-        _take(draft, of_effort, "by the name of the effort")
-        return True
+    effort = draft.signals.get("effort")
+    of_effort = None if effort is None else stated_in(effort.column)
+    if effort is not None and of_effort is not None:
+        # The effort stands beside others whose names differ in that number alone.
+        bare = without_field(effort.column)
+        if differ_by_field([name for name in draft.table.columns if without_field(name) == bare]):
+            _take(draft, of_effort, "by the name of the effort")
+            return True
     of_recording = stated_in(draft.told.variable or "")
     if of_recording is not None:  # 1A may be the first specimen of batch A
         text = f"{of_recording.number:g} {of_recording.unit}"
@@ -127,18 +131,6 @@ def ask_about_specimens(names: Sequence[str], told: ColumnMap) -> None:
     raise MappingError(problem, remedy=remedy)
 
 
-def _in_the_name_of_the_effort(draft: Draft) -> StatedField | None:
-    """The field of an effort beside others whose names differ in that number alone; None for a name on its own."""
-    effort = draft.signals.get("effort")
-    stated = None if effort is None else stated_in(effort.column)
-    if effort is None or stated is None:
-        return None
-    alike = [
-        name for name in draft.table.columns if without_field(name) == without_field(effort.column)
-    ]
-    return stated if differ_by_field(alike) else None
-
-
 def _take(draft: Draft, stated: StatedField, where: str) -> None:
     if stated.unit:
         factor, si = units.conversion(stated.unit, SIGNALS["field"], stated.name)
@@ -179,12 +171,13 @@ def _beside_the_columns(draft: Draft) -> list[StatedField]:
             continue
         if own or unit:
             stated.append(StatedField(label, number, own or unit))
-    return [each for each in stated if not each.unit or _fits(each.unit)]
-
-
-def _fits(unit: str) -> bool:
-    """Whether a unit is one of a current, a voltage or a magnetic field."""
-    return units.is_unit(unit) and units.fits(unit, SIGNALS["field"].si_units[1:]) is not None
+    units_of_field = SIGNALS["field"].si_units[1:]  # of a current, a voltage or a magnetic field
+    fitting: list[StatedField] = []
+    for each in stated:
+        unit = each.unit
+        if not unit or (units.is_unit(unit) and units.fits(unit, units_of_field) is not None):
+            fitting.append(each)
+    return fitting
 
 
 def _is_called_so(name: str) -> bool:

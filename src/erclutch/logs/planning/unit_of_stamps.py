@@ -1,0 +1,114 @@
+"""In which unit stamps are is told by the unit that somebody wrote, else by their size and their steps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from erclutch.errors import UnitError, shell_word
+from erclutch.logs.columns.shapes import are_whole
+from erclutch.signals import units
+from erclutch.signals.array import Array
+
+#: s between rows from which on stamps without a unit may be ms or counts.
+SLOW = 0.5
+_FEWEST_COUNTED = 200  # stamps
+_SLOWEST_IN_MS = 1000.0  # ms a row: above it whole stamps are microseconds
+_FASTEST = 1e-8  # s a row: 100 MHz
+_SLOWEST_IN_US = 1e6  # us a row: from it on they are nanoseconds
+#: Steps between stamps: in no more nothing of a rate is seen.
+FEW_STEPS = 9
+_SINCE_1970 = (1e9, 4.1e9)  # s: 2001 to 2100
+_SHEET_DAYS = (20_000, 80_000)  # days as spreadsheets number them: 1954 to 2119
+_SHEET_STEP = 1.2e-5  # days: 1 Hz or faster
+
+
+def as_seconds(
+    name: str,
+    unit: str | None,
+    stamps: Array,
+) -> tuple[float, float, str]:
+    """Factor from stamps to s, the stamp that is 0 s, and as what the stamps are taken.
+
+    Stamps without a unit may be dates as spreadsheets number them (1954 to 2119, at 1 Hz or faster) or a time since
+    1970 (2001 to 2100).
+
+    Raises:
+        UnitError: a unit that is none of time.
+    """
+    if unit is not None:
+        seconds = units.fits(unit, ("s",)) if units.is_unit(unit) else None
+        if seconds is None:
+            problem = f"column '{name}' has the unit '{unit}', which is no unit of time"
+            raise UnitError(
+                problem, remedy=f"Give its unit, such as --time {shell_word(f'{name} [ms]')}"
+            )
+        if unit:
+            factor, _ = seconds
+            return factor, 0.0, "" if factor == 1.0 else f", converted from {unit}"
+
+    steps = np.abs(np.diff(stamps))
+    if stamps.size > 1 and _lie_within(stamps, _SHEET_DAYS) and np.median(steps) < _SHEET_STEP:
+        how = ", no unit: dates as spreadsheets number them, taken as days"
+        return 86_400.0, float(np.floor(stamps[0])), how
+    for short, factor in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
+        if stamps.size and _lie_within(stamps * factor, _SINCE_1970):
+            return factor, float(stamps[0]), f", no unit: a time since 1970, taken as {short}"
+    return 1.0, 0.0, ", no unit: taken as s"
+
+
+def _lie_within(stamps: Array, ends: tuple[float, float]) -> bool:
+    low, high = ends
+    return bool(np.all((stamps > low) & (stamps < high)))
+
+
+def doubt_of_seconds(name: str, stamps: Array) -> str:
+    """Why stamps without a unit may be no seconds; "" where they look like seconds."""
+    steps = np.abs(np.diff(stamps))
+    if steps.size < FEW_STEPS or _lie_within(stamps, _SINCE_1970):
+        return ""
+    step = float(np.median(steps))
+    if step < SLOW:
+        return ""
+    counted = likely_unit(stamps)
+    small = counted if counted in ("us", "ns") else "ms"
+    return f"time is column {name} in s, though it has no unit and grows by {step:.4g} a row, as {small} do"
+
+
+def likely_unit(stamps: Array) -> str:
+    """The unit that stamps without one have, by their steps: many whole numbers above 1 are counted by a controller.
+
+    A few of them are the points of an instrument that waits for s. Many that count the rows tell no unit: "".
+    """
+    steps = np.abs(np.diff(stamps))
+    step = float(np.median(steps)) if steps.size else 0.0
+    whole = are_whole(stamps)
+    if not whole or step < 1.0 or stamps.size < _FEWEST_COUNTED:
+        return "s"
+    if step == 1.0:
+        return "" if steps.max() == 1.0 else "s"
+    if step <= _SLOWEST_IN_MS:
+        return "ms"
+    return "us" if step < _SLOWEST_IN_US else "ns"
+
+
+def doubt_of_unit(name: str, unit: str, stamps: Array, factor: float) -> str:
+    """Why stamps may not be in the unit that stands there; "" where they may.
+
+    No logger takes rows that fast; or as many s lie behind 1970, with a fraction. A controller's counter of ms may have
+    such numbers after 12 days, but whole ones.
+
+    Args:
+        name: of the column.
+        unit: that stands there.
+        stamps: those that are finite, shape (n,).
+        factor: from the unit to s.
+    """
+    steps = np.abs(np.diff(stamps))
+    step = float(np.median(steps)) * factor if steps.size >= FEW_STEPS else 0.0  # s
+    if 0.0 < step < _FASTEST:
+        return f"time is column {name} in {unit}, though it grows by {step:.2g} s a row then, as no logger is fast"
+    is_smaller = factor < 1.0 and stamps.size > 0
+    if not is_smaller or not _lie_within(stamps, _SINCE_1970) or are_whole(stamps):
+        return ""
+    year = 1970 + int(stamps[0] // 31_556_952)
+    return f"time is column {name} in {unit}, though its numbers are a date in {year} if they are s since 1970"
