@@ -12,6 +12,7 @@ import numpy as np
 
 from erclutch.logs.columns.joints import ESTIMATED, of_joints
 from erclutch.logs.columns.labels import split_end
+from erclutch.logs.columns.measured_names import of_whole_names
 from erclutch.logs.columns.names import headed, spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
@@ -120,7 +121,7 @@ def candidates(
     if not named and not units_of_sensor:
         return _without_a_whole_name(seen, signal, free, si_units)
 
-    exact = [column for column in named if column.spoken.plain_stem == forms[column.name]]
+    exact = of_whole_names(named, forms)
     names = [column.name for column in exact or named]
     if signal == "field":
         names = _fields_among(seen, free, names, forms)

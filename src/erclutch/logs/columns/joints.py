@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+from erclutch.logs.columns.measured_names import beside_measured_names
 from erclutch.logs.columns.names import headed, spoken_name, words_of
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.vocabulary import NAMES, TOLD
@@ -128,6 +129,10 @@ def _named_families(
         if not rests:
             moving.append(bare)
     several = moving or several
+    # Beside torques that are said to be measured, those of the bare name are what the joints were told.
+    names = {bare: next(iter(families[bare].values())) for bare in several}
+    beside_measured = beside_measured_names(names.values())
+    several = [bare for bare in several if names[bare] not in beside_measured]
     # A whole name goes before one with further words: qd before ee_qd.
     whole_names = NAMES[signal].split()
     whole = [bare for bare in several if bare in whole_names]

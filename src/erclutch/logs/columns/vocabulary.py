@@ -32,7 +32,7 @@ NAMES = {
     "positie hoek vinkel konum elongation allongement elongacion alargamiento alongamento allungamento verlangerung "
     "verlaengerung wydluzenie 伸长 伸び 伸长量 удлинение",
     "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
-    "forca coppia forza fx fy fz mx my mz tx ty tz loadcell torq trq frc schubspannung torsion effet dampingforce "
+    "forca coppia forza fx fy fz mx my mz tx ty tz loadcell torq trq tor frc schubspannung torsion effet dampingforce "
     "dampkraft friction tauf taufric reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク "
     "момент крутящиимомент сила усилие нагрузка 토크 힘 하중 모멘트 마찰력 siła sila kracht koppel vridmoment "
     "obciazenie kuvvet tork ff ffric",
@@ -70,6 +70,8 @@ BESIDE = set_of(
     "front rear left right upper lower inner outer fl fr rl rr vorn vorne hinten links rechts avant arriere "
     "gauche droite"
 )
+#: Those of them that say that it was measured.
+MEASURED = set_of("measured meas mea msr actual act ist gemessen")
 #: Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
 TOLD = set_of(
     "setpoint set target desired demand demanded commanded command cmd ref reference goal soll consigne consigna "

@@ -11,6 +11,7 @@ from erclutch.signals.array import Array
 _FAST = 0.3  # of the largest speed, above which a device moves
 _NOUGHT = 0.4  # of the effort around a turn of the motion
 _NEARLY_ALL = 0.9  # of the turns
+_SELDOM = 0.1  # of the rows that move
 _FEW_TURNS = 4
 _ROWS_OF_A_TURN = 3
 
@@ -39,22 +40,27 @@ def doubt_an_effort_without_its_sense(draft: Draft) -> None:
 
 
 def _falls_at_turns(speed: Array, effort: Array) -> bool:
-    """Whether an effort is near nought at nearly each turn of a speed, beside its least in the motions around."""
+    """Whether an effort is near nought at nearly each turn of a speed, and seldom in the motions around."""
     v, f = known_rows(speed, effort)
     size = np.abs(f)
     if size.size < FEW or not np.any(v):
         return False
     moving = np.flatnonzero(np.abs(v) > _FAST * np.abs(v).max())
     turns = np.flatnonzero(np.diff(np.sign(v[moving])) != 0)  # the last moving row before each
-    lowest: list[float] = []  # effort at a turn, a share of that of the motions before and after
+    seen = fallen = 0  # turns
+    low = rows = 0  # in motion
     for turn, nxt in zip(turns, [*turns[1:], moving.size - 1], strict=True):
-        before, after = moving[turn], moving[turn + 1]
+        before = moving[turn]
+        after = moving[turn + 1]
         if after - before < _ROWS_OF_A_TURN:
             continue  # too few rows to see the effort fall
-        forth = np.median(size[moving[max(turn - (nxt - turn), 0) : turn + 1]])
-        back = np.median(size[moving[turn + 1 : nxt + 1]])
-        around = min(forth, back)
-        if around > 0.0:
-            lowest.append(float(size[before : after + 1].min() / around))
-    fallen = sum(share <= _NOUGHT for share in lowest)
-    return len(lowest) >= _FEW_TURNS and fallen >= _NEARLY_ALL * len(lowest)
+        forth = size[moving[max(turn - (nxt - turn), 0) : turn + 1]]
+        back = size[moving[turn + 1 : nxt + 1]]
+        around = min(np.median(forth), np.median(back))
+        if around == 0.0:
+            continue
+        seen += 1
+        fallen += bool(size[before : after + 1].min() <= _NOUGHT * around)
+        low += np.count_nonzero(back <= _NOUGHT * around)
+        rows += back.size
+    return bool(seen >= _FEW_TURNS and fallen >= _NEARLY_ALL * seen and low <= _SELDOM * rows)

@@ -1,0 +1,51 @@
+"""Beside a column that is said to be measured (``torque actual``), a bare name (``torque``) is what was told."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from erclutch.logs.columns.names import words_of
+from erclutch.logs.columns.seen_columns import SeenColumn
+from erclutch.logs.columns.vocabulary import MEASURED
+
+
+def of_whole_names(
+    named: Sequence[SeenColumn], forms: Mapping[str, str | None]
+) -> list[SeenColumn]:
+    """The columns that are called like a signal, without any word beside it but for measuring: ``torque actual``.
+
+    Args:
+        named: columns whose names speak for the signal.
+        forms: what speaks for it in the name of each.
+    """
+    bare: list[SeenColumn] = []
+    measured: list[SeenColumn] = []
+    for column in named:
+        words = column.spoken.stem_words
+        others = [word for word in words if word not in MEASURED]
+        if column.spoken.plain_stem == forms[column.name]:
+            bare.append(column)
+        elif len(others) < len(words) and "".join(others) == forms[column.name]:
+            measured.append(column)
+    forms_measured = {forms[column.name] for column in measured}
+    if not any(forms[column.name] in forms_measured for column in bare):
+        return bare
+    return [column for column in bare if forms[column.name] not in forms_measured] + measured
+
+
+def beside_measured_names(names: Iterable[str]) -> set[str]:
+    """Those of some names that stand beside their like with a word for measuring: ``tau_1`` beside ``tau_measured_1``.
+
+    The numbers of joints say nothing here.
+    """
+    words = {name: [word for word in map(_letters, words_of(name)) if word] for name in names}
+    measured: list[list[str]] = []  # without the word for measuring
+    for of_name in words.values():
+        others = [word for word in of_name if word not in MEASURED]
+        if len(others) < len(of_name):
+            measured.append(others)
+    return {name for name, of_name in words.items() if of_name in measured}
+
+
+def _letters(word: str) -> str:
+    return word.rstrip("0123456789")

@@ -1,0 +1,72 @@
+"""Of two columns of one name that is taken which is said to be measured; the other is what a drive was told.
+
+The data are SYNTHETIC.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.logs import ColumnMap, plan_of, read_table
+from erclutch.logs.plan import Plan
+from erclutch.signals.array import Array
+
+TIME = np.arange(2000) / 200.0
+CURRENT = np.where(TIME < 5.0, 0.5, 1.0)
+SPEED = np.sin(2 * np.pi * 0.3 * TIME)
+TOLD_SPEED = np.sin(2 * np.pi * 0.3 * TIME + 0.1)
+TORQUE = 2.0 * CURRENT * np.tanh(SPEED / 0.05) + 0.3 * SPEED
+TOLD_TORQUE = 2.1 * np.sin(2 * np.pi * 0.3 * TIME + 0.2)
+
+
+def planned(path: Path, columns: dict[str, Array]) -> Plan:
+    rows = np.column_stack([*columns.values()])
+    np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.7g")
+    return plan_of(read_table(path), ColumnMap())
+
+
+@pytest.mark.parametrize(
+    ("told", "measured"),
+    [
+        ("torque", "torque_measured"),
+        ("torque [N m]", "torque actual [N m]"),
+        ("Drehmoment [N m]", "Drehmoment Ist [N m]"),
+    ],
+)
+def test_the_torque_that_was_measured_is_taken(tmp_path: Path, told: str, measured: str) -> None:
+    columns = {"time": TIME, "current": CURRENT, "velocity": SPEED, told: TOLD_TORQUE}
+    plan = planned(tmp_path / "brake.csv", {**columns, measured: TORQUE})
+    taken = {each.signal: each.column for each in plan.signals}
+    assert taken["effort"] == measured.partition(" [")[0]
+
+
+def test_the_speed_that_was_measured_is_taken(tmp_path: Path) -> None:
+    columns = {"time": TIME, "current": CURRENT, "speed": TOLD_SPEED, "actual_speed": SPEED}
+    plan = planned(tmp_path / "brake.csv", {**columns, "torque": TORQUE})
+    taken = {each.signal: each.column for each in plan.signals}
+    assert taken["slip"] == "actual_speed"
+
+
+def test_a_torque_that_is_called_tor_is_an_effort(tmp_path: Path) -> None:
+    columns = {"t": TIME, "current": CURRENT, "velDes": TOLD_SPEED, "velAct": SPEED}
+    plan = planned(tmp_path / "joint.csv", {**columns, "torDes": TOLD_TORQUE, "torAct": TORQUE})
+    taken = {each.signal: each.column for each in plan.signals}
+    assert (taken["slip"], taken["effort"]) == ("velAct", "torAct")
+
+
+def test_torques_that_joints_were_told_are_not_proposed_beside_those_that_were_measured(
+    tmp_path: Path,
+) -> None:
+    columns = {"Time(s)": TIME}
+    for joint in range(1, 5):
+        columns[f"tau_{joint}"] = TOLD_TORQUE / joint
+    for joint in range(1, 5):
+        columns[f"tau_measured_{joint}"] = TORQUE / joint
+    for joint in range(1, 5):
+        columns[f"joint_vel_{joint}"] = SPEED * joint
+    plan = planned(tmp_path / "robot.csv", columns)
+    taken = {each.signal: each.column for each in plan.signals}
+    assert (taken["slip"], taken["effort"]) == ("joint_vel_1", "tau_measured_1")
