@@ -18,6 +18,8 @@ BIN := $(VENV)/bin
 LOCKED := $(VENV)/.locked
 READY := $(VENV)/.ready
 PIP := $(BIN)/python -m pip --disable-pip-version-check --no-input --quiet
+# One pip uses one processor, so two of them install half each; the lock names all packages, so none needs another's.
+INSTALL := $(PIP) install --no-compile --no-deps --require-hashes $(PIP_FLAGS) -r
 
 # What a shell set up for something else (ROS 2, a user-wide pip) must not bring in.
 unexport PYTHONPATH PYTHONHOME PIP_USER PIP_TARGET PIP_PREFIX PIP_REQUIRE_VIRTUALENV
@@ -142,7 +144,8 @@ $(LOCKED): requirements.lock $(MOVED)
 	fi; \
 	echo "Setting up $(VENV) with $$("$$found" -V) (once, two or three minutes) ..." >&2; \
 	"$$found" -m venv --clear $(VENV)
-	@$(PIP) install --no-compile --require-hashes $(PIP_FLAGS) -r requirements.lock
+	@awk '/^[^ #]/ { n++ } { print > ("$(VENV)/half-" n % 2) }' requirements.lock
+	@$(INSTALL) $(VENV)/half-0 & $(INSTALL) $(VENV)/half-1; second=$$?; wait $$! && exit $$second
 	@printf '%s\n' "$(CURDIR)" > $@
 
 $(READY): $(LOCKED) pyproject.toml src/erclutch/_version.py
