@@ -89,7 +89,7 @@ _PLACES = np.linspace(0.0, 1.0, 9)[1:-1]
 def cells_of(inputs: Array, boxes: int = 8) -> CoveredCells:
     """The boxes of some rows, shape (inputs, n): cut in two again and again, where most empty space is left out."""
     whole = np.ptp(inputs, axis=1)
-    # Instead of a range, for an input that does not vary.
+    # In place of a range, for an input that does not vary.
     of_one_value = np.maximum(1.0, np.abs(inputs[:, 0]))
     reach = _REACH * np.where(whole > 0, whole, of_one_value)
     cells: list[Array] = [inputs]

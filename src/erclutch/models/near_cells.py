@@ -170,7 +170,7 @@ def _cells_along(x: Any, covered: Pair) -> Any:
 def _between_centres(x: Any, covered: Pair) -> tuple[Any, Any]:
     """The cell whose centre lies below a value, counted from two cells below the range, and how far on the value is."""
     at = within(_cells_along(x, covered) + 1.5, 0.0, CELLS + 3.0)
-    # It is; so a proof of the C sees that, too.
+    # The number lies within these limits; said so, a proof of the C sees that, too.
     cell = within(whole_number_near(at - 0.5), 0.0, CELLS + 2.0)
     return cell, at - cell
 

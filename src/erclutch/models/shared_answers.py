@@ -55,9 +55,8 @@ class _LoneRows:
             self.extras = tuple(model.extras)
             try:
                 self.machine = machine_of(_recorded(model, len(elements)))
-            # A law or a stage of functions that are not exported: do not ask again.
-            except ExportError:
-                self.asked = -sys.maxsize
+            except ExportError:  # of functions that are not exported
+                self.asked = -sys.maxsize  # do not ask again
                 return np.nan
         row = [element.field.item() for element in elements]
         row += [element.slip.item() for element in elements]

@@ -253,7 +253,7 @@ def _too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
     if not lengths:
         return []
     steps = np.diff(data.clock.time, prepend=data.clock.time[0])  # [s], from the row before
-    # Of each stretch that of the element that moves least, in the unit of the slip times s.
+    # Of each stretch the travel of the element that moves least, in the unit of the slip times s.
     travels: list[float] = []
     for span in data.clock.spans:
         rows = slice(span.start + 1, span.stop)

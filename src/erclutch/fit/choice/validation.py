@@ -344,6 +344,7 @@ def _errors_on_parts(
             own_freedom = {name: freedom[name] for name in usable}
             worth = worth_their_freedom(weighed, own_freedom, seed, parts.may_lose)
             best = min(worth, key=lambda name: _weighed_rms(weights, of_parts_that_choose[name]))
+
         of_level = {f.outcome.name: f for f in contenders if f.outcome.freedom == level}
         errors: dict[str, list[Array]] = {name: [] for name in of_level}
         for number, part in enumerate(parts.masks):
@@ -365,6 +366,7 @@ def _errors_on_parts(
                 if not np.isfinite(error).all():
                     del errors[name]
                     continue
+
                 errors[name].append(error)
                 asked = errors[name][parts.lowest :]
                 bound = None if best is None else usable[best][parts.lowest :]

@@ -234,7 +234,7 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     if propped:
         without.insert(0, without.pop(1))  # friction first: it is what the fields do not tell
     unknown = set(law.unidentified)
-    # Friction that hardly is there has no slip over which it turns.
+    # Friction that hardly is there has no slip over which its sign turns.
     if TRANSITION_SLIP.name in unknown:
         unknown.add("T_f")
     for terms, words, fewer in without:
@@ -346,12 +346,8 @@ def with_memory(
     candidates = [_of_rung(rung, base.notes) for rung in wanted.values()]
     if len(set(groups_of(train).field)) >= FEWEST_GROUPS or of_iron(rungs[-1].structure):
         others = _of_another_form(train, rungs[-1], known, base)
-        # The last stays the richest.
-        candidates = [
-            *others,
-            *_that_saturate(train, rungs[-1], others),
-            *candidates,
-        ]
+        saturating = _that_saturate(train, rungs[-1], others)
+        candidates = [*others, *saturating, *candidates]  # the last stays the richest
     made = {candidate.structure.specification for candidate in candidates}
     for law in known:
         own = law.model.structure.specification
