@@ -84,19 +84,19 @@ def _elsewhere(few: Separable, point: Array) -> list[Array]:
         far = [place for place in places[:, i] if abs(place - point[i]) >= apart[i]]
         moved.append([_moved(point, i, place) for place in far])
     little = (1.0 + _IDLE) * cost(point)
-    cheapest: list[float] = []
-    for points in moved:
-        cheapest.append(min(map(cost, points)))
-    idle = [i for i, least in enumerate(cheapest) if least < little]
+    costs = [[cost(u) for u in points] for points in moved]
+    idle = [i for i, of_points in enumerate(costs) if min(of_points) < little]
 
     starts: list[Array] = []
     for i, points in enumerate(moved):
-        tried = list(points)
+        tried = list(zip(costs[i], points, strict=True))
         for u in points:
             for k in idle:
                 if k != i:
-                    tried += [_moved(u, k, places[inner, k]) for inner in _INNER]
-        starts.append(min(tried, key=cost))
+                    both_moved = [_moved(u, k, places[inner, k]) for inner in _INNER]
+                    tried += [(cost(each), each) for each in both_moved]
+        _, cheapest = min(tried, key=lambda pair: pair[0])
+        starts.append(cheapest)
     return [minimum.point for minimum in _minima(few, starts, _STEPS)[:_STARTS]]
 
 
