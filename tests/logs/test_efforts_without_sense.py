@@ -57,3 +57,12 @@ def test_an_effort_of_one_sign_for_a_reason_is_read(
     log: Callable[[Array], Path], effort: Array
 ) -> None:
     assert erclutch.read(log(effort)).rows == TIME.size
+
+
+def test_a_motor_of_one_sense_with_noise_about_rest_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "motor.csv"
+    speed = np.where(TIME > 2.0, 5.0, 0.0) + 0.01 * NOISE
+    rows = np.column_stack([TIME, CURRENT, speed, 1.0 + CURRENT * speed])
+    head = "t [s],I [A],speed [rad/s],torque [N*m]"
+    np.savetxt(path, rows, delimiter=",", header=head, comments="", fmt="%.5g")
+    assert erclutch.read(path).rows == TIME.size

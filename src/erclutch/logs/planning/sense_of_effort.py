@@ -47,6 +47,8 @@ def _falls_at_turns(speed: Array, effort: Array) -> bool:
         return False
     moving = np.flatnonzero(np.abs(v) > _FAST * np.abs(v).max())
     turns = np.flatnonzero(np.diff(np.sign(v[moving])) != 0)  # the last moving row before each
+    if turns.size < _FEW_TURNS:
+        return False  # such as a motor of one sense, whose speed is below 0 by its noise at rest
     seen = fallen = 0  # turns
     low = rows = 0  # in motion
     for turn, nxt in zip(turns, [*turns[1:], moving.size - 1], strict=True):
