@@ -105,19 +105,20 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
     if len(above) > 2 and 2 * _filled(last) <= len(last) > 1:
         names = _labels(above[-3], marks, rows)
         units_below = _labels(above[-2], marks, rows)
-        if (
-            names
-            and units_below
-            and _filled(names) > _filled(last)
-            and _are_units(_bare(units_below))
-        ):
+        has_more_names = names is not None and _filled(names) > _filled(last)
+        if names and has_more_names and units_below and _are_units(_bare(units_below)):
             return Header(names, _units(units_below), 3)
     if len(above) < 2:
         return Header(last, None, 1)
     if labels := _labels_of_pairs(marks.cells(above[-2]), last):
         return Header(labels, None, 2)
-    if own_units := _line_of_units(marks.cells(above[-2].lstrip("#%/ ")), len(last)):
-        return Header(last, own_units, 2)
+    # A line of units above the names begins with the word for them, in a cell of its own or in front of the first.
+    upper = marks.cells(above[-2].lstrip("#%/ "))
+    word, colon, first_unit = upper[0].partition(":")
+    own_units = [first_unit if colon else "", *upper[1:]]
+    is_called_units = word.lower().strip("[]() ") in _UNIT_LINE and len(upper) == len(last)
+    if is_called_units and all(map(_is_known, filter(None, _bare(own_units)))):
+        return Header(last, _units(own_units), 2)
 
     names = _labels(above[-2], marks, rows)
     if names is None and not last[0]:
@@ -125,15 +126,18 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         names = _labels(above[-2], marks, rows, is_numbered=True)
     if names is not None and len(names) == len(last):
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
-        if (_are_units(_bare(last)) or _repeat_a_unit(last, names)) and not _are_units(
-            _bare(names)
-        ):
+        names_are_units = _are_units(_bare(names))
+        last_are_units = _are_units(_bare(last))
+        if not names_are_units and (last_are_units or _repeat_a_unit(last, names)):
             return Header(names, _units(last), 2)
         are_distinct = all(last) and len({*last}) == len(last)
-        if _are_units(_bare(names)) and are_distinct and not _are_units(_bare(last)):
+        if names_are_units and are_distinct and not last_are_units:
             return Header(last, _units(names), 2)
-        if _are_translated(last) and all(names):
-            return Header(names, [split_label(cell)[1] for cell in last], 2)
+        # A line under the names may say them again in Chinese or Japanese, half of them or more with a unit.
+        are_eastern = all(map(EASTERN.search, last))
+        eastern_units = [split_label(cell)[1] for cell in last] if are_eastern else []
+        if are_eastern and all(names) and 2 * eastern_units.count(None) <= len(last):
+            return Header(names, eastern_units, 2)
     return Header(last, None, 1)
 
 
@@ -246,17 +250,6 @@ def with_legend(
     return new_names, new_units, [f"lines above the table say what columns {', '.join(told)} are"]
 
 
-def _line_of_units(cells: Sequence[str], width: int) -> list[str | None]:
-    """Units of a line that begins with the word for them, in a cell of its own or in front of the first unit."""
-    word, colon, first = cells[0].partition(":")
-    if word.lower().strip("[]() ") not in _UNIT_LINE or len(cells) != width:
-        return []
-    own_units = [first if colon else "", *cells[1:]]
-    if all(_is_known(cell) for cell in _bare(own_units) if cell):
-        return _units(own_units)
-    return []
-
-
 def _labels_of_pairs(upper: Sequence[str], names: Sequence[str]) -> list[str]:
     """Labels that stand over pairs of columns called x and y, as tools that read curves off a picture write them.
 
@@ -283,18 +276,6 @@ def _bare(cells: Sequence[str]) -> list[str]:
 def _units(cells: Sequence[str]) -> list[str | None]:
     units_of = [_CAPITALS.get(unit, unit) for unit in _bare(cells)]
     return [unit or None for unit in units_of]
-
-
-def _are_translated(cells: Sequence[str]) -> bool:
-    """Whether a line under the names says them again in Chinese or Japanese, half of them or more with a unit."""
-    with_unit = 0
-    for cell in cells:
-        if not EASTERN.search(cell):
-            return False
-        _, unit = split_label(cell)
-        if unit is not None:
-            with_unit += 1
-    return 2 * with_unit >= len(cells)
 
 
 def _are_units(cells: Sequence[str]) -> bool:

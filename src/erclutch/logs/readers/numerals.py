@@ -29,15 +29,12 @@ _FIRST_GROUP = r"[1-9]\d{0,2}"
 _OTHER = {".": ",", ",": "."}
 
 
-def _grouped(decimal: str) -> re.Pattern[str]:
-    """A whole number in groups of three digits, perhaps with decimals behind the decimal mark."""
-    by_other_mark = rf"(?:{re.escape(_OTHER[decimal])}\d{{3}})+"
-    by_blanks = rf"(?:[{BLANKS}]\d{{3}})+"
-    decimals = rf"(?:{re.escape(decimal)}\d*)?"
-    return re.compile(f"{_SIGN}{_FIRST_GROUP}(?:{by_other_mark}|{by_blanks}){decimals}")
-
-
-_GROUPED = {decimal: _grouped(decimal) for decimal in _OTHER}
+_BY_BLANKS = rf"(?:[{BLANKS}]\d{{3}})+"
+#: A whole number in groups of three digits, perhaps with decimals, by the decimal mark.
+_GROUPED = {
+    ".": re.compile(rf"{_SIGN}{_FIRST_GROUP}(?:(?:,\d{{3}})+|{_BY_BLANKS})(?:\.\d*)?"),
+    ",": re.compile(rf"{_SIGN}{_FIRST_GROUP}(?:(?:\.\d{{3}})+|{_BY_BLANKS})(?:,\d*)?"),
+}
 #: Texts that say on or off, in small letters.
 SWITCHES = {
     **dict.fromkeys(
@@ -94,7 +91,7 @@ def grouped_by_blanks(body: str, delimiter: str | None) -> str | None:
     """The first number of a file that has blanks or apostrophes between its thousands, or None."""
     if delimiter is None or not any(blank in body for blank in BLANKS):
         return None
-    return _search(rf"{_SIGN}{_FIRST_GROUP}(?:[{BLANKS}]\d{{3}})+", body, delimiter, " ")
+    return _search(f"{_SIGN}{_FIRST_GROUP}{_BY_BLANKS}", body, delimiter, " ")
 
 
 def weigh(

@@ -139,7 +139,12 @@ def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
                 own = [corner]
                 below = below[1:]
         first_rows = [rows[each] for each in below[:_FEWEST_DOWN]]
-        if not _are_rows(first_rows, len(numbers) + 1 + has_total, delimiter):
+        width = len(numbers) + 1 + has_total
+        begin_filled = all(2 <= len(row) <= width and row[0] != "" for row in first_rows)
+        cells_below = [cell for row in first_rows for cell in row if cell]
+        are_numbers = all(is_numeric(cell, delimiter) for cell in cells_below)
+        is_one_full = any(len(row) == width for row in first_rows)
+        if len(first_rows) < 2 or not begin_filled or not are_numbers or not is_one_full:
             continue
 
         # The line above may name what fills the cells and what runs across; above an empty corner, what runs down too.
@@ -193,18 +198,6 @@ def _rising_numbers(cells: Sequence[str], delimiter: str) -> list[str]:
     if not all(step > 0 for step in steps) and not all(step < 0 for step in steps):
         return []
     return [f"{number:g}" for number in numbers]
-
-
-def _are_rows(rows: Sequence[Sequence[str]], width: int, delimiter: str) -> bool:
-    """Whether these are rows of numbers of that width, the first of each filled."""
-    if len(rows) < 2:
-        return False
-    for cells in rows:
-        if not 2 <= len(cells) <= width or not cells[0]:
-            return False
-        if not all(not cell or is_numeric(cell, delimiter) for cell in cells):
-            return False
-    return any(len(cells) == width for cells in rows)
 
 
 def _number(cell: str) -> float | None:

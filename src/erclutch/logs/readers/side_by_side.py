@@ -48,6 +48,7 @@ def read_side_by_side(source: LogSource) -> Table | None:
         return None
 
     whole = read_text(replace(source, variable=None))
+    of_field = SIGNALS[_FIELD].si_units
     tables: dict[str, Found] = {}
     for heading, own in _by_heading(whole.columns).items():
         # Rows below the end of a shorter table are empty.
@@ -56,9 +57,14 @@ def read_side_by_side(source: LogSource) -> Table | None:
             filled |= np.isfinite(whole.columns[name])
         columns = {name: whole.columns[whole_name][filled] for name, whole_name in own.items()}
         units_below = {name: whole.units.get(whole_name) for name, whole_name in own.items()}
-        stated = _field_of(heading)
-        if stated is not None and _FIELD not in columns:
-            number, unit = stated
+        # A heading such as ``0.5 A`` or ``B = 100 mT`` states the field.
+        _, _, quantity = heading.rpartition("=")
+        try:
+            number, unit = units.quantity(quantity)
+        except UnitError:
+            number, unit = np.nan, None
+        is_free = _FIELD not in columns
+        if is_free and unit is not None and units.is_unit(unit) and units.fits(unit, of_field):
             columns[_FIELD] = np.full(np.count_nonzero(filled), number)
             units_below[_FIELD] = unit
         tables[heading] = Found(columns, units_below)
@@ -81,15 +87,3 @@ def _by_heading(names: Iterable[str]) -> dict[str, dict[str, str]]:
         if parted:
             below.setdefault(heading, {})[name] = whole
     return below
-
-
-def _field_of(heading: str) -> tuple[float, str] | None:
-    """Number and unit of a heading such as ``0.5 A`` or ``B = 100 mT``; None for other words."""
-    _, _, text = heading.rpartition("=")
-    try:
-        number, unit = units.quantity(text)
-    except UnitError:
-        return None
-    if unit is None or not units.is_unit(unit) or not units.fits(unit, SIGNALS[_FIELD].si_units):
-        return None
-    return number, unit

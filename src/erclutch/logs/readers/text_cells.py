@@ -32,52 +32,78 @@ def read_cells(
     index: int,
     body: str,
     dialect: Dialect,
-) -> tuple[Array | None, tuple[str, ...]]:
-    """The column as float64, None for a column of text, and a note where words became numbers."""
+) -> tuple[Array | None, list[str]]:
+    """The column as float64, None for a column of text, and a note where words became numbers.
+
+    Args:
+        cells: of the column, as pandas reads them.
+        index: of the column.
+        body: the rows as text.
+        dialect: of the text.
+
+    Raises:
+        LogError: a text among numbers; its line is named.
+    """
+    import pandas as pd
+
     label = dialect.names[index]
-    notes: tuple[str, ...] = ()
+    notes: list[str] = []
     if cells.dtype == object or str(cells.dtype).startswith("str"):
-        filled = cells.dropna().astype(str).str.strip()
-        are_hexadecimal = len(filled) and filled.str.fullmatch(r"0[xX][0-9a-fA-F]{1,13}").all()
+        words = cells.dropna().astype(str).str.strip()
+        are_hexadecimal = len(words) > 0 and words.str.fullmatch(r"0[xX][0-9a-fA-F]{1,13}").all()
         # The first digit of 0xFFF0 may be a sign.
-        if are_hexadecimal and not filled.str.fullmatch(_MAY_BE_SIGNED).any():
+        if are_hexadecimal and not words.str.fullmatch(_MAY_BE_SIGNED).any():
             whole_numbers = np.full(len(cells), np.nan)
-            whole_numbers[cells.notna().to_numpy()] = [float(int(text, 16)) for text in filled]
+            whole_numbers[cells.notna().to_numpy()] = [float(int(word, 16)) for word in words]
             note = f"column {label} holds hexadecimal numbers, read as whole numbers"
-            return whole_numbers, (note,)
-        cells, notes = _without_words(cells, label)
-    values = _numbers(cells, index, body, dialect)
-    if cells.dtype == bool:
-        return values, (f"column {label} holds True and False, read as 1 and 0",)
-    if values is not None:
+            return whole_numbers, [note]
+        # A meter has words for a reading beyond its range.
+        texts = cells.astype(str).str.strip()
+        beyond = (cells.notna() & texts.str.lower().isin(BEYOND)).to_numpy()
+        if beyond.any() and not beyond.all():
+            word = texts[beyond].iloc[0]
+            count = int(beyond.sum())
+            what = f"in {count} rows, a reading beyond the range of its meter: no number"
+            notes.append(f"column {label} holds {word!r} {what}")
+            cells = cells.mask(beyond)
+        # A remark may stand behind a number.
+        parts = texts.str.extract(_REMARKED)
+        remarked = (cells.notna() & parts[0].notna()).to_numpy()
+        if remarked.any():
+            remark = parts[1][remarked].iloc[0][:40]
+            what = f"remarks behind {int(remarked.sum())} numbers ({remark!r}): left out"
+            notes.append(f"column {label} has {what}")
+            cells = cells.mask(remarked, parts[0])
+
+    if pd.api.types.is_numeric_dtype(cells.dtype):
+        if cells.dtype == bool:
+            notes.append(f"column {label} holds True and False, read as 1 and 0")
+        return np.ascontiguousarray(cells.to_numpy(dtype=np.float64)), notes
+    filled = cells.notna().to_numpy()
+    texts = cells.astype(str).str.strip()
+    # Cells of thousands of digits are no numbers of a log, and take the time of their length squared.
+    short = texts.where(texts.str.len() <= _LONGEST_NUMBER, "x")
+    plain = short.map(lambda cell: ungrouped(str(cell), dialect.decimal))
+    values = pd.to_numeric(plain.where(filled), errors="coerce").to_numpy(dtype=np.float64)
+    bad = filled & np.isnan(values)
+    count = int(bad.sum())
+    if not count:
         return values, notes
 
-    ones_and_zeros = switched(label, cells)
-    if ones_and_zeros is None:
-        return None, ()
-    numbers, note = ones_and_zeros
-    return numbers, (note,)
-
-
-def _without_words(cells: pd.Series[Any], label: str) -> tuple[pd.Series[Any], tuple[str, ...]]:
-    """The cells without a meter's words for a reading beyond its range, and without remarks behind numbers; notes."""
-    notes: list[str] = []
-    texts = cells.astype(str).str.strip()
-    beyond = (cells.notna() & texts.str.lower().isin(BEYOND)).to_numpy()
-    if beyond.any() and not beyond.all():
-        word = texts[beyond].iloc[0]
-        where = f"in {int(beyond.sum())} rows, a reading beyond the range of its meter: no number"
-        notes.append(f"column {label} holds {word!r} {where}")
-        cells = cells.mask(beyond)
-    parts = texts.str.extract(_REMARKED)
-    remarked = (cells.notna() & parts[0].notna()).to_numpy()
-    if remarked.any():
-        remark = parts[1][remarked].iloc[0][:40]
-        notes.append(
-            f"column {label} has remarks behind {int(remarked.sum())} numbers ({remark!r}): left out"
-        )
-        cells = cells.mask(remarked, parts[0])
-    return cells, tuple(notes)
+    if 2 * count > int(filled.sum()) and not dialect.numeric[index]:
+        ones_and_zeros = switched(label, cells)
+        if ones_and_zeros is None:
+            return None, []
+        numbers, note = ones_and_zeros
+        return numbers, [note]
+    row = int(np.argmax(bad))
+    lines = _numbered_lines(body, dialect)
+    # In damaged text, pandas may see more rows than there are lines.
+    line, _ = lines[min(row, len(lines) - 1)]
+    shown = str(texts.iloc[row])[:40]
+    more = f" ({count} such cells)" if count > 1 else ""
+    problem = f"line {line}, column {label} is '{shown}' where a number is expected{more}"
+    raise LogError(problem, remedy=CORRECT)
 
 
 def long_rows(frame: pd.DataFrame, body: str, dialect: Dialect) -> list[str]:
@@ -100,41 +126,6 @@ def long_rows(frame: pd.DataFrame, body: str, dialect: Dialect) -> list[str]:
         return []
     more = f" ({len(long)} such lines)" if len(long) > 1 else ""
     return [f"line {long[0]} has more cells than there are columns{more}: left out"]
-
-
-def _numbers(
-    cells: pd.Series[Any],
-    index: int,
-    body: str,
-    dialect: Dialect,
-) -> Array | None:
-    """The column as float64, or None if it is a column of text; LogError for text among numbers."""
-    import pandas as pd
-
-    if pd.api.types.is_numeric_dtype(cells.dtype):
-        return np.ascontiguousarray(cells.to_numpy(dtype=np.float64))
-    filled = cells.notna().to_numpy()
-    texts = cells.astype(str).str.strip()
-    # Cells of thousands of digits are no numbers of a log, and take the time of their length squared.
-    short = texts.where(texts.str.len() <= _LONGEST_NUMBER, "x")
-    plain = short.map(lambda cell: ungrouped(str(cell), dialect.decimal))
-    values = pd.to_numeric(plain.where(filled), errors="coerce").to_numpy(dtype=np.float64)
-    bad = filled & np.isnan(values)
-    if 2 * int(bad.sum()) > int(filled.sum()) and not dialect.numeric[index]:
-        return None
-    if not bad.any():
-        return values
-    row = int(np.argmax(bad))
-    count = int(bad.sum())
-    lines = _numbered_lines(body, dialect)
-    # In damaged text, pandas may see more rows than there are lines.
-    line, _ = lines[min(row, len(lines) - 1)]
-    shown = str(texts.iloc[row])[:40]
-    more = f" ({count} such cells)" if count > 1 else ""
-    problem = (
-        f"line {line}, column {dialect.names[index]} is '{shown}' where a number is expected{more}"
-    )
-    raise LogError(problem, remedy=CORRECT)
 
 
 def _numbered_lines(body: str, dialect: Dialect) -> list[tuple[int, str]]:

@@ -31,9 +31,23 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
         # Comments become blank: line numbers stay right.
         body = "\n".join("" if is_comment(line) else line for line in LINE_END.split(body))
 
-    body, sums_above = _without_sums_above(body, dialect)
-    body, notes = _without_remarks_below(body, dialect)
-    notes = [*sums_above, *notes]
+    body, notes = _without_sums_above(body, dialect)
+
+    # Behind a blank line below the rows, text none of whose lines is a row is a remark.
+    remark = ""
+    near_the_end = max(len(body) - _BELOW, 0)
+    gaps = [*_BLANK_LINE.finditer(body, near_the_end)]
+    for gap in reversed(gaps):
+        lines = [line for line in LINE_END.split(body[gap.end() :]) if line.strip(BLANK)]
+        if any(map(dialect.is_row, lines)):
+            break
+        body = body[: gap.start()]
+        remark = lines[0] if lines else remark
+    if remark:
+        shown = " ".join(remark.split())[:60]
+        notes.append(f"text below the table left out: {shown!r}")
+
+    # The last lines may hold no number, or sum up the rows.
     first_row = LINE_END.split(body[:_ABOVE].lstrip(BLANK))[0]
     # Such as a row for Max, and the next for Min.
     rows_have_such_words = any(map(sums_up, cells_of(first_row, dialect.delimiter)))
@@ -154,24 +168,6 @@ def _numbers(line: str, dialect: Dialect) -> list[float]:
 def _close(told: float, found: float) -> bool:
     """Whether a number of a summary is that of the rows, up to the digits that it is written with."""
     return abs(told - found) <= _ROUNDED * max(abs(told), abs(found))
-
-
-def _without_remarks_below(body: str, dialect: Dialect) -> tuple[str, list[str]]:
-    """The text without what stands below the rows, behind a blank line: a summary, none of whose lines is a row."""
-    below = ""
-    near_the_end = max(len(body) - _BELOW, 0)
-    gaps = [*_BLANK_LINE.finditer(body, near_the_end)]
-    for gap in reversed(gaps):
-        rest = body[gap.end() :]
-        lines = [line for line in LINE_END.split(rest) if line.strip(BLANK)]
-        if any(dialect.is_row(line) for line in lines):
-            break
-        body = body[: gap.start()]
-        below = lines[0] if lines else below
-    if not below:
-        return body, []
-    begin = " ".join(below.split())[:60]
-    return body, [f"text below the table left out: {begin!r}"]
 
 
 def _last_line(body: str) -> int:

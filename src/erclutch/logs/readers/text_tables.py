@@ -58,19 +58,19 @@ def read_tables(source: LogSource) -> Table:
         try:
             table = read_text(source)
         except LogError:
-            tables = _tables_in(source)
+            tables = dict(_tables_in(source.data))
             if len(tables) < 2:
                 raise
         else:
             # A column that cannot be read may be that of a second table below.
-            tables = _tables_in(source) if table.unreadable else {}
+            tables = dict(_tables_in(source.data)) if table.unreadable else {}
             if len(tables) < 2:
                 return table
         whole = _under_one_header(source, tables)
         if whole is not None:
             return whole
     if tables is None:
-        tables = _tables_in(source)
+        tables = dict(_tables_in(source.data))
     if len(tables) < 2:
         if source.variable != ALL:
             problem = f"the text is one recording, so it has no {source.variable!r} for --variable"
@@ -138,16 +138,11 @@ class _Part(NamedTuple):
     text: str
 
 
-def _tables_in(source: LogSource) -> dict[str, _Part]:
-    """Tables by name."""
-    if len(source.data) > _LARGEST:
-        return {}
-    return dict(_tables_of(source.data))
-
-
 @lru_cache(maxsize=1)  # each table of a text is read by a call of its own
-def _tables_of(data: bytes) -> Mapping[str, _Part]:
-    """The tables of a text by name."""
+def _tables_in(data: bytes) -> Mapping[str, _Part]:
+    """The tables of a text by name; none in one that is too long for a search."""
+    if len(data) > _LARGEST:
+        return {}
     lines = LINE_END.split(decode(data))
     heads = _headers(lines)
     tables: dict[str, _Part] = {}

@@ -42,7 +42,15 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
         return text, ""
 
     rows = [line.split(delimiter) for line in LINE_END.split(text)]
-    first = next(place for place, cells in enumerate(rows) if _is_row(cells, unit_of))
+    # The names above the rows have no units of these quantities in their cells.
+    have_units = (
+        all(
+            column < len(cells) and is_of_one_quantity(unit_in(cells[column]), unit)
+            for column, unit in unit_of.items()
+        )
+        for cells in rows
+    )
+    first = next(place for place, has_units in enumerate(have_units) if has_units)
     for column, unit in [*unit_of.items()]:
         own = [cells[column] if column < len(cells) else "" for cells in rows[first:]]
         units_in_cells = {unit_in(cell) for cell in {*own} if cell.strip(' "0.,')}
@@ -145,11 +153,3 @@ def _units_by_column(lines: Sequence[str]) -> tuple[str, dict[int, str]]:
         if len(unit_of) > len(best[1]):
             best = delimiter, unit_of
     return best
-
-
-def _is_row(cells: Sequence[str], unit_of: Mapping[int, str]) -> bool:
-    """Whether cells have the units of the columns, as a row has and the names above have not."""
-    for column, unit in unit_of.items():
-        if column >= len(cells) or not is_of_one_quantity(unit_in(cells[column]), unit):
-            return False
-    return True

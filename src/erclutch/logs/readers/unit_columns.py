@@ -6,8 +6,6 @@ a name of its own, such as the flag of a satellite's fix or the phase of a motor
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from erclutch.logs.readers.cells import DELIMITERS, cells_of, is_comment, is_numeric, line_of
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.logs.readers.unit_cells import (
@@ -42,11 +40,12 @@ def with_units_in_cells(text: str) -> tuple[str, str]:
         if not places:
             continue
         lines = LINE_END.split(text)
-        first = next(
-            place
-            for place, line in enumerate(lines)
-            if _is_row(cells_of(line, delimiter), width, places)
+        rows = (cells_of(line, delimiter) for line in lines)
+        have_units = (
+            len(cells) == width and all(unit_in(f"1 {cells[place]}") for place in places)
+            for cells in rows
         )
+        first = next(place for place, has_units in enumerate(have_units) if has_units)
         names = cells_of(lines[first - 1], delimiter) if first else []
         header: list[str] = []
         names_of_units = [names[place] for place in places] if len(names) == width else []
@@ -70,8 +69,3 @@ def with_units_in_cells(text: str) -> tuple[str, str]:
             joined.append(line_of(cells, mark))
         return "\n".join(joined), f"{len(places)} columns hold the unit of the number before them"
     return text, ""
-
-
-def _is_row(cells: Sequence[str], width: int, places: Sequence[int]) -> bool:
-    """Whether a line has units where the rows have them."""
-    return len(cells) == width and all(unit_in(f"1 {cells[place]}") for place in places)

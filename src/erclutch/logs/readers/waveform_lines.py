@@ -23,15 +23,11 @@ _WORDS = {"volt": "V", "volts": "V", "amp": "A", "ampere": "A", "amps": "A"}
 def with_steps_above(text: str) -> tuple[str, str]:
     """The text with a line for the step of its rows, and a note; the text and "" where no such lines are."""
     head = text[:_HEAD]
-    if "ncrement" in head:
-        return _of_a_scope(text)
-    if re.search(r"^(?:delta t|dt)\b", head, re.IGNORECASE | re.MULTILINE):
-        return _of_waveforms(text)
-    return text, ""
+    if "ncrement" not in head:
+        has_steps = re.search(r"^(?:delta t|dt)\b", head, re.IGNORECASE | re.MULTILINE)
+        return _of_waveforms(text) if has_steps else (text, "")
 
-
-def _of_a_scope(text: str) -> tuple[str, str]:
-    """``X,CH1,CH2,Start,Increment`` above ``Sequence,Volt,Volt,-4.0,2e-3``, as Rigol's scopes write them."""
+    # Rigol's scopes write X,CH1,CH2,Start,Increment above Sequence,Volt,Volt,-4.0,2e-3.
     first, second, *rows = [*LINE_END.split(text), "", ""]
     names = cells_of(first, ",")
     said = cells_of(second, ",")
