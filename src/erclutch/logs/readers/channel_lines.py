@@ -47,7 +47,7 @@ def keyed_channels(
     """
     if width < 4 or width % 2:
         return {}, 0
-    said: dict[str, list[str]] = {}
+    cells_of_key: dict[str, list[str]] = {}
     count = 0
     for line in reversed(above):
         cells = marks.cells(line)
@@ -57,18 +57,18 @@ def keyed_channels(
         is_over_each_time = all(other == key for other in others)
         if len(cells) != width or not is_key or not is_over_each_time:
             break
-        said[key.lower()] = cells[1::2]
+        cells_of_key[key.lower()] = cells[1::2]
         count += 1
-    return (said, count) if _names_in(said) else ({}, 0)
+    return (cells_of_key, count) if _names_in(cells_of_key) else ({}, 0)
 
 
-def labels_and_units(said: dict[str, list[str]]) -> tuple[list[str], list[str | None]]:
+def labels_and_units(cells_of_key: dict[str, list[str]]) -> tuple[list[str], list[str | None]]:
     """Labels and units of pairs of columns, a time and a value, by what `keyed_channels` found."""
-    names = _names_in(said)
+    names = _names_in(cells_of_key)
     own_units = [""] * len(names)
     for key in _UNITS:
-        if key in said:
-            own_units = said[key]
+        if key in cells_of_key:
+            own_units = cells_of_key[key]
             break
     labels: list[str] = []
     units: list[str | None] = []
@@ -78,10 +78,10 @@ def labels_and_units(said: dict[str, list[str]]) -> tuple[list[str], list[str | 
     return labels, units
 
 
-def _names_in(said: dict[str, list[str]]) -> list[str]:
-    """The names of all channels among what is said of them; none where a channel has no name."""
+def _names_in(cells_of_key: dict[str, list[str]]) -> list[str]:
+    """The names of all channels among the cells of the lines; none where a channel has no name."""
     for key in _NAMES:
-        names = said.get(key, [])
+        names = cells_of_key.get(key, [])
         if names and all(names):
             return names
     return []
@@ -97,11 +97,10 @@ def with_channel_labels(labels: Sequence[str], above: Sequence[str], marks: Mark
     """
     first_label, *channels = labels
     for line in above:
-        first, *said = marks.cells(line)
-        if first.lower() in _LABELS and len(said) == len(channels) and any(said):
-            named = [
-                f"{channel} {own}".strip() for channel, own in zip(channels, said, strict=True)
-            ]
+        first, *own_labels = marks.cells(line)
+        if first.lower() in _LABELS and len(own_labels) == len(channels) and any(own_labels):
+            pairs = zip(channels, own_labels, strict=True)
+            named = [f"{channel} {own_label}".strip() for channel, own_label in pairs]
             return [first_label, *named]
     return [*labels]
 
@@ -117,13 +116,13 @@ def channel_units(
         marks: delimiter and decimal mark.
     """
     for line in above:
-        first, *said = marks.cells(line)
+        first, *own_units = marks.cells(line)
         if first.lower() not in _CHANNEL_UNITS:
             continue
-        while len(said) > len(labels) - 1 and not said[-1]:
-            said.pop()
-        if len(said) == len(labels) - 1 and any(said):
-            return [None, *(unit or None for unit in said)]
+        while len(own_units) > len(labels) - 1 and not own_units[-1]:
+            own_units.pop()
+        if len(own_units) == len(labels) - 1 and any(own_units):
+            return [None, *(unit or None for unit in own_units)]
     return None
 
 

@@ -157,11 +157,11 @@ def _said_of_each_column(above: Sequence[str], marks: Marks, rows: RowsBelow) ->
         named = _labels(above[-1 - count], marks, rows)
         if named is not None:
             return Header(named, own_units or None, count + 1)
-    said, lines = keyed_channels(above, marks, rows.width)
-    if not said:
+    cells_of_key, lines = keyed_channels(above, marks, rows.width)
+    if not cells_of_key:
         return None
-    alike = (f"{key}: {cells[0]}" for key, cells in said.items() if len({*cells}) == 1)
-    return Header(*labels_and_units(said), lines, tuple(alike))
+    alike = (f"{key}: {cells[0]}" for key, cells in cells_of_key.items() if len({*cells}) == 1)
+    return Header(*labels_and_units(cells_of_key), lines, tuple(alike))
 
 
 def with_headings(header: Header, above: Sequence[str], marks: Marks) -> Header:

@@ -37,11 +37,11 @@ def with_keyed_heads(text: str) -> tuple[str, str]:
         heads = _lines_in(head, delimiter)
         if heads is None:
             continue
-        first_line, first_row, said = heads
-        names = _said_by(said, _NAMES)
-        own_units = _said_by(said, _UNITS) or [""] * len(names)
-        steps = _said_by(said, _STEPS)
-        units_of_steps = {*_said_by(said, _STEP_UNITS)} or {"s"}
+        first_line, first_row, cells_of_key = heads
+        names = _cells_by(cells_of_key, _NAMES)
+        own_units = _cells_by(cells_of_key, _UNITS) or [""] * len(names)
+        steps = _cells_by(cells_of_key, _STEPS)
+        units_of_steps = {*_cells_by(cells_of_key, _STEP_UNITS)} or {"s"}
         if len({*steps}) > 1 or len(units_of_steps) > 1:
             continue  # channels of several rates are no columns of one table
         labels: list[str] = []
@@ -54,41 +54,41 @@ def with_keyed_heads(text: str) -> tuple[str, str]:
         if steps:
             above.append(f"Sampling interval: {steps[0].replace(',', '.')} {units_of_steps.pop()}")
         rows = [line.strip(" ").removeprefix(delimiter) for line in lines[first_row:]]
-        keys = ", ".join(said)[:80]
+        keys = ", ".join(cells_of_key)[:80]
         note = f"lines with a key in front say what the {len(names)} channels are: {keys}"
         return "\n".join([*above, line_of(labels, delimiter), *rows]), note
     return text, ""
 
 
 def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str, list[str]]] | None:
-    """The first such line, the first row, and what the lines say by their keys; None where there are none.
+    """The first such line, the first row, and the cells of the lines by their keys; None where there are none.
 
     Each line from that of the names on has a key and a cell for each channel, or says something of the whole file.
     """
     start = 0
-    said: dict[str, list[str]] = {}
+    cells_of_key: dict[str, list[str]] = {}
     for place, line in enumerate(lines):
-        if not said and not _MAY_NAME.match(line):
+        if not cells_of_key and not _MAY_NAME.match(line):
             continue
         cells = cells_of(line.rstrip(delimiter), delimiter)
         key = re.sub(r"[\W_]", "", cells[0].lower()) if cells else ""
-        if not said:
+        if not cells_of_key:
             has_a_number = any(is_numeric(cell, delimiter) for cell in cells)
             are_names = len(cells) > 2 and all(cells[1:]) and not has_a_number
             if key in _NAMES and are_names:
                 start = place
-                said[key] = cells[1:]
+                cells_of_key[key] = cells[1:]
             continue
-        width = len(next(iter(said.values()))) + 1
+        width = len(next(iter(cells_of_key.values()))) + 1
         if key and len(cells) <= width and not is_numeric(cells[0], delimiter):
             if len(cells) == width:
-                said.setdefault(key, cells[1:])
+                cells_of_key.setdefault(key, cells[1:])
             continue
         if not line.strip():
             continue
         first_rows = lines[place : place + _FEWEST_ROWS]
         below = [cells_of(row.rstrip(delimiter), delimiter) for row in first_rows]
-        tells_units_or_steps = any(_said_by(said, keys) for keys in (_UNITS, _STEPS))
+        tells_units_or_steps = any(_cells_by(cells_of_key, keys) for keys in (_UNITS, _STEPS))
         if len(below) < _FEWEST_ROWS or not tells_units_or_steps:
             return None
         for first, *numbers in below:
@@ -98,10 +98,10 @@ def _lines_in(lines: Sequence[str], delimiter: str) -> tuple[int, int, dict[str,
                 return None
             if not all(is_numeric(cell, delimiter) for cell in numbers):
                 return None
-        return start, place, said
+        return start, place, cells_of_key
     return None
 
 
-def _said_by(said: dict[str, list[str]], keys: Sequence[str]) -> list[str]:
+def _cells_by(cells_of_key: dict[str, list[str]], keys: Sequence[str]) -> list[str]:
     """The cells of the first of some keys that a line has; none where no line has one."""
-    return next((said[key] for key in keys if key in said), list[str]())
+    return next((cells_of_key[key] for key in keys if key in cells_of_key), list[str]())

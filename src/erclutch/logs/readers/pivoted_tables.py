@@ -216,11 +216,11 @@ def _said(over: Sequence[str], own: Sequence[str]) -> tuple[str, tuple[str, str]
         return words[0], (name, unit or "")
     if not words:
         return "", ("", "")
-    told = _BRACKETS.findall(words[0])
-    if len(told) > 1:  # Shear stress [Pa] at flux density [T]
-        first = words[0].index(told[0]) + len(told[0]) + 1
+    units_in_brackets = _BRACKETS.findall(words[0])
+    if len(units_in_brackets) > 1:  # Shear stress [Pa] at flux density [T]
+        first = words[0].index(units_in_brackets[0]) + len(units_in_brackets[0]) + 1
         behind = _BRACKETS.sub("", words[0][first:]).strip()
-        return words[0][:first], (behind, told[-1])
+        return words[0][:first], (behind, units_in_brackets[-1])
     name, unit = split_label(words[0])
     runs_across = bool(own)
     if unit and not own:

@@ -32,9 +32,9 @@ _IN_A_NAME = re.compile(
 
 def without_spread_in_cells(text: str) -> tuple[str, str]:
     """The text with the numbers of such cells alone, and what is said of it; "" where there are none."""
-    bracketed, told = _without_brackets(text)
-    if told:
-        return bracketed, told
+    bracketed, note = _without_brackets(text)
+    if note:
+        return bracketed, note
     if not any(mark in text for mark in ("±", "+/-", "+-")):
         return text, ""
     lines = LINE_END.split(text)

@@ -50,11 +50,11 @@ def with_stated_units(table: Table, pairs: Mapping[str, str]) -> Table:
                 stated[name] = unit
     if not stated:
         return table
-    said = ", ".join(f"{name} [{unit}]" for name, unit in stated.items())
+    listed_units = ", ".join(f"{name} [{unit}]" for name, unit in stated.items())
     return replace(
         table,
         units={**table.units, **stated},
-        notes=(*table.notes, f"units that lines above the table state: {said}"),
+        notes=(*table.notes, f"units that lines above the table state: {listed_units}"),
     )
 
 

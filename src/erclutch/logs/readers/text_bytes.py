@@ -201,9 +201,9 @@ def text_size(path: Path) -> int:
         if file.read(2) != b"\x1f\x8b":
             return size
         file.seek(-4, 2)
-        said = int.from_bytes(file.read(4), "little")  # without multiples of 4 GiB
-    missing = max(size - said, 0)  # a text is larger than its gzip
-    return said + -(-missing // _GZIP_COUNTS_TO) * _GZIP_COUNTS_TO
+        size_in_gzip = int.from_bytes(file.read(4), "little")  # without multiples of 4 GiB
+    missing = max(size - size_in_gzip, 0)  # a text is larger than its gzip
+    return size_in_gzip + -(-missing // _GZIP_COUNTS_TO) * _GZIP_COUNTS_TO
 
 
 def without_row_marks(text: str) -> str:

@@ -73,8 +73,8 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
         body = body[:last]
     if without:
         count = len(without)
-        said = "the last line holds" if count == 1 else f"the last {count} lines hold"
-        notes.append(f"{said} no number ({without[-1]!r}): left out")
+        begin = "the last line holds" if count == 1 else f"the last {count} lines hold"
+        notes.append(f"{begin} no number ({without[-1]!r}): left out")
 
     # A logger that was stopped leaves half a row, without an end of its line.
     last = max(body.rfind("\n"), body.rfind("\r")) + 1
@@ -165,9 +165,9 @@ def _numbers(line: str, dialect: Dialect) -> list[float]:
     return [float(ungrouped(cell, dialect.decimal)) for cell in cells]
 
 
-def _close(told: float, found: float) -> bool:
+def _close(summed: float, of_rows: float) -> bool:
     """Whether a number of a summary is that of the rows, up to the digits that it is written with."""
-    return abs(told - found) <= _ROUNDED * max(abs(told), abs(found))
+    return abs(summed - of_rows) <= _ROUNDED * max(abs(summed), abs(of_rows))
 
 
 def _last_line(body: str) -> int:

@@ -63,9 +63,8 @@ def trials_in(nodes: Mapping[str, Any], texts: Sequence[Sequence[str]]) -> Trial
 
 def _pages(name: str, array: np.ndarray[Any, Any], texts: Sequence[Sequence[str]]) -> Trials:
     """The pages of an array, one of whose sides is as long as a list of names."""
-    of_signals = [
-        axis for axis in range(3) if any(len(each) == array.shape[axis] for each in texts)
-    ]
+    lengths = {len(each) for each in texts}
+    of_signals = [axis for axis in range(3) if array.shape[axis] in lengths]
     if len(of_signals) != 1:
         return {}
     count = array.shape[of_signals[0]]

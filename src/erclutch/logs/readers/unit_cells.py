@@ -82,8 +82,8 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
             labels[column] += f" [{unit}]"
         rows.insert(0, labels)
     plain = "\n".join(delimiter.join(cells) for cells in rows)
-    said = ", ".join(dict.fromkeys(unit_of.values()))
-    return plain, f"cells hold their units ({said}): read as numbers in them"
+    listed_units = ", ".join(dict.fromkeys(unit_of.values()))
+    return plain, f"cells hold their units ({listed_units}): read as numbers in them"
 
 
 def units_beside(names: Sequence[str], texts: Mapping[str, pd.Series[Any]]) -> dict[str, str]:

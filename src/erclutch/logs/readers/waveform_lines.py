@@ -30,21 +30,21 @@ def with_steps_above(text: str) -> tuple[str, str]:
     # Rigol's scopes write X,CH1,CH2,Start,Increment above Sequence,Volt,Volt,-4.0,2e-3.
     first, second, *rows = [*LINE_END.split(text), "", ""]
     names = cells_of(first, ",")
-    said = cells_of(second, ",")
+    second_cells = cells_of(second, ",")
     places = {name.lower(): place for place, name in enumerate(names)}
     place_of_step = places.get("increment")
     start = places.get("start")
-    if place_of_step is None or start is None or len(said) <= max(place_of_step, start):
+    if place_of_step is None or start is None or len(second_cells) <= max(place_of_step, start):
         return text, ""
-    step = said[place_of_step]
+    step = second_cells[place_of_step]
     if not is_number(step, ".") or not float(step) > 0.0:
         return text, ""
     channels = min(place_of_step, start)
     labels: list[str] = []
-    for name, word in zip(names[1:channels], said[1:channels], strict=True):
+    for name, word in zip(names[1:channels], second_cells[1:channels], strict=True):
         unit = _WORDS.get(word.lower(), word)
         labels.append(f"{name} [{unit}]" if unit and units.is_unit(unit) else name)
-    lines = [f"Sample interval: {step} s", ",".join([said[0], *labels])]
+    lines = [f"Sample interval: {step} s", ",".join([second_cells[0], *labels])]
     lines += [re.sub(r"[,\s]+$", "", row) for row in rows]
     note = f"the second line says the step of the rows, {step} s, and the units of the channels"
     return "\n".join(lines), note
@@ -59,24 +59,25 @@ def _of_waveforms(text: str) -> tuple[str, str]:
     place = 0
     last = 0  # line of what is said of the waveforms
     while place < min(len(lines), _MOST_LINES):
-        key, *said = cells_of(lines[place], "\t")
+        key, *of_channels = cells_of(lines[place], "\t")
         is_step = _STEP.fullmatch(key) is not None
         is_known = is_step or _NO_TABLE.fullmatch(key) is not None
         if not is_known:
             above.append(lines[place])
             place += 1
             continue
-        is_below = not any(said) and place + 1 < len(lines) and not key.lower().startswith("data")
+        heads_data = key.lower().startswith("data")
+        is_below = not any(of_channels) and not heads_data and place + 1 < len(lines)
         if is_below:
             place += 1
-            said = cells_of(lines[place], "\t")
-        steps = {cell.replace(",", ".") for cell in said if cell}
+            of_channels = cells_of(lines[place], "\t")
+        steps = {cell.replace(",", ".") for cell in of_channels if cell}
         if is_step:
             if len(steps) != 1 or not is_number(min(steps), "."):
                 return text, ""  # channels of several rates are no columns of one table
             step = min(steps)
         elif key.lower().startswith("channel"):
-            names = said
+            names = of_channels
         place += 1
         last = place
         above = [] if not names else above
