@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from erclutch.errors import LogError
 from erclutch.logs import read_table
 from erclutch.logs.columns.labels import split_end
 from erclutch.logs.readers.numerals import with_plain_minus
@@ -122,3 +123,24 @@ def test_settings_that_are_called_like_columns_are_no_legend(tmp_path: Path, abo
     rows = [f"{0.01 * row},{row % 5},{row % 3}" for row in range(30)]
     table = table_of(tmp_path, f"{above}\n" + "\n".join(["time,speed,force", *rows]))
     assert table.units == {"time": None, "speed": None, "force": None}
+
+
+def test_a_form_feed_below_a_sum_is_named_by_its_line(tmp_path: Path) -> None:
+    """A printer's page break among the first rows ended in a TypeError."""
+    rows = "".join(f"{row / 10:.1f} {row % 5} {row % 3}\n" for row in range(40))
+    with pytest.raises(LogError, match="line 3 has 0 cells where 3 are expected"):
+        table_of(tmp_path, f"t a b\nmean 1 2\n\f\n{rows}", "a.txt")
+
+
+@pytest.mark.parametrize("between", [" ", ",", "\t"])
+@pytest.mark.parametrize(
+    "above", ["\f\nt a b\n", "\f\n\v\nt a b\n", "t a b\n\f\n", "t a b\ns A N\n\f\n"]
+)
+def test_a_page_break_above_the_rows_is_no_line(tmp_path: Path, above: str, between: str) -> None:
+    """It ended in an IndexError, or took the place of the names."""
+    rows = "".join(f"{row / 10:.1f} {row % 5} {row % 3}\n" for row in range(40))
+    table = table_of(tmp_path, (above + rows).replace(" ", between), "a.txt")
+    assert [*table.columns] == ["t", "a", "b"]
+    assert not any("skipped" in note for note in table.notes)
+    if "s A N" in above:
+        assert table.units == {"t": "s", "a": "A", "b": "N"}

@@ -256,8 +256,8 @@ def _with_header(
     # R names its rows so, by words or whole numbers that rise.
     rows = RowsBelow(width, trailing, are_named=are_words or rise)
 
-    # An empty comment is no line.
-    places = [index for index in range(first) if lines[index].strip("#%/ \t")]
+    # An empty comment is no line, and neither is a page break of a printer.
+    places = [index for index in range(first) if lines[index].strip("#%/ \t\f\v")]
     above = [lines[index] for index in places]
     header = header_of(above, marks, rows)
     notes: list[str] = []

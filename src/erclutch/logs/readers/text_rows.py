@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from operator import le, lt
 
 from erclutch.logs.readers.cells import WORDS, cells_of, is_comment, is_number, sums_up
 from erclutch.logs.readers.dialect import LINE_END, Dialect
@@ -98,7 +99,8 @@ def _without_sums_above(body: str, dialect: Dialect) -> tuple[str, list[str]]:
     places = [place for place, line in enumerate(lines) if line.strip(BLANK)]
     sums: list[int] = []  # places of their lines
     for place in places[:_MOST_SUMS]:
-        if not sums_up(*cells_of(lines[place], dialect.delimiter)[:1]):
+        first_cell = "".join(cells_of(lines[place], dialect.delimiter)[:1])
+        if not sums_up(first_cell):
             break
         sums.append(place)
     next_line = lines[places[len(sums)]] if len(sums) < len(places) else ""
@@ -131,18 +133,16 @@ def _are_extremes(body: str, lines: list[str], dialect: Dialect) -> bool:
     # Of most logs the first two rows are near the third: these few cells tell it without a look at all rows.
     if len(low) < _FEWEST_SUMMED or len(low) != len(high) or len(low) != len(third):
         return False
-    if not all(
-        first <= number <= last for first, number, last in zip(low, third, high, strict=True)
-    ):
+    third_is_between = all(map(le, low, third)) and all(map(le, third, high))
+    if not third_is_between:
         return False
     last_row = body[_last_line(body) :]
     ends_at = _numbers(last_row, dialect)
     if len(ends_at) != len(low) or not low[0] < high[0]:
         return False
-    rises = [*map(_close, (low[0], high[0]), (third[0], ends_at[0]))]
-    if not all(rises) or not any(
-        first < last for first, last in zip(low[1:], high[1:], strict=True)
-    ):
+    first_column_rises = _close(low[0], third[0]) and _close(high[0], ends_at[0])
+    another_varies = any(map(lt, low[1:], high[1:]))
+    if not first_column_rises or not another_varies:
         return False
 
     smallest = [*third]
