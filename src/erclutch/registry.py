@@ -120,7 +120,8 @@ class Plugin:
             Exception,
             SystemExit,
             KeyboardInterrupt,
-        ) as error:  # of somebody else: told, and no crash of ours
+        ) as error:
+            # Of somebody else: told, and no crash of ours.
             if _asked_for_from_outside(error):
                 raise
             if self.own and isinstance(error, ModuleNotFoundError):
@@ -326,8 +327,7 @@ def _others(group: str) -> tuple[Plugin, ...]:
             package, version = (
                 (point.dist.name, point.dist.version) if point.dist else ("unknown", "")
             )
-            source = point.value.partition("[")[
-                0
-            ].strip()  # without the extras that an entry point may name
+            # Without the extras that an entry point may name.
+            source = point.value.partition("[")[0].strip()
             others.append(Plugin(group, point.name, source, package, version, part))
     return tuple(sorted(others, key=lambda plugin: (plugin.name, plugin.package)))

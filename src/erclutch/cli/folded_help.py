@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     from rich.console import Console, ConsoleOptions
 
 HELP_ALL = "--help-all"
+# Defaults that say nothing: a flag that is not given is off.
 _NO_VALUE = (
     "()",
     '""',
     "False",
-)  # as a default, which then says nothing: a flag that is not given is off
+)
 
 
 @dataclass

@@ -138,9 +138,8 @@ def look_at(
         try:
             covered = reading.dataset([*read, *further])
         except ErclutchError as error:  # such as logs in different units
-            if isinstance(
-                error, UnloggedFieldError
-            ):  # no column holds the field: the user is asked
+            # No column holds the field: the user is asked.
+            if isinstance(error, UnloggedFieldError):
                 problem = with_paths(error, [log, *others])
             else:
                 refused[error.where] = str(error)

@@ -79,9 +79,8 @@ def several(recordings: Sequence[Recording]) -> RichTable:
     names = [name for name in first.signals if not name.startswith(("input:", "spare column"))]
     headings = [terminal.with_unit(name, first.units[name]) for name in names]
     endings = {Path(recording.name).suffix for recording in recordings}
-    shared_ending = (
-        endings.pop() if len(endings) == 1 else ""
-    )  # what all names end in tells none apart
+    # What all names end in tells none apart.
+    shared_ending = endings.pop() if len(endings) == 1 else ""
     rows: list[list[str]] = []
     for recording in recordings:
         ranges: list[str] = []

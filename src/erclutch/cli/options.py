@@ -276,9 +276,8 @@ def expand(paths: Sequence[Path]) -> list[Path]:
         words = sorted(file.name for file in tables if is_prose(file))
         if words and len(words) < len(tables):
             note = f"note: {', '.join(words)} left out: words and no rows of numbers"
-            terminal.console(stderr=True).print(
-                note, soft_wrap=True
-            )  # what is asked for as JSON stays JSON
+            # What is asked for as JSON stays JSON.
+            terminal.console(stderr=True).print(note, soft_wrap=True)
             tables = [file for file in tables if file.name not in words]
         no_logs = sorted(tables_beside_logs(tables)) if len(tables) > 1 else []
         if no_logs:

@@ -209,9 +209,8 @@ def load_command(words: Sequence[str]) -> None:
     if not command.plugin.own:
         del app[command.name]
         _offer(command, command.plugin.guarded(function))
-    if not {*app.help_flags, HELP_ALL}.isdisjoint(
-        words
-    ):  # it takes as long to make as the words to parse
+    # It takes as long to make as the words to parse.
+    if not {*app.help_flags, HELP_ALL}.isdisjoint(words):
         app[command.name].usage = _usage(command.name)
 
 

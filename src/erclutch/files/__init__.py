@@ -202,9 +202,8 @@ def require_room(target: Path, option: str = "out", kind: type[ErclutchError] = 
     Raises:
         ErclutchError: it does not, or cannot; of the class ``kind``. ``option`` gave the name.
     """
-    folder = next(
-        parent for parent in target.parents if is_there(parent)
-    )  # the root is, and "." is
+    # The root is there, and "." is.
+    folder = next(parent for parent in target.parents if is_there(parent))
     missing = folder != target.parent
     remedy = f"Give --{option} another place"
     if not folder.is_dir():
@@ -229,12 +228,13 @@ def takes_files(folder: Path) -> bool:
         probe.touch(exist_ok=False)
         probe.unlink()
     except OSError as error:
+        # Whoever writes says why.
         return error.errno in (
             errno.ENOSPC,
             errno.EDQUOT,
             errno.EMFILE,
             errno.ENFILE,
-        )  # whoever writes says why
+        )
     return True
 
 
@@ -318,9 +318,8 @@ def whole_file(
     with _mine(target, unwritable, may_replace) as reservation:
         partial = _partial(target, target.suffix)
         try:
-            os.close(
-                os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666)
-            )  # less what the umask takes
+            # Less what the umask takes.
+            os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
             yield partial
             _put(partial, target, reservation.may_replace, unwritable)
         finally:

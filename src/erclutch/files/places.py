@@ -77,9 +77,8 @@ def reserve(
             if holder is not None and holder.owner == _us():
                 _RESERVED[place] = replace(holder, may_replace=may_replace)
                 return
-            if (
-                holder is None or holder.owner[0] != os.getpid()
-            ):  # a forked process inherits the table, not the names
+            # A forked process inherits the table, not the names.
+            if holder is None or holder.owner[0] != os.getpid():
                 with suppress(BlockingIOError):
                     _RESERVED[place] = Reservation(may_replace, _us(), _locked(place))
                     return
@@ -131,9 +130,8 @@ def unheard() -> Generator[None]:
         for name in ("SIGHUP", "SIGTERM", "SIGINT"):
             number = getattr(signal, name, None)
             handler = None if number is None else signal.getsignal(number)
-            if number is not None and callable(
-                handler
-            ):  # else the system ends the program at once, or nothing does
+            # Without a handler the system ends the program at once, or nothing does.
+            if number is not None and callable(handler):
                 usual[number] = handler
                 signal.signal(number, lambda number, frame: heard.append(number))
         yield
@@ -218,9 +216,8 @@ def _unlocked(place: Path, lock: int | None) -> None:
     if lock is not None and fcntl is not None:
         with suppress(OSError):
             _lock_of(place).unlink()
-        fcntl.flock(
-            lock, fcntl.LOCK_UN
-        )  # a forked child may hold the same lock: closing alone would not open it
+        # A forked child may hold the same lock: closing alone would not open it.
+        fcntl.flock(lock, fcntl.LOCK_UN)
         os.close(lock)
 
 

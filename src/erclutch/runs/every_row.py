@@ -307,9 +307,8 @@ def predictions(
             delay = model.times.get("delay", 0.0) / block.period
             reach = max(reach, delay, *model.past)
         ahead = _AHEAD + 2 * int(reach)
-        following = max(
-            data.clock.spans[-1].start, data.rows - ahead
-        )  # from here the next block computes once more
+        # From this row on the next block computes once more.
+        following = max(data.clock.spans[-1].start, data.rows - ahead)
         predicted: dict[str, Array] = {}
         for name, model in models.items():
             carry = Carry(states[name] if goes_on else [], following)

@@ -41,9 +41,8 @@ class KeptParts:
 
     def __init__(self, run_folder: Path, plan: ScoringPlan) -> None:
         self._folder = folder = run_folder / FOLDER
-        of_plan = json.loads(
-            json.dumps(asdict(plan))
-        )  # lists for tuples, as they come back from the file
+        # Lists for tuples, as they come back from the file.
+        of_plan = json.loads(json.dumps(asdict(plan)))
         body = {"kind": f"{KIND}: plan", "schema": SCHEMA, **of_plan}
         if (folder / "plan.json").is_file():
             if _plan_body(folder) != body:

@@ -18,9 +18,8 @@ def kept_columns(path: Path) -> dict[str, Array]:
     Raises:
         LogError: it is damaged, or unpacks to more than a file of its size may.
     """
-    memory = (
-        MEMORY + 3 * 8 * budget_of(path).cells
-    )  # thrice the numbers that it may hold, beside the library
+    # Thrice the numbers that it may hold, beside the library.
+    memory = MEMORY + 3 * 8 * budget_of(path).cells
     arrays, texts = child_process.run("erclutch.runs.kept_columns", path.resolve(), memory=memory)
     return dict(zip(texts["names"], arrays, strict=True))
 
@@ -39,9 +38,8 @@ def _decoded(path: str) -> child_process.Answer:
         budget = Budget(Path(path).stat().st_size, MORE)
         budget.take_names(metadata.num_columns)
         budget.take_cells(metadata.num_rows * metadata.num_columns)
-        names = [
-            name for name in file.schema_arrow.names if name != "log"
-        ]  # the name of a row's log is text
+        # The name of a row's log is text.
+        names = [name for name in file.schema_arrow.names if name != "log"]
         table: Any = file.read(columns=names)
     columns = [table[name].cast(pyarrow.float64()) for name in names]
     return [of_arrow(column) for column in columns], {"names": names}

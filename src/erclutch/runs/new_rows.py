@@ -245,9 +245,8 @@ def score_model(model: Model, data: Dataset, name: str) -> ModelScore:
 
 def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
     """Which ranges the rows outside exceed, and in what share of all rows."""
-    ranges: list[
-        tuple[str, Array, Pair, str]
-    ] = []  # signal, its values, what was trained on, its unit
+    # Signal, its values, what was trained on, its unit.
+    ranges: list[tuple[str, Array, Pair, str]] = []
     for key, covered in model.extras.items():
         called = "temperature" if key == TEMPERATURE else f"further input {key}"
         unit = model.extra_units.get(key, "").replace("?", "")

@@ -150,9 +150,8 @@ def _moved(
     common, lowest_common, highest_common = numbers.get(GAIN, (0.0, 0.0, 0.0))
     if name in numbers:
         _, low, high = numbers[name]
-    elif (
-        name in law.gains and common
-    ):  # all moved together: the base's doubt of each stays, beside that of the gain
+    elif name in law.gains and common:
+        # All moved together: the base's doubt of each stays, beside that of the gain.
         moved = common * estimate.value
         low = moved - math.hypot(
             common * (estimate.value - estimate.low), estimate.value * (common - lowest_common)

@@ -98,9 +98,8 @@ class Run(Shown):
         common = stems[0]
         if len(stems) > 1:
             alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*stems, strict=False))
-            common = "".join(letters[0] for letters in alike).rstrip(
-                "0123456789"
-            )  # a number may be cut in the middle
+            # A number may be cut in the middle.
+            common = "".join(letters[0] for letters in alike).rstrip("0123456789")
         return named_after(common if len(common) >= _SHORTEST_NAME else stems[0])
 
     def entry(self, name: str) -> Mapping[str, Any]:
@@ -268,9 +267,8 @@ def read_run(folder: str | Path) -> Run:
         raise RunError(problem, where=str(folder), remedy="Give the --out folder of erclutch fit")
     try:
         body = json.loads(small_text(path))
-        json.dumps(
-            body, ensure_ascii=False
-        ).encode()  # fails on half a character, which no report can hold
+        # Fails on half a character, which no report can hold.
+        json.dumps(body, ensure_ascii=False).encode()
     except (OSError, ValueError, RecursionError) as error:
         what = f"not a run: run.json: {plain_words(error)}"
         remedy = "Give the --out folder of erclutch fit"

@@ -54,9 +54,8 @@ _object = _checked_as(dict, "an object")
 
 def _figure(value: Any, name: str) -> None:
     """A finite number of any size."""
-    is_number = isinstance(value, int | float) and not isinstance(
-        value, bool
-    )  # True is an int to Python
+    # True is an int to Python.
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if not is_number or not abs(value) <= sys.float_info.max:
         raise ValueError(f"{name} is {value!r:.40}, not a finite number")
 

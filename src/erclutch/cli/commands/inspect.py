@@ -233,9 +233,8 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
     elif look.refused:
         remedies = [_OPTION.search(why) for why in look.refused.values()]
         options = {remedy and remedy.group() for remedy in remedies}
-        if len(options) == 1 and (
-            option := options.pop()
-        ):  # what a log had in a column, its pattern does not touch
+        # What a log had in a column, its pattern does not touch.
+        if len(options) == 1 and (option := options.pop()):
             terminal.say(
                 f"What settles it: {_with_options(f'erclutch inspect {typed} {option}', reading)}"
             )
@@ -294,9 +293,8 @@ def _tell_what_settles(
     if alike:
         more = f"{len(alike)} more log{'s'[: len(alike) != 1]}"
         terminal.say(f"The same is asked of {more}, the last {alike[-1]}")
-    if look.plan.doubts and settled == look.plan.command().replace(
-        first, typed
-    ):  # the command confirms them too
+    # The command confirms them too.
+    if look.plan.doubts and settled == look.plan.command().replace(first, typed):
         terminal.say(f"In doubt besides: {'; '.join(look.plan.doubts)}")
     if settled:
         terminal.say(f"What settles it: {_with_options(settled, reading)}")
@@ -367,9 +365,8 @@ def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
     from erclutch.cli.column_courses import courses_of, sketch
     from erclutch.logs.columns.two_shafts import with_differences
 
-    table, _ = with_differences(
-        look.raw, look.plan.told
-    )  # a page offers what two shafts differ by as a column
+    # A page offers what two shafts differ by as a column.
+    table, _ = with_differences(look.raw, look.plan.told)
     units = table.units
     columns: dict[str, object] = {}
     for name, values in table.columns.items():

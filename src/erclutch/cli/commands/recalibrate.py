@@ -60,9 +60,8 @@ def recalibrate(
         about = adapted.recalibration or {}
         judged = int(adapted.test.sum())
         terminal.tell(f"adapted on {adapted.data.rows - judged:,} rows, judged on {judged:,}")
-        rmse_of_blocks: dict[str, list[float]] = about[
-            "unseen_blocks_rmse"
-        ]  # by the way of adapting
+        # Errors of the blocks, by the way of adapting.
+        rmse_of_blocks: dict[str, list[float]] = about["unseen_blocks_rmse"]
         rows: list[list[str]] = []
         for way, errors in rmse_of_blocks.items():
             overall = sum(rmse**2 for rmse in errors) ** 0.5 / len(errors) ** 0.5
