@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,10 @@ from erclutch.report.html.report_page import report_html, write_report
 from erclutch.report.numbers.error_map import ErrorMap
 from erclutch.report.numbers.number_text import scale_for
 from erclutch.report.numbers.run_material import Material, material_of
+from erclutch.report.plots.error_map_plot import describe_error_map
+from erclutch.report.plots.loops_plot import describe_loops
+from erclutch.report.plots.svg_painter import svg
+from erclutch.report.plots.trace_plot import describe_trace
 from erclutch.runs.run_folder import read_run
 from erclutch.runs.written_run import write_run
 from erclutch.signals.array import Array
@@ -149,3 +154,105 @@ def test_long_numbers_stay_in_their_box(
     )
     assert max(swatches) <= 0
     assert re.search(r"RMSE", page.locator(".ramps").inner_text())
+
+
+EPOCH = 1716392011.25  # s, of the first row
+
+
+@pytest.fixture(scope="module")
+def stamped(without_field: Material) -> Material:
+    """The same log with stamps of a computer's clock."""
+    rows = without_field.rows
+    clock = replace(rows.data.clock, time=rows.data.clock.time + EPOCH)
+    return replace(without_field, rows=replace(rows, data=replace(rows.data, clock=clock)))
+
+
+def test_epochs_are_counted_from_the_start_of_the_log(stamped: Material) -> None:
+    """Ten digits lay on each other below the traces, and each tick of a plot was 2·10⁹."""
+    page = report_html(stamped)
+    assert '"time":[[0,0.0],' in page
+    assert "Time counts from 1716392011.25 s, the start of the log." in page
+    assert "·10⁹" not in page
+    assert "e+09" not in page
+    held_out = re.search(r"Held-out rows from ([\d.]+) to ([\d.]+) s", page)
+    assert held_out is not None
+    assert 0.0 < float(held_out[1]) < float(held_out[2]) <= 12.0
+
+    trace = describe_trace(stamped)
+    assert trace.panels[0].x.title == "time from 1716392011.25 s [s]"
+    assert all(0.0 <= end <= 12.0 for end in trace.panels[0].limits()[0])
+    first_cell = trace.table.rows[0][0]
+    assert isinstance(first_cell, float)
+    assert first_cell >= EPOCH  # numbers beside the plot keep the log's own clock
+    assert all("from 1" not in panel.caption for panel in describe_loops(stamped).panels)
+
+
+def test_a_clock_that_begins_near_zero_is_shown_as_it_is(without_field: Material) -> None:
+    assert "Time counts from" not in report_html(without_field)
+    assert describe_trace(without_field).panels[0].x.label == "time"
+    assert without_field.clock_start(5999) == 0.0
+
+
+def test_each_log_of_a_run_counts_from_its_own_start(stamped: Material) -> None:
+    data = replace(stamped.rows.data, sources=("a", "b"), source_rows=((0, 3000), (3000, 6000)))
+    material = replace(stamped, rows=replace(stamped.rows, data=data))
+    assert material.clock_start(2999) == EPOCH
+    assert material.clock_start(3000) == pytest.approx(EPOCH + 6.0)
+
+
+def test_the_map_of_one_field_is_as_broad_as_its_axis(without_field: Material) -> None:
+    """Thirty-two cells beside each other were empty but one."""
+    (cells,) = without_field.error_maps
+    assert cells.train.shape[0] == 1
+    assert cells.empty_share == cells.empty_share_at_its_fields
+    errors, training = describe_error_map(without_field).panels
+    assert errors.x.unmarked
+    assert training.x.unmarked
+    assert 'class="tick"' not in svg(errors)
+
+
+def test_no_plot_shows_a_field_that_no_log_has(without_field: Material) -> None:
+    assert len(describe_trace(without_field).panels) == 2
+    assert '"kind":"field"' not in report_html(without_field)
+
+
+def test_a_bar_that_leaves_the_scale_is_torn(without_field: Material) -> None:
+    """It ended in the whisker of a band that lay far outside."""
+    assert "torn" not in report_html(without_field).partition("</style>")[2]
+    *others, last = without_field.body["ranking"]
+    far = {**last, "test": {**last["test"], "rmse": [5.0, 4.0, 6.0]}}
+    body = {**without_field.body, "ranking": [*others, far]}
+    page = report_html(replace(without_field, run=replace(without_field.run, body=body)))
+    (torn,) = re.findall(r'<svg class="bar[^>]*>(?:(?!</svg>).)*class="torn".*?</svg>', page)
+    assert torn.count("<path") == 1
+    assert "A bar that is torn at its end is longer than the scale." in page
+    assert '<span class="unseen">off the scale</span>' in page
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not CHROMIUM.exists(), reason="needs chromium: apt install chromium")
+def test_a_map_without_a_field_speaks_of_slip_alone(
+    stamped: Material, visit: Callable[..., Any], tmp_path: Path
+) -> None:
+    page = visit(write_report(stamped, tmp_path / "report.html"))
+    plot = page.locator("[data-map] svg.plot").first
+    plot.scroll_into_view_if_needed()
+    plot.hover()
+    assert page.inner_text("#mapread").startswith("slip ")
+    assert page.locator("#panel-field .uplot").count() == 0
+    assert page.locator("#panel-slip .uplot").count() == 1
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not CHROMIUM.exists(), reason="needs chromium: apt install chromium")
+def test_errors_by_log_leave_room_for_the_table(
+    without_field: Material, visit: Callable[..., Any], tmp_path: Path
+) -> None:
+    """Of two logs the last columns were cut off: a reach of 0.0589 to 0.0602 did not break."""
+    ranking = [
+        {**entry, "rmse_by_log": [0.00589, 0.00602, 2]} for entry in without_field.body["ranking"]
+    ]
+    run = replace(without_field.run, body={**without_field.body, "ranking": ranking})
+    page = visit(write_report(replace(without_field, run=run), tmp_path / "report.html"))
+    box = page.locator("#ranking .scroll").first
+    assert box.evaluate("box => box.scrollWidth - box.clientWidth") <= 0

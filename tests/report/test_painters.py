@@ -237,3 +237,33 @@ def test_titles_below_narrow_panels_do_not_meet_and_the_badge_stands_once() -> N
 def test_an_axis_of_whole_numbers_has_no_other_ticks() -> None:
     panel = Panel(Axis("device", "", 0.9, 3.1, whole=True), Axis("value", "", 5.0, 6.0), [])
     assert re.findall(r'text-anchor="middle">([^<]+)<', str(svg(panel))) == ["1", "2", "3"]
+
+
+def test_no_number_below_a_plot_is_cut_off_at_its_right_edge() -> None:
+    """Of 3000 at the end of an axis half of the last digit was gone."""
+    panel = Panel(Axis("slip", "rpm", 0.0, 3000.0), Axis("torque", "N*m"), [Line(X, X, "best")])
+    places = re.findall(r'x="([\d.]+)" y="[\d.]+" text-anchor="middle">3000<', svg(panel))
+    assert len(places) == 1
+    half = 0.5 * 4 * 6.4  # four digits, each at most so wide
+    assert float(places[0]) + half <= panel.size[0]
+
+
+def test_crosses_in_wide_cells_stand_side_by_side() -> None:
+    """One cross over a cell as broad as the plot was a pair of flat lines."""
+    crossed = np.array([[True] * 20])
+    cells = Cells(X[:2], np.arange(21.0), np.ones((1, 20)), 1.0, "heat", "", crossed=crossed)
+    blind = re.search(r'class="blind" d="([^"]+)"', svg(Panel(Axis("x"), Axis("y"), [cells])))
+    assert blind is not None
+    strokes = re.findall(r"M([\d.]+) ([\d.]+)L([\d.]+) ([\d.]+)", blind[1])
+    slopes = [abs(float(d) - float(b)) / abs(float(c) - float(a)) for a, b, c, d in strokes]
+    assert min(slopes) > 0.3
+    assert len(strokes) >= 20 * 10
+
+
+def test_an_axis_that_measures_nothing_has_no_ticks(tmp_path: Path) -> None:
+    panel = Panel(Axis("no field", "", -0.5, 0.5, unmarked=True), Axis("y"), [Line(X, X, "best")])
+    assert 'class="tick"' not in svg(panel)
+    with style():
+        figure = new_figure(2.0, 3.5)
+        paint(figure, Plot([panel], PlotTable((), ()), height=2.0))
+    assert list(figure.axes[0].get_xticks()) == []

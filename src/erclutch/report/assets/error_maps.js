@@ -26,13 +26,14 @@ function placeAmong(edges, share) {
   return Math.max(0, edges.slice(0, -1).findLastIndex((edge) => edge <= value));
 }
 
-function wordsOf({ name, units, field, slip, rmse, test, train }, [i, j]) {
+function wordsOf({ name, units, fieldless, field, slip, rmse, test, train }, [i, j]) {
   const [fieldUnit, slipUnit, effortUnit] = units.map((unit) => (unit ? ` ${unit}` : ""));
   const ends = (edges, k) => minus(`${edges[k]} to ${edges[k + 1]}`);
   const isJudged = rmse[i][j] >= 0;
   const error = isJudged
     ? `RMSE ${minus(String(rmse[i][j]))}${effortUnit} over ${test[i][j]} rows held out`
     : "no row held out";
-  const where = `field ${ends(field, i)}${fieldUnit}, slip ${ends(slip, j)}${slipUnit}`;
+  const ofField = fieldless ? "" : `field ${ends(field, i)}${fieldUnit}, `;
+  const where = `${ofField}slip ${ends(slip, j)}${slipUnit}`;
   return `${name ? `${name}: ` : ""}${where}: ${error}, ${train[i][j]} training rows`;
 }

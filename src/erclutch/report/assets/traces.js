@@ -184,6 +184,7 @@ class Traces {
     });
     for (const kind of ["field", "slip"]) {
       const inputs = this.inputs(kind);
+      if (!inputs.length) continue; // a log without a field
       const last = kind === "slip";
       const lines = inputs.map((_, place) => [INPUT_COLOURS[place], place ? [6, 3] : [], 1.2]);
       this.panels.push({

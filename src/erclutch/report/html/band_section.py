@@ -21,9 +21,8 @@ def _fill(material: Material) -> dict[str, Any] | None:
     figures = material.run.entry(material.recommended).get("band")
     if band is None or figures is None:
         return None
-    held: list[
-        tuple[str, Any, float]
-    ] = []  # what was tried, its figures, its width over that of one width for all
+    # What was tried, its figures, its width over that of one width for all.
+    held: list[tuple[str, Any, float]] = []
     plain_width = figures["plain"] or 1.0
     for name, key in (("without a sensor", "held"), ("with a torque sensor", "with_sensor")):
         holds = figures[key]

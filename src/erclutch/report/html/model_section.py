@@ -150,9 +150,8 @@ def _network_words(material: Material) -> Iterator[str]:
     """What the network of a law with one adds."""
     model = material.models[material.recommended]
     data = material.rows.data
-    kept = (
-        model.extras.keys() <= data.extras.keys()
-    )  # runs of earlier versions keep no further inputs
+    # Runs of earlier versions keep no further inputs.
+    kept = model.extras.keys() <= data.extras.keys()
     if model.correction is None or not kept:
         return
 

@@ -47,6 +47,7 @@ def _error_map(material: Material) -> dict[str, Any]:
                 "test": cells.test.tolist(),
                 "rmse": [[float(f"{v:.3g}") for v in line] for line in rmse],
                 "units": units,
+                "fieldless": material.without_field,
                 # Where the axes lie in the drawing, the same in all.
                 "inside": inside(panels[0]),
             }

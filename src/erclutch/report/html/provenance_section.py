@@ -19,9 +19,8 @@ def _fill(material: Material) -> dict[str, Any]:
     body = material.body
     reading = material.run.reading
     logs: list[dict[str, Any]] = []
-    mappings: dict[
-        tuple[str, str], dict[str, str]
-    ] = {}  # files that said which column is which, each once
+    # Files that said which column is which, each once.
+    mappings: dict[tuple[str, str], dict[str, str]] = {}
     for log in body["logs"]:
         logs.append(
             {
@@ -102,9 +101,8 @@ def command_of(body: Mapping[str, Any]) -> str:
     settings = body["settings"]
     usual = Settings().to_dict()
     for key in dict.fromkeys(("models", "test", *usual)):
-        usual_value = (
-            list(usual[key]) if isinstance(usual[key], tuple) else usual[key]
-        )  # as JSON has it
+        # As JSON has it.
+        usual_value = list(usual[key]) if isinstance(usual[key], tuple) else usual[key]
         if settings[key] != usual_value:
             words += _option(key, settings[key])
     if "final" in body:

@@ -88,9 +88,8 @@ def write_report(material: Material, path: Path) -> Path:
     """
     text = report_html(material)
     with placed(path) as partial:
-        partial.write_text(
-            text, encoding="utf-8", errors="backslashreplace"
-        )  # names may be no text
+        # Names may be no text.
+        partial.write_text(text, encoding="utf-8", errors="backslashreplace")
     return path
 
 

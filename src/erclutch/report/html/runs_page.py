@@ -152,7 +152,6 @@ def write_comparison(pairing: Pairing, path: Path) -> Path:
         f"{count(pairing.rows)} rows that all of them held out",
     )
     with placed(path) as unfinished:
-        unfinished.write_text(
-            text, encoding="utf-8", errors="backslashreplace"
-        )  # names may be no text
+        # Names may be no text.
+        unfinished.write_text(text, encoding="utf-8", errors="backslashreplace")
     return path

@@ -19,9 +19,8 @@ from erclutch.signals.clock import stretches
 
 _FINE = 1 / 20  # resolution of efforts, as a share of the recommended model's RMSE
 _RANGE = 1 / 2000  # resolution of fields and slips, as a share of their range
-_NOISE = (
-    1 / 2
-)  # largest resolution as a share of a signal's noise, so that rounding is not seen as steps
+# Largest resolution as a share of a signal's noise, so that rounding is not seen as steps.
+_NOISE = 1 / 2
 _BUCKETS = 3000  # of a coarse layer; half of them where there are many models
 _MANY = 12  # models
 _KNOT = 64  # rows between two knots of an uneven clock
@@ -58,10 +57,12 @@ def _fill(material: Material) -> dict[str, Any]:
     first, stop = windows.lively
     time = data.clock.time[first : min(stop, first + _DRAWN)]
     begin = float(time[0])
+    since_start = begin - material.clock_start(first)  # of the log, where its clock is an epoch
     seconds = float(time[-1] - time[0])
     panels = describe_trace(material, start=begin, seconds=seconds, band=False).panels
     drawn = [replace(panel, size=(_WIDE, round(_HIGH * panel.share))) for panel in panels]
-    ends = f"{number(begin, 4)} to {number(begin + seconds, 4)} s"
+    ends = f"{number(since_start, 4)} to {number(since_start + seconds, 4)} s"
+    start_of_log = material.clock_start(0)
     layers = [layer for channel in packer.channels.values() for layer in channel.layers]
     coarsest = max(layer.bucket for layer in layers)  # rows that a value stands for
     return {
@@ -82,6 +83,7 @@ def _fill(material: Material) -> dict[str, Any]:
             "inputs": inputs,
             "channels": {name: made.to_dict() for name, made in packer.channels.items()},
         },
+        "counted_from": f"{start_of_log:.2f} s" if start_of_log else "",
         "detail": _said(packer, material, models),
         "step": material.effort.of(packer.channels["measured"].step, 2),
         "bucket": count(coarsest),
@@ -112,6 +114,8 @@ def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
     packer.add("measured", data.effort, fine, buckets)
     inputs: list[dict[str, Any]] = []  # fields and slips; those of a pair in two plots
     kinds: dict[str, Scale] = {"field": material.field, "slip": material.slip}
+    if material.without_field:
+        del kinds["field"]
     for kind, scale in kinds.items():
         for place, element in enumerate(data.elements):
             channel = f"{kind}{place}"
@@ -180,11 +184,14 @@ def _named(names: list[str]) -> str:
 
 
 def _clock(material: Material) -> list[list[float]]:
-    """Knots [row, s] between which time is a straight line; logs follow one another with a second between."""
+    """Knots [row, s] between which time is a straight line; logs follow one another with a second between.
+
+    An epoch is counted from the first log's start: ten digits beside each other could not be read.
+    """
     data = material.rows.data
     knots: list[list[float]] = []
     first_rows = {start for start, _ in data.source_rows}
-    shift = 0.0
+    shift = -material.clock_start(0)
     last: float | None = None  # shown time of the row before
     for span in data.clock.spans:
         time = data.clock.time[span.start : span.stop]

@@ -353,9 +353,8 @@ def _ranking(material: Material) -> dict[str, Any]:
     every_row: dict[str, Any] | None = None
     figures = read_every_row(material.run)
     if figures is not None:
-        known: dict[
-            str, tuple[Any, Any]
-        ] = {}  # of the rows held out, and of those to fit, by model
+        # Of the rows held out, and of those to fit, by model.
+        known: dict[str, tuple[Any, Any]] = {}
         error_of: dict[str, float] = {}
         for name, scored in figures["models"].items():
             test = scored.get("test")
@@ -378,6 +377,7 @@ def _ranking(material: Material) -> dict[str, Any]:
         "left": left,
         "every_row": every_row,
         "most": longest_bar or 1.0,
+        "torn": any(error > longest_bar for error, _, _ in finite),  # bars that leave the scale
         "standing": standing_of_run(material.body).word,
         "folds": folds,
     }

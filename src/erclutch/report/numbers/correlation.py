@@ -58,9 +58,8 @@ def spans_inside(rows: RunRows, mask: Mask) -> list[Span]:
     """Gapless stretches of the rows of a mask."""
     inside: list[Span] = []
     for start, stop in stretches(mask):
-        for span in cut_spans(
-            rows.data.clock.spans, start, stop
-        ):  # counted from the start of the stretch
+        # Rows of these spans are counted from the start of the stretch.
+        for span in cut_spans(rows.data.clock.spans, start, stop):
             first = start + span.start
             behind = start + span.stop
             inside.append(Span(first, behind, span.period))

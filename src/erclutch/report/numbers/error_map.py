@@ -99,8 +99,10 @@ def error_maps(rows: RunRows, model: str) -> tuple[ErrorMap, ...]:
 
 
 def _field_edges(field: Array) -> Array:
-    """Evenly spaced cells; where only a few fields were logged, a cell for each of them."""
+    """Evenly spaced cells; where only a few fields were logged, or one, a cell for each of them."""
     levels: Array = np.unique(field)
+    if levels.size == 1:
+        return even_edges(field, 1)
     if not 2 <= levels.size <= _FEW_LEVELS:
         return even_edges(field, _FIELD_CELLS)
     middles = 0.5 * (levels[1:] + levels[:-1])

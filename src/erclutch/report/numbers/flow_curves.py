@@ -124,9 +124,8 @@ def flow_curves(
     even: Array = np.linspace(start, end, _CURVE)
     slip: Array = reach * np.sinh(even) / np.sinh(3.0)
 
-    dots_after: dict[
-        int, list[Rows]
-    ] = {}  # rows of the dots at each level, by the rows in which a field settles
+    # Rows of the dots at each level, by the rows in which a field settles.
+    dots_after: dict[int, list[Rows]] = {}
     curves: list[FlowCurves] = []
     for name, model in models.items():
         settling = _settling(rows, model) if wait is None else wait

@@ -201,9 +201,8 @@ def pair(
 
 def _shared(runs: Sequence[Run], loaded: Sequence[RunRows]) -> list[Rows]:
     """Rows of each run that all of them held out, matched by the log's digest and the time stamp."""
-    tables: list[
-        dict[str, tuple[Array, Rows]]
-    ] = []  # times that increase and their rows, by a log's digest
+    # Times that increase and their rows, by a log's digest.
+    tables: list[dict[str, tuple[Array, Rows]]] = []
     for run, rows in zip(runs, loaded, strict=True):
         of_logs: dict[str, tuple[Array, Rows]] = {}
         for log, (start, stop) in zip(run.body["logs"], rows.data.source_rows, strict=True):

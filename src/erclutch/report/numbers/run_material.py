@@ -89,6 +89,7 @@ BADGE_MEANS = {
     "RECORDING": "Measured data, as far as the log tells.",
     "MIXED": "Logs of different origins: measured and made by a computer.",
 }
+_LONG_BEFORE = 1e5  # s before a log from which its clock may count: epochs have ten digits and more
 
 
 @dataclass(frozen=True)
@@ -197,6 +198,12 @@ class Material:
     def period(self) -> float:
         """Sampling period in s."""
         return period_of(self.rows)
+
+    def clock_start(self, row: int) -> float:
+        """From when a row's time is shown, in s: 0, or its log's start where the clock counts from long before."""
+        first_rows = [first for first, _ in self.rows.data.source_rows if first <= row]
+        start = float(self.rows.data.clock.time[max(first_rows)])
+        return start if abs(start) >= _LONG_BEFORE else 0.0
 
     @cached_property
     def windows(self) -> Windows:

@@ -32,9 +32,8 @@ def describe_error_map(material: Material) -> Plot:
     errors: list[Array] = []
     for cells in maps:
         met = cells.test > 0
-        rows_of_cells = np.minimum(
-            cells.test[met], 50
-        )  # so that a few crowded cells are not all that counts
+        # So that a few crowded cells are not all that counts.
+        rows_of_cells = np.minimum(cells.test[met], 50)
         errors.append(np.repeat(cells.rmse[met], rows_of_cells))
     top = float(np.quantile(np.concatenate(errors), 0.97)) or 1.0
     top *= material.effort.factor
@@ -79,6 +78,7 @@ def _panels(
         "" if material.without_field else material.field.unit,
         low=float(field[0]),
         high=float(field[-1]),
+        unmarked=material.without_field,
     )
     y = Axis(
         f"slip {name}".strip(),

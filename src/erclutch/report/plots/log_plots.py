@@ -92,9 +92,8 @@ def describe_coverage(data: Dataset, name: str = "") -> Plot:
     """Rows a cell, a panel an element, under the name of the log."""
     field_unit = unit_text(data.units.field)
     slip_unit = unit_text(data.units.slip)
-    maps: list[
-        tuple[Array, Array, Array]
-    ] = []  # edges in field and in slip (n + 1,), and rows in each cell (n, n)
+    # Edges in field and in slip (n + 1,), and rows in each cell (n, n).
+    maps: list[tuple[Array, Array, Array]] = []
     for element in data.elements:
         field_edges = even_edges(element.field, _BINS)
         slip_edges = even_edges(element.slip, _BINS)

@@ -75,7 +75,10 @@ def _panel(
         if high - low < _STEADY * largest:
             field = material.field.of(0.5 * (low + high), 2)
         at = f" at {name}{field}"
-    where = f"from {loop.start:.4g} s"
+    data = material.rows.data
+    place = data.sources.index(loop.log) if loop.log else 0
+    first_row, _ = data.source_rows[place]
+    where = f"from {loop.start - material.clock_start(first_row):.4g} s"
     if loop.log:
         where += f" of {loop.log}"
     if not loop.held:

@@ -76,7 +76,9 @@ def paint(figure: Any, plot: Plot) -> None:
             _plain_decades(axis.xaxis, *x_ends)
         if panel.y.log:
             _plain_decades(axis.yaxis, *y_ends)
-        if panel.x.whole:
+        if panel.x.unmarked:
+            axis.set_xticks([])
+        elif panel.x.whole:
             axis.xaxis.get_major_locator().set_params(integer=True)
         for layer, mark in enumerate(panel.marks):  # maps follow in `_maps`
             _draw(axis, mark, 2.0 + 0.01 * layer)

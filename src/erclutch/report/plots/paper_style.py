@@ -92,9 +92,8 @@ def style() -> Generator[None, None, None]:
 
     from matplotlib import rc_context  # pyright: ignore[reportUnknownVariableType]
 
-    logging.getLogger("matplotlib.font_manager").setLevel(
-        logging.ERROR
-    )  # one of the four fonts is enough
+    # One of the four fonts is enough.
+    logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
     # Embedded fonts carry a date; a fixed one, so that the same data give the same bytes.
     dated = os.environ.get(_DATE)
     os.environ.setdefault(_DATE, "0")
@@ -147,9 +146,8 @@ def save(figure: Any, path: Path) -> Path:
     dated = {"pdf": "CreationDate", "svg": "Date"}.get(kind)
     settle(figure)
     drawn = BytesIO()  # on a full disk the PDF writer itself would fail, and not say why
-    figure.savefig(
-        drawn, format=kind, metadata={dated: None} if dated else None
-    )  # no date: the same bytes again
+    # No date: the same bytes again.
+    figure.savefig(drawn, format=kind, metadata={dated: None} if dated else None)
     with placed(path) as partial:
         partial.write_bytes(drawn.getvalue())
     return path

@@ -30,6 +30,7 @@ class Axis:
         low, high: its limits; None leaves both to the marks.
         log: whether it is logarithmic.
         whole: whether its ticks stand at whole numbers only.
+        unmarked: whether it has no ticks, for it measures nothing.
     """
 
     label: str
@@ -38,6 +39,7 @@ class Axis:
     high: float | None = None
     log: bool = False
     whole: bool = False
+    unmarked: bool = False
 
     @staticmethod
     def over(

@@ -7,7 +7,6 @@ import itertools
 import numpy as np
 
 from erclutch.errors import CheckError
-from erclutch.report.numbers.correlation import Autocorrelation, Spectrum
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import (
     Axis,
@@ -38,17 +37,8 @@ def describe_residual(material: Material) -> Plot:
             where=str(material.run.folder),
             remedy="Hold out more rows with --test",
         )
-    return Plot(
-        [_spectrum(material, power), _correlation(material, memory)],
-        _table(power, memory),
-        height=4.0,
-        badge=material.print_badge,
-        legend="above",
-    )
 
-
-def _spectrum(material: Material, power: Spectrum) -> Panel:
-    """Amplitude densities of the measured effort and of the residuals."""
+    # Amplitude densities of the measured effort and of the residuals.
     frequency = power.frequency
     # A logarithmic axis has no place for zero.
     nothing = 1e-300
@@ -65,7 +55,7 @@ def _spectrum(material: Material, power: Spectrum) -> Panel:
     low = float(np.quantile(positive, 0.002)) / 1.5
     high = 1.6 * float(positive.max())
     unit = f"{material.effort.unit or '1'}/√Hz"
-    return Panel(
+    spectra = Panel(
         Axis.over("frequency", "Hz", frequency, log=True),
         Axis("amplitude density", unit, low, high, log=True),
         lines,
@@ -74,9 +64,7 @@ def _spectrum(material: Material, power: Spectrum) -> Panel:
         "noise.",
     )
 
-
-def _correlation(material: Material, memory: Autocorrelation) -> Panel:
-    """Autocorrelations of the residuals, and the band that white noise stays in."""
+    # Autocorrelations of the residuals, and the band that white noise stays in.
     in_ms = memory.lag[-1] < 1.0
     lag = memory.lag * 1e3 if in_ms else memory.lag
     thin = slice(None, None, max(1, lag.size // _POINTS))
@@ -88,7 +76,7 @@ def _correlation(material: Material, memory: Autocorrelation) -> Panel:
     lowest_values = [float(values.min()) for values in memory.values.values()]
     lowest = min(-0.1, *lowest_values)
     slack = 0.04 * (1.0 - lowest)
-    return Panel(
+    autocorrelations = Panel(
         Axis("lag", "ms" if in_ms else "s", 0.0, float(lag[-1])),
         Axis("autocorrelation", "", lowest - slack, 1.0 + slack),
         marks,
@@ -96,13 +84,11 @@ def _correlation(material: Material, memory: Autocorrelation) -> Panel:
         caption="White noise stays in the grey band. A slow decay: something the model does not know lasts that long.",
     )
 
-
-def _table(power: Spectrum, memory: Autocorrelation) -> PlotTable:
-    """Both tables side by side, the shorter one filled up with nothing."""
+    # Both tables side by side, the shorter one filled up with nothing.
     left_header = ["frequency_Hz", *(f"density:{name}" for name in power.density)]
     right_header = ["lag_s", *(f"acf:{name}" for name in memory.values)]
-    spectra = np.column_stack([power.frequency, *power.density.values()])
-    left = spectra.tolist()
+    densities = np.column_stack([power.frequency, *power.density.values()])
+    left = densities.tolist()
     memories = np.column_stack([memory.lag, *memory.values.values()])
     right = memories.tolist()
     rows: list[list[object]] = []
@@ -110,4 +96,10 @@ def _table(power: Spectrum, memory: Autocorrelation) -> PlotTable:
         left_row = left_cells or [""] * len(left_header)
         right_row = right_cells or [""] * len(right_header)
         rows.append([*left_row, *right_row])
-    return PlotTable([*left_header, *right_header], rows)
+    return Plot(
+        [spectra, autocorrelations],
+        PlotTable([*left_header, *right_header], rows),
+        height=4.0,
+        badge=material.print_badge,
+        legend="above",
+    )

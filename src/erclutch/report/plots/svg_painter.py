@@ -52,13 +52,21 @@ def svg(panel: Panel) -> Markup:
         place = f'x="{left - _TO_AXIS:.0f}" y="{at + 3.5:.1f}" text-anchor="end"'
         frame.append(f'<path class="grid" d="M{left} {at:.1f}H{right:.1f}"/>')
         frame.append(f"<text {place}>{_mark(value)}</text>")
-    for value in ticks(x_low, x_high, 6 if width > _SMALL else 5, log=panel.x.log):
+    marked = (
+        []
+        if panel.x.unmarked
+        else ticks(x_low, x_high, 6 if width > _SMALL else 5, log=panel.x.log)
+    )
+    for value in marked:
         if panel.x.whole and abs(value - round(value)) > 1e-9:
             continue
         at = x.one(value)
-        place = f'x="{at:.1f}" y="{bottom + 16:.1f}" text-anchor="middle"'
+        text = _mark(value)
+        # The last number may reach beyond the axis, and must not reach beyond the drawing.
+        middle = min(at, width - 0.5 * _DIGIT * len(text))
+        place = f'x="{middle:.1f}" y="{bottom + 16:.1f}" text-anchor="middle"'
         frame.append(f'<path class="tick" d="M{at:.1f} {bottom:.1f}v4"/>')
-        frame.append(f"<text {place}>{_mark(value)}</text>")
+        frame.append(f"<text {place}>{text}</text>")
     frame.append(f'<path class="axis" d="M{left} {bottom:.1f}H{right:.1f}"/>')
     frame.append(f'<text class="title" x="4" y="12">{escape(panel.y.title)}</text>')
     place = f'x="{right:.1f}" y="{bottom + 32:.1f}" text-anchor="end"'
@@ -269,8 +277,12 @@ def _cells(cells: Cells, x: _Ruler, y: _Ruler) -> str:
     crosses: list[str] = []
     if cells.crossed is not None:
         for i, j in np.argwhere(cells.crossed).tolist():
-            crosses.append(f"M{px[i]:.1f} {py[j]:.1f}L{px[i + 1]:.1f} {py[j + 1]:.1f}")
-            crosses.append(f"M{px[i]:.1f} {py[j + 1]:.1f}L{px[i + 1]:.1f} {py[j]:.1f}")
+            # In a wide cell crosses stand side by side: a single one would be two flat lines.
+            wide = abs(px[i + 1] - px[i]) / abs(py[j + 1] - py[j])
+            ends = np.linspace(px[i], px[i + 1], max(1, round(0.5 * wide)) + 1).tolist()
+            for left, right in itertools.pairwise(ends):
+                crosses.append(f"M{left:.1f} {py[j]:.1f}L{right:.1f} {py[j + 1]:.1f}")
+                crosses.append(f"M{left:.1f} {py[j + 1]:.1f}L{right:.1f} {py[j]:.1f}")
     if crosses:
         drawn.append(f'<path class="blind" d="{"".join(crosses)}"/>')
     return "".join(drawn)

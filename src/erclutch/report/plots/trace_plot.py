@@ -38,7 +38,8 @@ def describe_trace(
     """
     section = _rows(material, start, seconds)
     rows = material.rows
-    time = rows.data.clock.time[section]
+    start_of_log = material.clock_start(section.start)
+    time = rows.data.clock.time[section] - start_of_log
     factor = material.effort.factor
     # A paper's column has room for two estimates, so the best model stays out.
     models = {name: role for name, role in reversed(material.shown.items()) if role != "best"}
@@ -81,14 +82,19 @@ def describe_trace(
         columns[f"effort:{name}"] = rows.predicted[name]
     numbers = np.column_stack([column[section] for column in columns.values()])
 
-    x = Axis.over("time", "s", time)
+    counted = f" from {start_of_log:.2f} s" if start_of_log else ""
+    x = Axis.over(f"time{counted}", "s", time)
     y = Axis(material.word, material.effort.unit)
+    panels = [
+        Panel(x, y, efforts, f"Measured and estimated {material.word}.", share=2.2),
+        Panel(x, Axis("residual", material.effort.unit), residuals, "Measured less estimated."),
+    ]
+    if not material.without_field:
+        panels.append(
+            Panel(x, Axis("field", material.field.unit), commands, "The command.", share=1.2)
+        )
     return Plot(
-        [
-            Panel(x, y, efforts, f"Measured and estimated {material.word}.", share=2.2),
-            Panel(x, Axis("residual", material.effort.unit), residuals, "Measured less estimated."),
-            Panel(x, Axis("field", material.field.unit), commands, "The command.", share=1.2),
-        ],
+        panels,
         PlotTable(list(columns), numbers.tolist()),
         height=3.3,
         badge=material.print_badge,
