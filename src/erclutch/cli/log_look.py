@@ -72,8 +72,10 @@ class LogLook:
 
         def without(text: str, path: str, name: str) -> str:
             text = text.replace(path, "").replace(name, "")
-            problem, found, rest = text.partition(remedy) if remedy else (text, "", "")
-            return _NUMBER.sub("0", problem) + found + rest if found else text
+            if not remedy or remedy not in text:
+                return text
+            problem, _, rest = text.partition(remedy)
+            return _NUMBER.sub("0", problem) + remedy + rest
 
         of_first = without(str(self.problem), self.plan.path, self.log.name)
         alike: list[str] = []

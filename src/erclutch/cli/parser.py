@@ -38,8 +38,8 @@ def _versions() -> str:
     from importlib.util import find_spec
 
     zig = "zig" if find_spec("ziglang") else "none"
-    installed = [found for name in ("gcc", "clang", "cc") if (found := shutil.which(name))]
-    known = [*installed, zig]
+    installed = [shutil.which(name) for name in ("gcc", "clang", "cc")]
+    known = [*filter(None, installed), zig]
     compiler = os.environ.get("CC") or next(iter(known))
     packages = [
         f"{name} {version(name)}" for name in ("numpy", "scipy", "numba", "pandas", "matplotlib")

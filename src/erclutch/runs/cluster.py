@@ -191,20 +191,20 @@ def in_order(
     for index, result in finished(pool, function, tasks, retries=retries):
         early[index] = result
         while due in early:
-            value = early.pop(due)
-            if isinstance(value, Exception):
-                raise value
-            yield value
+            next_result = early.pop(due)
+            if isinstance(next_result, Exception):
+                raise next_result
+            yield next_result
             due += 1
 
 
 @contextmanager
-def saying_kept(found: Sized, count: int, what: str) -> Generator[None]:
-    """Where a cluster goes away, the error also says how many of the results were found then, and what of them is."""
+def saying_kept(results: Sized, count: int, what: str) -> Generator[None]:
+    """Where a cluster goes away, the error also says how many results there were then, and what was done with them."""
     try:
         yield
     except WorkerLostError as error:
-        error.problem = f"{error.problem}; {len(found)} of {count} {what}"
+        error.problem = f"{error.problem}; {len(results)} of {count} {what}"
         raise
 
 
