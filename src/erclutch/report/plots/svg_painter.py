@@ -52,11 +52,8 @@ def svg(panel: Panel) -> Markup:
         place = f'x="{left - _TO_AXIS:.0f}" y="{at + 3.5:.1f}" text-anchor="end"'
         frame.append(f'<path class="grid" d="M{left} {at:.1f}H{right:.1f}"/>')
         frame.append(f"<text {place}>{_mark(value)}</text>")
-    marked = (
-        []
-        if panel.x.unmarked
-        else ticks(x_low, x_high, 6 if width > _SMALL else 5, log=panel.x.log)
-    )
+    most = 6 if width > _SMALL else 5
+    marked = [] if panel.x.unmarked else ticks(x_low, x_high, most, log=panel.x.log)
     for value in marked:
         if panel.x.whole and abs(value - round(value)) > 1e-9:
             continue
