@@ -276,8 +276,11 @@ def _cells(cells: Cells, x: _Ruler, y: _Ruler) -> str:
         for i, j in np.argwhere(cells.crossed).tolist():
             # In a wide cell crosses stand side by side: a single one would be two flat lines.
             wide = abs(px[i + 1] - px[i]) / abs(py[j + 1] - py[j])
-            ends = np.linspace(px[i], px[i + 1], max(1, round(0.5 * wide)) + 1).tolist()
-            for left, right in itertools.pairwise(ends):
+            crosses_beside = max(1, round(0.5 * wide))
+            width = (px[i + 1] - px[i]) / crosses_beside
+            for place in range(crosses_beside):
+                left = px[i] + place * width
+                right = left + width
                 crosses.append(f"M{left:.1f} {py[j]:.1f}L{right:.1f} {py[j + 1]:.1f}")
                 crosses.append(f"M{left:.1f} {py[j + 1]:.1f}L{right:.1f} {py[j]:.1f}")
     if crosses:
