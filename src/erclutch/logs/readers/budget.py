@@ -21,11 +21,8 @@ from erclutch.errors import LogError
 
 #: MiB of memory for a reader, where a user knows that the file is sound.
 RAISED = "ERCLUTCH_READER_MEMORY"
-MEMORY, MEMORY_PER_BYTE, MOST_MEMORY = (
-    1 << 30,
-    64,
-    4 << 30,
-)  # bytes of address space of a reader's process
+#: Bytes of address space of a reader's process.
+MEMORY, MEMORY_PER_BYTE, MOST_MEMORY = 1 << 30, 64, 4 << 30
 CELLS, CELLS_PER_BYTE = 3 << 23, 8  # numbers of all columns together, 8 bytes each
 TEXT, TEXT_PER_BYTE = 1 << 25, 32  # bytes of text
 NAMES = 1 << 14  # columns, groups and fields
@@ -124,9 +121,8 @@ def within(seconds: float, more: str = MORE) -> Generator[None]:
 
     def watch() -> None:
         while (left := until - time.clock_gettime(clock)) > 0.0:
-            if ended.wait(
-                left
-            ):  # no thread has more processor time than the clock on the wall has time
+            # No thread has more processor time than the clock on the wall has time.
+            if ended.wait(left):
                 return
         if not ended.is_set():
             ctypes.pythonapi.PyThreadState_SetAsyncExc(
@@ -172,10 +168,8 @@ def take_zip(path: Path, budget: Budget) -> None:
             for part in archive.infolist():
                 budget.take_names()
                 if part.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
-                    raise LogError(
-                        f"part {part.filename[:60]!r} is packed in a way that is not read",
-                        remedy=damaged,
-                    )
+                    problem = f"part {part.filename[:60]!r} is packed in a way that is not read"
+                    raise LogError(problem, remedy=damaged)
                 _take_part(file, part, budget)
     except (BadZipFile, zlib.error, OSError, ValueError, EOFError) as error:
         raise LogError(f"the file is damaged ({error})", remedy=damaged) from error

@@ -18,7 +18,7 @@ from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
 from math import ceil
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -30,11 +30,8 @@ WALL = 20.0  # times that by the clock: a busy machine is slow, and nothing was 
 _PDEATHSIG = 1  # of prctl: which signal comes when the parent dies
 _PARENT = "ERCLUTCH_PARENT"  # variable of the environment: the number of the process that started the child
 _ARRAYS, _TEXTS = "columns.f64", "table.json"
-_NO_MEMORY = (
-    b"memory allocation of",
-    b"MemoryError",
-    b"bad_alloc",
-)  # last words of Rust, Python and C++
+#: Last words of Rust, Python and C++.
+_NO_MEMORY = (b"memory allocation of", b"MemoryError", b"bad_alloc")
 _DAMAGED = "The file may be damaged: copy it again or export it as CSV"
 _READY = b"."  # a piece is there; a piece was fetched
 _SINGLE = {
@@ -210,27 +207,23 @@ def _answer(folder: Path, code: int, stderr: bytes, memory: int) -> Answer:
         if code == 0 and "problem" in texts:
             raise LogError(str(texts["problem"]), remedy=str(texts["remedy"]))
         with (folder / _ARRAYS).open("rb") as file:
-            arrays = [_vector(file, int(size)) for size in texts["sizes"]]
+            arrays: list[Array] = []
+            for size in texts["sizes"]:
+                values = np.fromfile(file, np.float64, int(size))
+                if values.size < int(size):
+                    raise ValueError("the answer is cut off")
+                arrays.append(values)
     except (OSError, ValueError, KeyError):
         if any(words in stderr for words in _NO_MEMORY):
             raise _too_little(memory) from None
-        last = stderr.decode("utf-8", "replace").strip().splitlines()
-        how = (
-            f"signal {-code}"
-            if code < 0
-            else f"code {code}" + (f": {last[-1][:120]}" if last else "")
-        )
+        how = f"signal {-code}" if code < 0 else f"code {code}"
+        lines = stderr.decode("utf-8", "replace").strip().splitlines()
+        if code >= 0 and lines:
+            how += f": {lines[-1][:120]}"
         raise LogError(f"the reader broke on this file ({how})", remedy=_DAMAGED) from None
     if code != 0:
         raise LogError(f"the reader broke on this file (code {code})", remedy=_DAMAGED)
     return arrays, texts
-
-
-def _vector(file: IO[bytes], size: int) -> Array:
-    values: Array = np.fromfile(file, np.float64, size)
-    if values.size < size:
-        raise ValueError("the answer is cut off")
-    return values
 
 
 def _too_little(memory: int) -> LogError:
@@ -311,9 +304,8 @@ def _keep(
                 values.tofile(file)
     except OSError as error:
         problem = f"the numbers of the file cannot be kept among the temporary files ({error.strerror or error})"
-        raise LogError(
-            problem, remedy="Make room there, or name another folder by the environment: TMPDIR"
-        ) from error
+        remedy = "Make room there, or name another folder by the environment: TMPDIR"
+        raise LogError(problem, remedy=remedy) from error
     report = {**texts, "sizes": [values.size for values in vectors]}
     (folder / _TEXTS).write_text(json.dumps(report), encoding="utf-8")
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns, split_label
@@ -261,17 +262,38 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
     return replace(base, columns=columns, units=units_of, notes=notes)
 
 
+def joined_topics(
+    topics: Mapping[str, tuple[NDArray[np.int64], Mapping[str, Array]]],
+    units_of: Mapping[str, dict[str, str | None]],
+) -> Table:
+    """Topics of messages joined at the times of the first; the stamps inside the messages are left out.
+
+    Args:
+        topics: when the messages were logged in ns, shape (n,), and their numbers by label, each of shape (n,).
+        units_of: the units of a topic's columns, where they are known.
+    """
+    begin = min(times[0] for times, _ in topics.values())
+    parts: dict[str, Found] = {}
+    for name, (times, columns) in topics.items():
+        own: dict[str, Array] = {"time [s]": (times - begin).astype(np.float64) * 1e-9}
+        for label, values in columns.items():
+            if not label.endswith("stamp [s]"):
+                own[label] = values
+        parts[name] = Found(own, units_of.get(name, {}))
+    return joined_by_time(parts, "topic").table()
+
+
 def gathered(recordings: Mapping[str, Found]) -> dict[str, Found]:
     """Recordings that are parts of one, as one: a single signal each on equal times, or several below the time of all.
 
     Runs of one test are no parts: each of them has all signals, and a time of its own.
     """
     apart = {**recordings}
-    times = {
-        name: label
-        for name, recording in recordings.items()
-        if (label := time_of(recording)) is not None
-    }
+    times: dict[str, str] = {}
+    for name, recording in recordings.items():
+        label = time_of(recording)
+        if label is not None:
+            times[name] = label
     lengths = {next(iter(recording.columns.values())).size for recording in recordings.values()}
     if len(recordings) < 2 or len(lengths) != 1 or len(times) not in (1, len(recordings)):
         return apart
@@ -299,9 +321,8 @@ def gathered(recordings: Mapping[str, Found]) -> dict[str, Found]:
         if not (have_one_signal and all_differ and have_one_time):
             return apart
 
-    counts = Counter(
-        label for recording in recordings.values() for label in recording.columns
-    )  # parts with a label
+    # How many parts have a label.
+    counts = Counter(label for recording in recordings.values() for label in recording.columns)
     columns: dict[str, Array] = {}
     units_of: dict[str, str | None] = {}
     constants: dict[str, float] = {}

@@ -21,14 +21,8 @@ from erclutch.signals.units import is_unit
 
 _UNITS = ("unit", "units", "Unit", "Units")
 _LONGEST_UNIT = 16  # letters
-_STARTS = (
-    "t0",
-    "start",
-    "start_time",
-    "t_start",
-    "offset",
-    "wf_start_offset",
-)  # when the samples of a vector begin
+#: When the samples of a vector begin.
+_STARTS = ("t0", "start", "start_time", "t_start", "offset", "wf_start_offset")
 
 
 @dataclass
@@ -40,9 +34,8 @@ class _Place:
     units: dict[str, str | None] = field(default_factory=dict[str, "str | None"])
     notes: list[str] = field(default_factory=list[str])
     unit: str | None = None  # what the group says of its only vector
-    of_vectors: dict[str, dict[str, str]] = field(
-        default_factory=dict[str, "dict[str, str]"]
-    )  # their attributes
+    # Attributes of the vectors, by their names.
+    of_vectors: dict[str, dict[str, str]] = field(default_factory=dict[str, "dict[str, str]"])
 
 
 def _texts(attributes: Any) -> dict[str, str]:
@@ -98,9 +91,8 @@ def find(path: str, variable: str | None) -> Table:
         if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual or item.ndim > 2:
             return
         budget.take_names()
-        budget.take_cells(
-            -(-item.size * item.dtype.itemsize // 8)
-        )  # by their shape: none of them is read yet
+        # By their shape: none of them is read yet.
+        budget.take_cells(-(-item.size * item.dtype.itemsize // 8))
         values = stored_values(item)
         attributes = _texts(item.attrs)
         texts = {**_texts(file.attrs), **_texts(item.parent.attrs)}
@@ -120,8 +112,9 @@ def find(path: str, variable: str | None) -> Table:
             place.of_vectors[label] = attributes
         if doubt := _zeros_that_check(item, values):
             place.notes.append(doubt)
-        place.units[label] = next((attributes[key] for key in _UNITS if key in attributes), None)
-        if place.units[label] is None:
+        unit = next((attributes[key] for key in _UNITS if key in attributes), None)
+        place.units[label] = unit
+        if unit is None:
             place.notes += _units_by_another_name(label, attributes)
 
     with h5py.File(path, "r") as file:
@@ -133,27 +126,25 @@ def find(path: str, variable: str | None) -> Table:
         if recording is None:
             continue
         period = sample_period(place.texts)
-        if (
-            period is None and len(place.of_vectors) == 1
-        ):  # what is said of the only vector is said of its group
+        # What is said of the only vector is said of its group.
+        if period is None and len(place.of_vectors) == 1:
             (attributes,) = place.of_vectors.values()
             period = sample_period(attributes)
         recording.period = period[0] if period else None
         recording.units = place.units
-        signals = [
-            label for label in recording.columns if not found_recordings.TIME.fullmatch(label)
-        ]
+        time = found_recordings.TIME
+        signals = [label for label in recording.columns if not time.fullmatch(label)]
         if len(signals) == 1:
-            recording.units[signals[0]] = recording.units.get(signals[0]) or place.unit
+            (signal,) = signals
+            recording.units[signal] = recording.units.get(signal) or place.unit
         recording.metadata = place.texts
         recording.notes += place.notes
         recordings[name] = recording
     if variable is None or variable == found_recordings.ALL:
-        starts = {
-            tuple(own.get(key) for key in _STARTS)
-            for place in places.values()
-            for own in place.of_vectors.values()
-        }
+        starts: set[tuple[str | None, ...]] = set()
+        for place in places.values():
+            for attributes in place.of_vectors.values():
+                starts.add(tuple(attributes.get(key) for key in _STARTS))
         if len(starts) == 1:
             recordings = _signals_of_one_group(recordings) or recordings
     return found_recordings.chosen(

@@ -50,7 +50,12 @@ def _recordings(
         yield name, table
         return
 
-    units = _units(fields)
+    # Units by name, as {"units": {"speed": "rad/s"}} gives them.
+    units: dict[str, str] = {}
+    for place, each in flat(fields, "", 0):
+        if isinstance(each, str) and re.search(r"(?:^|\.)units?\.[^.]+$", place, re.I):
+            units[place.rpartition(".")[2]] = each
+
     lists: Lists = {}
     for place, each in flat(fields, "", depth):
         if not isinstance(each, list):
@@ -95,10 +100,8 @@ def _of_items(
         yield name, items
         return
     for number, run in enumerate(objects, start=1):
-        own = _text_of(run, _NAME) or _text_of(
-            run, [key for key in run if key.lower().endswith("name")]
-        )
-        own = own or str(number)
+        other_names = [key for key in run if key.lower().endswith("name")]
+        own = _text_of(run, _NAME) or _text_of(run, other_names) or str(number)
         place = f"{name}.{own}" if name else own
         for _, recording in _recordings(run, "", depth + 1):
             yield place, recording
@@ -114,22 +117,15 @@ def _are_signals(items: Sequence[Any]) -> bool:
 def shared_numbers(document: Any) -> dict[str, float]:
     """Numbers that all signals of a document have beside their names, such as a sampling interval, by their keys."""
     shared: dict[str, float] = {}
-    members = (
-        flat(cast("dict[str, Any]", document), "", 0)
-        if isinstance(document, dict)
-        else iter([("", document)])
-    )
-    for _, each in members:
+    fields = cast("dict[str, Any]", document) if isinstance(document, dict) else {"": document}
+    for _, each in flat(fields, "", 0):
         if not isinstance(each, list) or not _are_signals(cast("list[Any]", each)):
             continue
         signals = cast("list[dict[str, Any]]", each)
         for key, value in signals[0].items():
             is_number = isinstance(value, int | float) and not isinstance(value, bool)
-            if (
-                is_number
-                and all(signal.get(key) == value for signal in signals)
-                and abs(value) < _LARGEST
-            ):
+            is_shared = all(signal.get(key) == value for signal in signals)
+            if is_number and is_shared and abs(value) < _LARGEST:
                 shared[key] = float(value)
     return shared
 
@@ -199,9 +195,9 @@ def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
         return None
     labels: list[str] = []
     for each in cast("list[Any]", columns):
-        column: dict[str, Any] = (
-            cast("dict[str, Any]", each) if isinstance(each, dict) else {"name": each}
-        )
+        column: dict[str, Any] = {"name": each}
+        if isinstance(each, dict):
+            column = cast("dict[str, Any]", each)
         name = _text_of(column, _NAME)
         if name is None:
             return None
@@ -214,9 +210,8 @@ def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
         if key in ("columns", "index") or not isinstance(each, list) or not each:
             continue
         rows = cast("list[Any]", each)
-        if all(
-            isinstance(row, list) and len(cast("list[Any]", row)) == len(labels) for row in rows
-        ):
+        lengths = {len(cast("list[Any]", row)) if isinstance(row, list) else None for row in rows}
+        if lengths == {len(labels)}:
             return {label: [row[place] for row in rows] for place, label in enumerate(labels)}
     return None
 
@@ -238,15 +233,6 @@ def _columns_of_matrix(rows: Sequence[Any], name: str) -> Lists | None:
     if len(rows) >= width:
         columns = [[row[place] for row in rows] for place in range(width)]
     return {f"{name}_{number}": column for number, column in enumerate(columns, start=1)}
-
-
-def _units(fields: Mapping[str, Any]) -> dict[str, str]:
-    """Units that an object such as ``"units": {"speed": "rad/s"}`` gives by name."""
-    units: dict[str, str] = {}
-    for place, each in flat(fields, "", 0):
-        if isinstance(each, str) and re.search(r"(?:^|\.)units?\.[^.]+$", place, re.I):
-            units[place.rpartition(".")[2]] = each
-    return units
 
 
 def _label(
@@ -281,7 +267,11 @@ def _grouped(lists: Lists, name: str) -> Iterator[tuple[str, Lists]]:
     for place, values in lists.items():
         above = re.sub(r"\s*\[.*", "", place).rpartition(".")[0]
         groups.setdefault(above, {})[place] = values
-    timed = [above for above, group in groups.items() if _has_own_time(above, group)]
+    timed: list[str] = []  # objects with a time beside other lists
+    for above, group in groups.items():
+        names = [place.removeprefix(f"{above}.") for place in group]
+        if len(group) > 1 and any(map(_TIME.fullmatch, names)):
+            timed.append(above)
     lengths = {len(values) for values in lists.values()}
     if len(timed) < 2 or len(lengths) == 1:
         yield name, lists
@@ -289,22 +279,16 @@ def _grouped(lists: Lists, name: str) -> Iterator[tuple[str, Lists]]:
 
     for above in timed:
         own_place = f"{name}.{above}" if name else above
-        yield (
-            own_place,
-            {place.removeprefix(f"{above}."): values for place, values in groups[above].items()},
-        )
+        own: Lists = {}
+        for place, values in groups[above].items():
+            own[place.removeprefix(f"{above}.")] = values
+        yield own_place, own
     rest: Lists = {}
     for above, group in groups.items():
         if above not in timed:
             rest |= group
     if sum(len(values) > 1 for values in rest.values()) > 1:
         yield name, rest
-
-
-def _has_own_time(above: str, group: Lists) -> bool:
-    return len(group) > 1 and any(
-        _TIME.fullmatch(place.removeprefix(f"{above}.")) for place in group
-    )
 
 
 def flat(

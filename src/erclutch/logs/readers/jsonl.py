@@ -46,23 +46,28 @@ def _read(source: LogSource) -> Table:
     try:
         content = source.data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise LogError(
-            f"the file is no UTF-8 text ({error})", remedy="Save it as UTF-8", where=source.name
-        ) from error
+        problem = f"the file is no UTF-8 text ({error})"
+        raise LogError(problem, remedy="Save it as UTF-8", where=source.name) from error
 
     lines: dict[str, str] = {}  # by their place
     for number, line in enumerate(content.splitlines(), start=1):
         if line.strip():
             lines[f"line {number}"] = line
-    document = _document(content)
-    if document is None or (len(lines) == 1 and _is_row(document)):
-        rows = [(place, _object(line, f"{source.name}, {place}")) for place, line in lines.items()]
+    try:
+        document: Any = json.loads(content)
+    except (ValueError, RecursionError):
+        document = None  # a file with an object a line is no single value
+    members = flat(cast("dict[str, Any]", document), "", 0) if isinstance(document, dict) else ()
+    is_row = isinstance(document, dict) and not any(isinstance(each, list) for _, each in members)
+    if document is None or (len(lines) == 1 and is_row):
+        rows = [(place, _row_in(line, f"{source.name}, {place}")) for place, line in lines.items()]
         return _table_of_rows(source, rows, ())
 
     recordings = dict(json_layout.recordings(document))
-    lists = {
-        name: recording for name, recording in recordings.items() if isinstance(recording, dict)
-    }
+    lists: dict[str, json_layout.Lists] = {}
+    for name, recording in recordings.items():
+        if isinstance(recording, dict):
+            lists[name] = recording
     asked = [name.strip() for name in (source.variable or "").split(JOINT)]
     is_joint = len(asked) > 1 and source.variable not in recordings
     if is_joint and all(name in lists for name in asked):
@@ -81,14 +86,11 @@ def _read(source: LogSource) -> Table:
     if isinstance(recording, dict):
         others = [place for place in recordings if place != name]
         table = _table_of_lists(source, recording, notes)
-        return replace(
-            table,
-            constants={**json_layout.shared_numbers(document), **_numbers_beside(document, others)},
-        )
-    rows = [
-        (f"row {number} of {name or 'the list'}", row)
-        for number, row in enumerate(recording, start=1)
-    ]
+        shared = json_layout.shared_numbers(document)
+        return replace(table, constants={**shared, **_numbers_beside(document, others)})
+    rows: list[_Row] = []
+    for number, row in enumerate(recording, start=1):
+        rows.append((f"row {number} of {name or 'the list'}", row))
     return _table_of_rows(source, rows, notes)
 
 
@@ -112,33 +114,16 @@ def _numbers_beside(document: Any, others: Iterable[str]) -> dict[str, float]:
     return dict(zip(names, numbers.values(), strict=True))
 
 
-def _document(content: str) -> Any:
-    """The file as one value of JSON; None where it is none, as a file with an object a line."""
-    try:
-        return json.loads(content)
-    except (ValueError, RecursionError):
-        return None
-
-
-def _is_row(value: Any) -> bool:
-    """Whether a value is one row: an object without lists in it."""
-    if not isinstance(value, dict):
-        return False
-    members = flat(cast("dict[str, Any]", value), "", 0)
-    return not any(isinstance(each, list) for _, each in members)
-
-
-def _object(line: str, where: str) -> Mapping[str, Any]:
+def _row_in(line: str, where: str) -> Mapping[str, Any]:
+    """The object that a line is."""
     try:
         row: Any = json.loads(line)
     except (ValueError, RecursionError) as error:
-        raise LogError(
-            f"the line is no JSON ({error})", remedy="Mend or delete the line", where=where
-        ) from error
+        problem = f"the line is no JSON ({error})"
+        raise LogError(problem, remedy="Mend or delete the line", where=where) from error
     if not isinstance(row, dict):
-        raise LogError(
-            "the line is no JSON object", remedy='Write rows such as {"t [s]": 0.1}', where=where
-        )
+        remedy = 'Write rows such as {"t [s]": 0.1}'
+        raise LogError("the line is no JSON object", remedy=remedy, where=where)
     return cast("dict[str, Any]", row)
 
 
@@ -151,12 +136,12 @@ def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ..
         places.append(place)
         names_before = len(cells)
         for name, value in json_layout.cells_of(members):
-            if isinstance(value, list) and len(cast("list[Any]", value)) > json_layout.MOST_PLACES:
-                count = len(cast("list[Any]", value))
-                problem = f"{name} holds {count} numbers in one row, {json_layout.MOST_PLACES} are the most"
-                raise LogError(
-                    problem, remedy="Log one row a sample", where=f"{source.name}, {place}"
-                )
+            count = len(cast("list[Any]", value)) if isinstance(value, list) else 1
+            if count > json_layout.MOST_PLACES:
+                most = f"{json_layout.MOST_PLACES} are the most"
+                problem = f"{name} holds {count} numbers in one row, {most}"
+                where = f"{source.name}, {place}"
+                raise LogError(problem, remedy="Log one row a sample", where=where)
             cells.setdefault(name, {})[row] = value
         budget.take_names(len(cells) - names_before)
     budget.take_cells(len(places) * len(cells))  # a name that one row has is a column of all rows
@@ -212,10 +197,9 @@ def _table(
     for (label, values), name in zip(columns.items(), _short_names(list(columns)), strict=True):
         wrong = _first_without_number(values)
         if wrong is not None:
-            shown = f"{values[wrong]!r:.40}"
-            unreadable[printable(name)] = (
-                f"{places[wrong]}, {label} is {shown} where a number is expected"
-            )
+            shown = f"{label} is {values[wrong]!r:.40}"
+            problem = f"{places[wrong]}, {shown} where a number is expected"
+            unreadable[printable(name)] = problem
             if all(isinstance(value, str) for value in values):
                 texts[printable(name)] = pd.Series(values)
             continue
@@ -225,25 +209,21 @@ def _table(
         except OverflowError as error:  # an integer of hundreds of digits
             row = next(row for row, value in enumerate(values) if abs(value or 0) > _LARGEST)
             where = f"{source.name}, {places[row]}"
-            raise LogError(
-                f"{label} is too large", remedy="Mend or delete the row", where=where
-            ) from error
+            problem = f"{label} is too large"
+            raise LogError(problem, remedy="Mend or delete the row", where=where) from error
 
     clock_name, clock = dates.clock_of(texts)
     for name in (clock_name, *clock_name.split(" and ")):
         unreadable.pop(name, None)
     if not numbers and unreadable:
-        raise LogError(
-            next(iter(unreadable.values())), remedy="Log numbers only", where=source.name
-        )
+        problem = next(iter(unreadable.values()))
+        raise LogError(problem, remedy="Log numbers only", where=source.name)
     names, units, renamed = name_columns(list(numbers))
     words = words_of({name: texts[name] for name in texts if name in unreadable})
-    left_out = [
-        parting_note(name, words[name])
-        if name in words
-        else f"column {name} holds no numbers ({problem}): left out"
-        for name, problem in unreadable.items()
-    ]
+    left_out: list[str] = []
+    for name, problem in unreadable.items():
+        no_numbers = f"column {name} holds no numbers ({problem}): left out"
+        left_out.append(parting_note(name, words[name]) if name in words else no_numbers)
     return Table(
         name=source.name,
         columns=dict(zip(names, numbers.values(), strict=True)),

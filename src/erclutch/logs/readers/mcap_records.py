@@ -140,12 +140,9 @@ def read_contents(data: bytes) -> Contents:
                 fields = _MESSAGE_HEAD.pack(
                     record.channel_id, record.sequence, record.log_time, record.publish_time
                 )
+                head = _HEAD.pack(Opcode.MESSAGE, len(fields) + len(record.data))
                 kept = len(alone)
-                alone += (
-                    _HEAD.pack(Opcode.MESSAGE, len(fields) + len(record.data))
-                    + fields
-                    + record.data
-                )
+                alone += head + fields + record.data
             else:
                 note_record(record, contents)
             end = stream.tell()
@@ -162,9 +159,8 @@ def read_contents(data: bytes) -> Contents:
         raise DamageError("the checksum of its data does not match") from error
     except (MemoryError, LogError):
         raise
-    except (
-        Exception
-    ) as error:  # struct.error, EndOfFile, UnicodeDecodeError, whatever damage leads the library to
+    # Damage leads the library to struct.error, EndOfFile, UnicodeDecodeError or any other.
+    except Exception as error:
         raise DamageError(f"the record at byte {end} cannot be read") from error
     if contents.torn is None and stream.read():
         raise DamageError("bytes follow its end")
@@ -217,11 +213,10 @@ def runs_of(body: bytes, contents: Contents) -> Iterator[MessageRun]:
             raise DamageError("a record is longer than its chunk")
         if kind != Opcode.MESSAGE:
             described = _DESCRIBING.get(kind)
+            begin = at + _HEAD.size
+            at = begin + length
             if described is not None:
-                note_record(
-                    parse(described, body[at + _HEAD.size : at + _HEAD.size + length]), contents
-                )
-            at += _HEAD.size + length
+                note_record(parse(described, body[begin:at]), contents)
             continue
         if length < _MESSAGE_HEAD.size:
             raise DamageError("a message is too short")
@@ -257,9 +252,8 @@ def parse(kind: type[kinds.McapRecord], body: bytes) -> Any:
     reader: Any = kind
     try:
         record = reader.read(stream)
-    except (
-        Exception
-    ) as error:  # mcap raises struct.error, EndOfFile, UnicodeDecodeError, MemoryError on damage
+    # On damage mcap raises struct.error, EndOfFile, UnicodeDecodeError, MemoryError.
+    except Exception as error:
         raise DamageError(f"a record ({kind.__name__}) cannot be read") from error
     if stream.count > len(body):
         raise DamageError(f"a record ({kind.__name__}) is longer than it says")

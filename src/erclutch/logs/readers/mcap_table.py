@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, cast
 
@@ -20,7 +19,7 @@ from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import json_layout, mcap_records, ros_messages
-from erclutch.logs.readers.found_recordings import JOINT, Found, choose, joined_by_time
+from erclutch.logs.readers.found_recordings import JOINT, choose, joined_topics
 from erclutch.logs.readers.mcap_records import Contents, DamageError, MessageRun
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array, Mask
@@ -82,8 +81,17 @@ def read_mcap(source: LogSource) -> Table:
     topics = _topics(contents, notes)
     together = [name.strip() for name in (source.variable or "").split(JOINT)]
     if len(together) > 1 and all(name in topics for name in together) and contents.torn is None:
-        joined = _joined({name: topics[name] for name in together}, notes)
-        return replace(joined, name=source.name, digest=source.digest)
+        asked = {name: topics[name] for name in together}
+        joined = joined_topics(
+            {name: (topic.times, topic.columns) for name, topic in asked.items()},
+            {name: topic.units for name, topic in asked.items()},
+        )
+        return replace(
+            joined,
+            name=source.name,
+            digest=source.digest,
+            notes=(*notes, *joined.notes),
+        )
 
     _, topic = choose(topics, source.variable, "topic", _NONE)
     channel = topic.channel
@@ -98,19 +106,27 @@ def read_mcap(source: LogSource) -> Table:
         steps = np.diff(np.concatenate(of_runs))
         missing = int((steps[steps > 1] - 1).sum())
         if missing:
-            notes.append(
-                f"{missing} messages are missing by their numbers: their chunks are damaged"
-            )
+            are_missing = f"{missing} messages are missing by their numbers"
+            notes.append(f"{are_missing}: their chunks are damaged")
         if channel.id not in contents.checked:
-            notes.append(
-                "check names and units of the columns: no checksum of the file covers them"
-            )
+            to_check = "check names and units of the columns"
+            notes.append(f"{to_check}: no checksum of the file covers them")
     since_first = topic.times - topic.times[0]  # ns
     names, units, renamed = name_columns(list(topic.columns), list(topic.units.values()))
     unsampled: Mask | None = None  # rows in which no good sample came, by the bits of their events
     bits = channel.metadata.get(UNSAMPLED_KEY, "")
     if bits.isdecimal() and len(bits) <= 9 and "events" in topic.columns:
         unsampled = (topic.columns["events"].astype(np.int64) & int(bits)) != 0
+
+    # Settings of the file; where damage took ours (with the label TWIN), the copy that each channel carries.
+    of_channel: dict[str, str] = {}
+    for key, text in channel.metadata.items():
+        if not key.startswith((UNIT_KEY, UNSAMPLED_KEY)):
+            of_channel[key] = text
+    copy = {"erclutch": of_channel} if "erclutch" in of_channel else {}
+    settings = {**copy, **contents.metadata}
+    if contents.torn is not None:
+        settings = {**contents.metadata, **copy}
     return Table(
         name=source.name,
         columns=dict(zip(names, topic.columns.values(), strict=True)),
@@ -118,40 +134,10 @@ def read_mcap(source: LogSource) -> Table:
         digest=source.digest,
         clock=since_first.astype(np.float64) * 1e-9,
         clock_name="log_time",
-        metadata={
-            key: json.dumps(dict(pairs)) for key, pairs in _metadata(contents, channel).items()
-        },
+        metadata={key: json.dumps(dict(pairs)) for key, pairs in settings.items()},
         notes=(f"recording read from topic {channel.topic}", *notes, *renamed),
         unsampled=unsampled,
     )
-
-
-def _joined(topics: Mapping[str, _Topic], notes: list[str]) -> Table:
-    """Topics joined at the log times of the first; the stamps in the messages are left out."""
-    begin = min(topic.times[0] for topic in topics.values())
-    parts: dict[str, Found] = {}
-    for name, topic in topics.items():
-        own = {
-            label: values
-            for label, values in topic.columns.items()
-            if not label.endswith("stamp [s]")
-        }
-        elapsed = (topic.times - begin).astype(np.float64) * 1e-9
-        parts[name] = Found({"time [s]": elapsed, **own}, topic.units)
-    joined = joined_by_time(parts, "topic").table()
-    return replace(joined, notes=(*notes, *joined.notes))
-
-
-def _metadata(contents: Contents, channel: kinds.Channel) -> dict[str, Mapping[str, str]]:
-    """Settings of the file; where damage took ours (with the label TWIN), the copy that each channel carries."""
-    own: dict[str, str] = {}
-    for key, text in channel.metadata.items():
-        if not key.startswith((UNIT_KEY, UNSAMPLED_KEY)):
-            own[key] = text
-    copy = {"erclutch": own} if "erclutch" in own else {}
-    if contents.torn is not None:
-        return {**contents.metadata, **copy}
-    return {**copy, **contents.metadata}
 
 
 def _topics(contents: Contents, notes: list[str]) -> dict[str, _Topic]:
@@ -166,9 +152,8 @@ def _topics(contents: Contents, notes: list[str]) -> dict[str, _Topic]:
         if not columns or not times.size:
             continue
         if channel.topic in topics:
-            raise LogError(
-                f"two channels are called {channel.topic}", remedy="Record one channel a topic"
-            )
+            problem = f"two channels are called {channel.topic}"
+            raise LogError(problem, remedy="Record one channel a topic")
         topics[channel.topic] = _Topic(channel, columns, times)
     return topics
 
@@ -196,16 +181,16 @@ def _columns(
         raise DamageError(f"its messages are encoded as {encoding or 'nothing'}")
     is_ros2 = encoding == "cdr"
     definition = schema.data.decode("utf-8", "replace")
+    blocks = [part.data for part in parts]  # each of messages of one length
     try:
         kind = layout(definition, aligned=is_ros2)
-    except DamageError:  # texts, lists or messages in it, as in the states of joints
-        blocks = [part.data for part in parts]
+    except DamageError:
+        # Texts, lists or messages are in it, as in the states of joints.
         return ros_messages.columns_of(definition, blocks, aligned=is_ros2), times
-    if any(part.data.shape[1] != kind.itemsize for part in parts):
-        raise DamageError(
-            f"its messages are not the {kind.itemsize} bytes that its description says"
-        )
-    rows = np.concatenate([part.data for part in parts])
+    if any(block.shape[1] != kind.itemsize for block in blocks):
+        said = f"the {kind.itemsize} bytes that its description says"
+        raise DamageError(f"its messages are not {said}")
+    rows = np.concatenate(blocks)
     if is_ros2 and (rows[:, 1] != 1).any():
         raise DamageError("its messages are not little-endian")
     table = np.ascontiguousarray(rows).view(kind)[:, 0]
@@ -255,7 +240,10 @@ def layout(text: str, *, aligned: bool = False) -> np.dtype[Any]:
 
 
 def _json_columns(parts: list[MessageRun]) -> dict[str, Array]:
-    """Numbers of JSON objects; those inside other objects under ``outer.inner``. What is missing becomes NaN."""
+    """Numbers of JSON objects; those inside other objects under ``outer.inner``. What is missing becomes NaN.
+
+    Texts and long lists are left out.
+    """
     rows: list[dict[str, float]] = []
     for part in parts:
         for message in part.data:
@@ -263,7 +251,16 @@ def _json_columns(parts: list[MessageRun]) -> dict[str, Array]:
                 body: Any = json.loads(message.tobytes())
             except (ValueError, RecursionError) as error:
                 raise DamageError("a message is no JSON") from error
-            rows.append(_numbers_in(body))
+            row: dict[str, float] = {}
+            members = cast("dict[str, Any]", body) if isinstance(body, dict) else {}
+            for name, value in json_layout.cells_of(members):
+                if not isinstance(value, (int, float)):
+                    continue
+                try:
+                    row[name] = float(value)
+                except OverflowError:  # an integer with hundreds of digits
+                    row[name] = float("inf")
+            rows.append(row)
     names = dict.fromkeys(name for row in rows for name in row)
     if len(names) > 1000:
         raise DamageError("its messages have more than 1000 different fields")
@@ -271,17 +268,3 @@ def _json_columns(parts: list[MessageRun]) -> dict[str, Array]:
     for name in names:
         columns[name] = np.array([row.get(name, np.nan) for row in rows])
     return columns
-
-
-def _numbers_in(body: Any) -> dict[str, float]:
-    """The numbers of an object by their names; texts and long lists are left out."""
-    row: dict[str, float] = {}
-    if not isinstance(body, dict):
-        return row
-    for name, value in json_layout.cells_of(cast("dict[str, Any]", body)):
-        if isinstance(value, (int, float)):
-            try:
-                row[name] = float(value)
-            except OverflowError:  # an integer with hundreds of digits
-                row[name] = float("inf")
-    return row

@@ -76,9 +76,8 @@ def _take_channels(
             continue
         signal = mdf.get(group=index, index=place, ignore_invalidation_bits=True)
         if signal.samples.dtype.kind not in "biuf" or signal.samples.ndim != 1:
-            recording.notes.append(
-                f"channel {channel.name} holds no plain numbers (text or bus frames): left out"
-            )
+            other = "holds no plain numbers (text or bus frames)"
+            recording.notes.append(f"channel {channel.name} {other}: left out")
             continue
         if len(signal.samples) != len(time):
             raise LogError(f"channel {channel.name} is cut off", remedy="Copy the file again")
@@ -97,10 +96,8 @@ def _take_channels(
         invalid = np.asarray(signal.invalidation_bits, dtype=bool)
         if invalid.any():
             values[invalid] = np.nan
-            count = invalid.sum()
-            recording.notes.append(
-                f"channel {channel.name} has {count} values marked invalid: read as missing"
-            )
+            marked = f"{invalid.sum()} values marked invalid"
+            recording.notes.append(f"channel {channel.name} has {marked}: read as missing")
 
 
 READER = LogReader(

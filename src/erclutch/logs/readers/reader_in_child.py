@@ -73,9 +73,8 @@ def in_child(
             if _state_of(path) != before:
                 raise written from error
             raise
-        if (
-            _state_of(path) != before
-        ):  # half of the old file and half of the new one is a log that nobody took
+        # Half of the old file and half of the new one is a log that nobody took.
+        if _state_of(path) != before:
             raise written
         return found
 

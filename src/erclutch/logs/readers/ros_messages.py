@@ -66,7 +66,10 @@ class _Layout:
 
 
 def columns_of(
-    definition: str, blocks: Sequence[NDArray[np.uint8]], *, aligned: bool
+    definition: str,
+    blocks: Sequence[NDArray[np.uint8]],
+    *,
+    aligned: bool,
 ) -> dict[str, Array]:
     """The numbers of messages by label; one that some messages lack is NaN there.
 
@@ -80,11 +83,32 @@ def columns_of(
     """
     kinds = _definitions(definition)
     parts: list[dict[str, Array]] = []
-    layouts: list[
-        tuple[int, bytes, _Layout]
-    ] = []  # length of a message, what is the same in it, its layout
+    # Layouts of earlier messages: the length of such a message, its lengths and names, the layout.
+    known: list[tuple[int, bytes, _Layout]] = []
     for block in blocks:
-        parts += _parted(block, kinds, aligned, layouts)
+        begin = 0
+        while begin < len(block):
+            first = block[begin].tobytes()
+            layout: _Layout | None = None
+            for length, same, earlier in known:
+                if length == len(first) and _same_in(first, earlier) == same:
+                    layout = earlier
+                    break
+            if layout is None:
+                if len(known) >= _MOST_LAYOUTS:
+                    raise DamageError("its lists are of ever other lengths")
+                layout = _Reader(first, kinds, aligned).layout()
+                known.append((len(first), _same_in(first, layout), layout))
+
+            # The messages that follow and are laid out as the first.
+            rest = block[begin:]
+            alike = np.ones(len(rest), np.bool_)
+            for start, stop in layout.same:
+                alike &= (rest[:, start:stop] == rest[0, start:stop]).all(axis=1)
+            count = len(rest) if alike.all() else int(np.argmin(alike))
+            parts.append(layout.columns(rest[:count], "<i4" if aligned else "<u4"))
+            begin += count
+
     parts = [part for part in parts if part]
     labels = dict.fromkeys(label for part in parts for label in part)
     columns: dict[str, Array] = {}
@@ -95,41 +119,6 @@ def columns_of(
             own.append(part[label] if label in part else np.full(rows, np.nan))
         columns[label] = np.concatenate(own)
     return columns
-
-
-def _parted(
-    block: NDArray[np.uint8],
-    kinds: Mapping[str, list[_Field]],
-    aligned: bool,
-    layouts: list[tuple[int, bytes, _Layout]],
-) -> list[dict[str, Array]]:
-    """The columns of messages of one length, one part after another that is laid out alike."""
-    parts: list[dict[str, Array]] = []
-    begin = 0
-    while begin < len(block):
-        first = block[begin].tobytes()
-        layout = _layout_known(first, layouts)
-        if layout is None:
-            if len(layouts) >= _MOST_LAYOUTS:
-                raise DamageError("its lists are of ever other lengths")
-            layout = _Reader(first, kinds, aligned).layout()
-            layouts.append((len(first), _same_in(first, layout), layout))
-        rest = block[begin:]
-        alike = np.ones(len(rest), np.bool_)
-        for start, stop in layout.same:
-            alike &= (rest[:, start:stop] == rest[0, start:stop]).all(axis=1)
-        count = len(rest) if alike.all() else int(np.argmin(alike))
-        parts.append(layout.columns(rest[:count], "<i4" if aligned else "<u4"))
-        begin += count
-    return parts
-
-
-def _layout_known(message: bytes, layouts: Sequence[tuple[int, bytes, _Layout]]) -> _Layout | None:
-    """The layout of an earlier message that a message is laid out as; None where none is known."""
-    for length, same, layout in layouts:
-        if length == len(message) and _same_in(message, layout) == same:
-            return layout
-    return None
 
 
 def _same_in(message: bytes, layout: _Layout) -> bytes:
@@ -204,9 +193,8 @@ class _Reader:
         if depth > _DEEPEST:
             raise DamageError("its messages lie too deep in each other")
         names: list[str] = []
-        waiting: list[
-            tuple[str, str, list[int]]
-        ] = []  # lists of numbers before the names are known
+        # Lists of numbers wait until the names are known: name, kind and places of each.
+        waiting: list[tuple[str, str, list[int]]] = []
         for each in fields:
             if each.kind in _TEXTS and each.many:
                 texts = self._take_texts(each)
@@ -216,9 +204,8 @@ class _Reader:
             elif each.kind in NUMBERS and each.many:
                 waiting.append((each.name, NUMBERS[each.kind], self._take_numbers(each)))
             elif each.kind in NUMBERS:
-                self._note(
-                    f"{front}{each.name}", self._take(NUMBERS[each.kind]), NUMBERS[each.kind]
-                )
+                kind = NUMBERS[each.kind]
+                self._note(f"{front}{each.name}", self._take(kind), kind)
             else:
                 self._take_message(f"{front}{each.name}", each, depth)
         are_names = all(names) and len({*names}) == len(names)
@@ -234,9 +221,8 @@ class _Reader:
         """A message inside, or a list of them."""
         count = self._count(each.many) if each.many else 1
         kind = each.kind
-        if (
-            kind not in self._kinds and "/" not in kind
-        ):  # ROS 1 calls it Header, and describes std_msgs/Header
+        # ROS 1 calls it Header, and describes std_msgs/Header.
+        if kind not in self._kinds and "/" not in kind:
             likely = [name for name in self._kinds if name.endswith(f"/{kind}")]
             kind = likely[0] if len(likely) == 1 else kind
         for number in range(count):

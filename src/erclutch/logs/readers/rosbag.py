@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader
@@ -55,8 +56,10 @@ def find(path: str, variable: str | None) -> Table:
         if of_lists and not of_numbers and variable != found_recordings.ALL:
             raise next(iter(of_lists.values()))
         if len(together) > 1 and [*of_numbers] == together:
-            return _joined(
-                {name: _rows(bag, connections) for name, connections in of_numbers.items()}
+            rows_of = {name: _rows(bag, connections) for name, connections in of_numbers.items()}
+            times_of = {name: _times_taken(rows) for name, rows in rows_of.items()}
+            return found_recordings.joined_topics(
+                {name: (times_of[name], _columns(rows)) for name, rows in rows_of.items()}, {}
             )
         topic, connections = found_recordings.choose(
             of_numbers, variable, "topic", "no topic of the bag holds numbers"
@@ -66,7 +69,7 @@ def find(path: str, variable: str | None) -> Table:
 
     notes = [f"recording read from topic {topic}"]
     notes += [f"{error.problem}: left out" for error in of_lists.values()]
-    times = np.array([row.pop(_STAMP) for row in rows])  # ns, shape (rows,)
+    times = _times_taken(rows)  # ns, shape (rows,)
     in_batches = 2 * counted < len(rows)
     if in_batches:
         notes.append(
@@ -90,9 +93,7 @@ def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any],
 
     def checked(store: Any, types: Mapping[str, tuple[Any, Any]]) -> None:
         for name, (constants, fields) in types.items():
-            without_values = [
-                constant[:2] for constant in constants
-            ]  # the kind and the name of each
+            without_values = [constant[:2] for constant in constants]  # kind and name of each
             for text in (name, *texts(fields), *texts(without_values)):
                 if not _PLAIN.fullmatch(text):
                     problem = f"the bag defines a type with the name {text[:60]!r}"
@@ -104,19 +105,9 @@ def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any],
     return checked
 
 
-def _joined(topics: Mapping[str, list[dict[str, float]]]) -> Table:
-    """Topics joined at the times of the bag of the first; the stamps in the messages are left out."""
-    begin = min(rows[0][_STAMP] for rows in topics.values())  # ns
-    parts: dict[str, Found] = {}
-    for topic, rows in topics.items():
-        elapsed = np.array([row.pop(_STAMP) - begin for row in rows]) * 1e-9  # s
-        columns = {
-            label: values
-            for label, values in _columns(rows).items()
-            if not label.endswith("stamp [s]")
-        }
-        parts[topic] = Found({"time [s]": elapsed, **columns})
-    return found_recordings.joined_by_time(parts, "topic").table()
+def _times_taken(rows: Sequence[dict[str, float]]) -> NDArray[np.int64]:
+    """When the bag got the messages in ns, shape (rows,); taken out of the rows."""
+    return np.array([row.pop(_STAMP) for row in rows], np.int64)
 
 
 def _columns(rows: Sequence[Mapping[str, float]]) -> dict[str, Array]:
@@ -134,9 +125,8 @@ def _rows(
     rows: list[dict[str, float]] = []
     messages = bag.messages(connections=connections)
     for connection, stamp, data in islice(messages, most):
-        rows += [
-            {_STAMP: stamp, **row} for row in _rows_of(bag.deserialize(data, connection.msgtype))
-        ]
+        message = bag.deserialize(data, connection.msgtype)
+        rows += [{_STAMP: stamp, **row} for row in _rows_of(message)]
     return rows
 
 
@@ -184,10 +174,8 @@ def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
     elif _is_list(value):
         if len(value) > LONGEST_LIST:
             problem = f"the field {label} has {len(value):,} numbers, above {LONGEST_LIST}"
-            raise LogError(
-                problem,
-                remedy="Give a topic of single numbers, such as that of the states of the joints",
-            )
+            remedy = "Give a topic of single numbers, such as that of the states of the joints"
+            raise LogError(problem, remedy=remedy)
         for index, each in enumerate(value):
             _flatten(f"{label}[{index}]", each, row)
     elif hasattr(value, "__float__"):

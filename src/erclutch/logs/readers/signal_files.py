@@ -173,17 +173,33 @@ def _names(tables: Mapping[str, Table], times: Mapping[str, _Stamps]) -> dict[st
 
 
 def _read(source: LogSource) -> Table:
-    """The files of a log as one table; see the module."""
+    """The files of a log as one table; see the module.
+
+    Raises:
+        LogError: a file has no times, some times have a unit and some none, or the files share too little time.
+    """
     parts = parts_of(source.path)
     tables: dict[str, Table] = {}
     for part in parts:
         data = part.read_bytes()
         plugin, _ = reader_of(data[:HEAD], part.suffix)
         digest = hashlib.sha256(data).hexdigest()
-        tables[printable(part.name)] = read_by(
-            plugin, LogSource(part, data, digest, decimal=source.decimal)
-        )
-    times = _times(tables)
+        file = LogSource(part, data, digest, decimal=source.decimal)
+        tables[printable(part.name)] = read_by(plugin, file)
+    times: dict[str, _Stamps] = {}
+    for file, table in tables.items():
+        stamps = _stamps(table)
+        if stamps is None:
+            problem = f"{file} has no column of times in numbers, by which it could be joined with the others"
+            remedy = "Give each file a time in s, or one file with all signals"
+            raise LogError(problem, remedy=remedy)
+        times[file] = stamps
+    bare = [file for file, stamps in times.items() if not stamps.unit]
+    with_unit = [file for file, stamps in times.items() if stamps.unit]
+    if bare and with_unit:
+        other = f"that of {with_unit[0]} is in {times[with_unit[0]].unit}"
+        problem = f"the time of {bare[0]} has no unit, and {other}"
+        raise LogError(problem, remedy="Write the unit into each header, such as 'time [s]'")
     names = _names(tables, times)
 
     signals: dict[str, Found] = {}
@@ -205,13 +221,12 @@ def _read(source: LogSource) -> Table:
     notes = [*joined.notes, "the clocks of the files are taken for one clock"]
     notes += [f"{file}: {note}" for file, table in tables.items() for note in table.notes]
     if source.path.is_dir():
-        left_out = [file for file in _logs_in(source.path) if file not in parts]
-        notes += [
-            f"{printable(file.name)} holds words and no rows of numbers: left out"
-            for file in left_out
-        ]
+        for path in _logs_in(source.path):
+            if path not in parts:
+                words = "holds words and no rows of numbers"
+                notes.append(f"{printable(path.name)} {words}: left out")
     table = replace(joined, notes=notes).table()
-    unit = "s" if any(stamps.unit for stamps in times.values()) else None
+    unit = "s" if with_unit else None
     return replace(
         table,
         name=source.name,
@@ -219,33 +234,6 @@ def _read(source: LogSource) -> Table:
         units={**table.units, "time": unit},
         unreadable=unreadable,
     )
-
-
-def _times(tables: Mapping[str, Table]) -> dict[str, _Stamps]:
-    """The times of each file.
-
-    Raises:
-        LogError: a file has none, or some are written with a unit and some without.
-    """
-    times: dict[str, _Stamps] = {}
-    for file, table in tables.items():
-        stamps = _stamps(table)
-        if stamps is None:
-            problem = f"{file} has no column of times in numbers, by which it could be joined with the others"
-            raise LogError(
-                problem, remedy="Give each file a time in s, or one file with all signals"
-            )
-        times[file] = stamps
-
-    bare = [file for file, stamps in times.items() if not stamps.unit]
-    with_unit = [file for file, stamps in times.items() if stamps.unit]
-    if bare and with_unit:
-        other = with_unit[0]
-        problem = (
-            f"the time of {bare[0]} has no unit, and that of {other} is in {times[other].unit}"
-        )
-        raise LogError(problem, remedy="Write the unit into each header, such as 'time [s]'")
-    return times
 
 
 def _effort_first(tables: Mapping[str, Table], times: Mapping[str, _Stamps]) -> list[str]:

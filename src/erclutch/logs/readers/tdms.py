@@ -56,20 +56,17 @@ def _group(group: Any) -> Found | None:
         name, stamps = dates[0]
         recording.clock = name, (stamps - stamps[0]) / np.timedelta64(1, "s")
 
+    notes: list[str] = []
     if hollow:
-        recording.notes.append(
-            f"channels without a value left out: {found_recordings.listed(hollow)}"
-        )
+        notes.append(f"channels without a value left out: {found_recordings.listed(hollow)}")
         if any("NI_ArrayColumn" in channel.properties for channel in channels):
             full = ", ".join(name for name in recording.columns if name not in hollow)
-            recording.notes.append(
-                f"the values of all {len(channels)} channels may stand in {full}, in turn"
-            )
+            notes.append(f"the values of all {len(channels)} channels may stand in {full}, in turn")
     for name in sorted(clocks):
         if clocks[name] != clock:
-            recording.notes.append(
-                f"channel {name} has another increment or start than the other channels: left out"
-            )
+            other = "has another increment or start than the other channels"
+            notes.append(f"channel {name} {other}: left out")
+    recording.notes += notes
     return recording
 
 
@@ -80,12 +77,8 @@ def _clocks(group: Any) -> dict[str, tuple[Any, Any, Any]]:
         increment, offset, start = (channel.properties.get(key) for key in _CLOCK)
         for known in clocks.values():
             begun = known[2]
-            if (
-                known[:2] == (increment, offset)
-                and increment
-                and start is not None
-                and begun is not None
-            ):
+            have_one_grid = increment and known[:2] == (increment, offset)
+            if have_one_grid and start is not None and begun is not None:
                 apart = abs(float((start - begun) / np.timedelta64(1, "s")))
                 start = begun if apart <= _ONE_START * increment else start
         clocks[channel.name] = increment, offset, start
