@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,17 +76,20 @@ def windowed_batches(
     part: RowRange = WHOLE_FILE,
 ) -> Iterator[Batch]:
     """The batches of a file whose reader has windows; see `erclutch.logs.read_batches`."""
-    _refuse(chosen, rows)
+    if rows < _FEWEST:
+        raise SettingError(f"batches of {rows} rows", remedy=f"Give at least {_FEWEST}")
+    stepped = [key for key, text in chosen.constants.items() if "," in text]
+    if stepped:
+        one_each = f"{stepped[0]} has one number a segment"
+        problem = f"{one_each}, and segments are only known once the log is read"
+        raise SettingError(problem, remedy="Give one number, or a column")
+
+    # The file's first rows say what its columns are, whichever rows are read.
     plan: Plan | None = None
-    if part.first:  # what its columns are is said by the file's first rows, whichever rows are read
+    of_a_block: dict[str, Any] = {"device": device, "invalid": invalid, "whole": False}
+    if part.first:
         _, _, beginning = next(windows(source, rows, MARGIN, 0, None))
-        plan = plan_of(
-            replace(beginning, path=str(source.path)),
-            chosen,
-            device=device,
-            invalid=invalid,
-            whole=False,
-        )
+        plan = plan_of(replace(beginning, path=str(source.path)), chosen, **of_a_block)
     period = part.period
     short: ShortLogError | None = None
     some = False
@@ -102,13 +106,7 @@ def windowed_batches(
         )
         try:
             if plan is None:
-                plan = plan_of(
-                    table,
-                    chosen,
-                    device=device,
-                    invalid=invalid,
-                    whole=False,
-                )
+                plan = plan_of(table, chosen, **of_a_block)
                 plan.require_sureness()
             recording, kept = apply_rows(plan, table)
         except ShortLogError as error:
@@ -120,29 +118,16 @@ def windowed_batches(
             if start:  # errors of the first stretch speak for themselves
                 error.where = f"{table.name}, data rows {start + 1} to {stop}"
             raise
+        # One period for all stretches, wherever their stamps agree with it.
         if period is None and recording.uniform:
-            period = (
-                recording.period
-            )  # one period for all stretches, wherever their stamps agree with it
+            period = recording.period
         some = True
-        if (
-            chosen.rate is not None and table.first_row
-        ):  # time goes on where it is counted from the rate
+        # Time goes on where it is counted from the rate.
+        if chosen.rate is not None and table.first_row:
             recording = replace(recording, time=recording.time + table.first_row / chosen.rate)
         yield Batch(recording, kept + table.first_row, start, stop)
     if short is not None and not some:
         raise short
-
-
-def _refuse(chosen: ColumnMap, rows: int) -> None:
-    if rows < _FEWEST:
-        raise SettingError(f"batches of {rows} rows", remedy=f"Give at least {_FEWEST}")
-    stepped = [key for key, text in chosen.constants.items() if "," in text]
-    if stepped:
-        raise SettingError(
-            f"{stepped[0]} has one number a segment, and segments are only known once the log is read",
-            remedy="Give one number, or a column",
-        )
 
 
 @dataclass(frozen=True)
@@ -164,7 +149,9 @@ class RowBlock:
 
 
 def blocks_of(
-    batches: Iterable[Batch], device: DeviceName | None, derivative: Derivative
+    batches: Iterable[Batch],
+    device: DeviceName | None,
+    derivative: Derivative,
 ) -> Iterator[RowBlock]:
     """Usable rows of each batch that has any, speeds differentiated across its edges.
 
@@ -172,13 +159,23 @@ def blocks_of(
         MappingError, SettingError: see `erclutch.build_dataset`; a filter that looks further back than a margin.
     """
     for batch in batches:
-        recording = _cored(batch)
-        if recording is None:
+        # Segments that lie in a margin alone are left out.
+        log = batch.recording
+        inside = (batch.rows >= batch.start) & (batch.rows < batch.stop)
+        segments: list[tuple[int, int]] = []
+        for start, stop in log.segments:
+            if stop - start > 1 and inside[start:stop].any():
+                segments.append((start, stop))
+        if not segments:
             continue
-        speeds = any(name in recording.signals for name in ("position", "theta", "alpha"))
-        if batch.start and speeds and reach(derivative, recording.period) > MARGIN:
+        place_in_file = batch.rows.astype(np.float64)
+        recording = replace(log, extras={**log.extras, _PLACE: place_in_file}).only(segments)
+
+        has_speeds = any(name in recording.signals for name in ("position", "theta", "alpha"))
+        if batch.start and has_speeds and reach(derivative, recording.period) > MARGIN:
+            filtered = f"{derivative.name} at {derivative.cutoff:g} Hz"
             raise SettingError(
-                f"{derivative.name} at {derivative.cutoff:g} Hz remembers more than {MARGIN} rows",
+                f"{filtered} remembers more than {MARGIN} rows",
                 remedy="Give a higher --cutoff, or another --derivative",
                 where=recording.name,
             )
@@ -191,9 +188,8 @@ def blocks_of(
             continue
         behind = f", data rows {batch.start + 1} to {batch.stop}" if batch.start else ""
         file_rows = places[first:last].astype(np.int64)
-        yield RowBlock(
-            recording.name + behind, neighbours(data, first, last), file_rows, batch.recording
-        )
+        rows = neighbours(data, first, last)
+        yield RowBlock(recording.name + behind, rows, file_rows, batch.recording)
 
 
 def neighbours(data: Dataset, start: int, stop: int) -> Dataset:
@@ -238,15 +234,3 @@ def chained(parts: Sequence[Dataset]) -> Dataset:
         "source_rows": ((0, whole.rows),),
     }
     return replace(whole, clock=clock, **one_log)
-
-
-def _cored(batch: Batch) -> Recording | None:
-    """The recording with each row's place in the file, without segments that lie in a margin alone."""
-    log = batch.recording
-    inside = (batch.rows >= batch.start) & (batch.rows < batch.stop)
-    cored: list[tuple[int, int]] = []
-    for start, stop in log.segments:
-        if stop - start > 1 and inside[start:stop].any():
-            cored.append((start, stop))
-    placed = replace(log, extras={**log.extras, _PLACE: batch.rows.astype(np.float64)})
-    return placed.only(cored) if cored else None

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import Element
@@ -40,7 +39,19 @@ def covering(elements: Sequence[Element], start: int, stop: int) -> Mask:
         mask[start + trained : stop] = True
         return mask
     window = np.arange(rows) * windows // rows  # of each row
-    cell = _cells(elements, start, stop)  # of each row
+
+    code = np.zeros(rows, np.intp)  # of the cell of each row
+    shares = np.arange(1, _LEVELS) / _LEVELS
+    for element in elements:
+        field = np.abs(element.field[start:stop])
+        slip = element.slip[start:stop]
+        rate = np.abs(np.diff(slip, prepend=slip[0]))  # a row
+        for values in (field, slip, rate):
+            # Levels of equally many rows each; equal values lie together.
+            edges = np.unique(np.quantile(values, shares))
+            level = np.searchsorted(edges, values, side="right")
+            code = code * _LEVELS + level
+    _, cell = np.unique(code, return_inverse=True)
     cells = int(cell.max()) + 1
     counts = np.bincount(window * cells + cell, minlength=windows * cells)
     rows_in_cells = counts.reshape(windows, cells).astype(np.float64)
@@ -69,23 +80,6 @@ def spread_points(elements: Sequence[Element], start: int, stop: int, share: flo
     return mask
 
 
-def _cells(elements: Sequence[Element], start: int, stop: int) -> NDArray[np.intp]:
-    """The cell of each row, shape (stop - start,)."""
-    code = np.zeros(stop - start, np.intp)
-    shares = np.arange(1, _LEVELS) / _LEVELS
-    for element in elements:
-        field = np.abs(element.field[start:stop])
-        slip = element.slip[start:stop]
-        rate = np.abs(np.diff(slip, prepend=slip[0]))  # a row
-        for values in (field, slip, rate):
-            # Levels of equally many rows each; equal values lie together.
-            edges = np.unique(np.quantile(values, shares))
-            level = np.searchsorted(edges, values, side="right")
-            code = code * _LEVELS + level
-    _, cell = np.unique(code, return_inverse=True)
-    return cell.astype(np.intp)
-
-
 def _alike(counts: Array) -> list[int]:
     """The windows whose rows are together most like all rows; none is the first, and no two are neighbours.
 
@@ -103,7 +97,8 @@ def _alike(counts: Array) -> list[int]:
     even = np.linspace(1, windows - 1, round(SHARE * windows))
     held: list[int] = even.round().astype(int).tolist()
     best = unlike(held)
-    while True:  # one window is exchanged at a time, as long as that helps
+    # One window is exchanged at a time, as long as that helps.
+    while True:
         exchanged: list[list[int]] = []
         for place in range(len(held)):
             before = held[:place]

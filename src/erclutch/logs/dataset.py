@@ -148,9 +148,8 @@ class Dataset(Shown):
     @property
     def rates(self) -> tuple[float, float]:
         """Lowest and highest sampling rate of the stretches with equal steps, in Hz; equal where they are one rate."""
-        periods = [span.period for span in self.clock.spans if span.period is not None] or [
-            self.period
-        ]
+        periods = [span.period for span in self.clock.spans if span.period is not None]
+        periods = periods or [self.period]
         longest = max(periods)
         shortest = min(periods)
         if longest - shortest > _SAME_RATE * shortest:
@@ -204,9 +203,8 @@ class Dataset(Shown):
         """
         if self.in_no_time:
             rows_of_logs = self._source_rows_of(mask)
-            whole = [
-                Span(start, stop, self.period) for start, stop in rows_of_logs if stop - start >= 2
-            ]
+            longer = [(start, stop) for start, stop in rows_of_logs if stop - start >= 2]
+            whole = [Span(start, stop, self.period) for start, stop in longer]
             clock = Clock(self.clock.time[mask], tuple(whole))
             return replace(self.picked(mask), clock=clock, source_rows=rows_of_logs)
 
@@ -265,9 +263,8 @@ def build_dataset(
         SettingError: an unknown device, or a filter that does not fit the sampling.
     """
     if device is not None and device not in DEVICES:
-        raise SettingError(
-            f"unknown device {device!r}", remedy=f"Choose one of {', '.join(DEVICES)}"
-        )
+        remedy = f"Choose one of {', '.join(DEVICES)}"
+        raise SettingError(f"unknown device {device!r}", remedy=remedy)
     logs = [recordings] if isinstance(recordings, Recording) else list(recordings)
     for log in logs:
         require_kind(log, Recording, "a recording", "Give erclutch.read(PATH)")
@@ -297,9 +294,8 @@ def require_dataset(value: object) -> None:
 def refuse_twin(name: str, digest: str, seen: dict[str, str]) -> None:
     """SettingError for a log whose digest was seen: the same rows twice would shrink every interval; it is now."""
     if digest and digest in seen:
-        raise SettingError(
-            f"the same file as {seen[digest]}", where=name, remedy="Give each log once"
-        )
+        problem = f"the same file as {seen[digest]}"
+        raise SettingError(problem, where=name, remedy="Give each log once")
     seen[digest] = name
 
 
@@ -313,14 +309,12 @@ def refuse_unlogged_fields(logs: Sequence[Dataset]) -> None:
 def require_units(data: Dataset, first: Dataset, where: str) -> None:
     """MappingError for rows in other units than those of the first log."""
     if data.units != first.units:
-        problem = (
-            f"units differ: {data.units.text()} here, {first.units.text()} in {first.sources[0]}"
-        )
+        of_first = f"{first.units.text()} in {first.sources[0]}"
+        problem = f"units differ: {data.units.text()} here, {of_first}"
         remedy = _GIVE_UNITS
         for own, other in ((data, first), (first, data)):
-            has_none = own.units.field == UNKNOWN and any(
-                note.startswith(NO_FIELD) for note in own.notes
-            )
+            says_none = any(note.startswith(NO_FIELD) for note in own.notes)
+            has_none = own.units.field == UNKNOWN and says_none
             if has_none and replace(own.units, field=other.units.field) == other.units:
                 name = own.sources[0]
                 problem = f"{name} has no field, and {other.sources[0]} has one in {other.units.field or '1'}"
@@ -348,9 +342,8 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
     lone = len(log.segments) - len(neighboured)
     if lone and neighboured:
         log = log.only(neighboured)
-        notes.append(
-            f"{lone} row{'s' if lone > 1 else ''} between two gaps left out: they have no neighbour"
-        )
+        lone_rows = f"{lone} row{'s' if lone > 1 else ''} between two gaps"
+        notes.append(f"{lone_rows} left out: they have no neighbour")
     period = log.period if log.uniform else None
     spans = [Span(start, stop, period) for start, stop in log.segments]
     clock = Clock(log.time, tuple(spans))
@@ -362,9 +355,8 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
             if units.get(position) == "rad":
                 signals[position], turns = drawn_out(signals[position], clock)
                 if turns:
-                    notes.append(
-                        f"{position} starts again after a full turn, {turns} times: drawn out without jumps"
-                    )
+                    anew = f"{position} starts again after a full turn, {turns} times"
+                    notes.append(f"{anew}: drawn out without jumps")
             signals[speed], how = speed_of(signals[position], clock, derivative)
             unit = units.get(position, UNKNOWN)
             units[speed] = UNKNOWN if unit in ("", UNKNOWN) else f"{unit}/s"
@@ -375,9 +367,8 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
     missing = [name for name in (*needed, effort) if name not in signals]
     if missing:
         problem = f"no signal {', '.join(missing)} for device {device}; there are {', '.join(sorted(log.signals))}"
-        raise MappingError(
-            problem, where=log.name, remedy="Map a column to it, for example --effort 'F [N]'"
-        )
+        remedy = "Map a column to it, for example --effort 'F [N]'"
+        raise MappingError(problem, where=log.name, remedy=remedy)
     field = "field"
     slip = "slip"
     if device == "coaxial":
@@ -427,9 +418,8 @@ def joined(parts: Sequence[Dataset]) -> Dataset:
         origins += part.origins
         notes += part.notes
     elements: list[Element] = []
-    for each in zip(
-        *(part.elements for part in parts), strict=True
-    ):  # the same element of every log
+    # Each element of all logs in turn.
+    for each in zip(*(part.elements for part in parts), strict=True):
         field = np.concatenate([element.field for element in each])
         slip = np.concatenate([element.slip for element in each])
         elements.append(Element(field, slip))

@@ -45,9 +45,16 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
         return
     largest_slip = max(float(np.abs(log.slip).max()) for log in without)
     edges = np.linspace(_RESTS, 1.0, _BINS + 1) * largest_slip
-    courses = np.array(
-        [_effort_at(log, edges) for log in without]
-    )  # means and scatters, (logs, 2, bins)
+    # The mean effort along the slip of each log in bins of its size, and its scatter; shape (logs, 2, bins).
+    courses = np.full((len(without), 2, _BINS), np.nan)  # where a log has few rows, no number
+    for number, log in enumerate(without):
+        along = log.effort * np.sign(log.slip)  # without a load that does not turn with the slip
+        bins = np.digitize(np.abs(log.slip), edges)
+        for place in range(_BINS):
+            inside = bins == place + 1
+            if np.count_nonzero(inside) >= _FEWEST_ROWS:
+                courses[number, :, place] = along[inside].mean(), along[inside].std()
+
     apart = np.zeros((len(without), len(without)))
     for place, own in enumerate(courses):
         shared = np.isfinite(own[0]) & np.isfinite(courses[:, 0])
@@ -65,9 +72,8 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
         f"no field is logged, and at the same slip {names[more]} has {times:.2g} times the effort of {names[less]}: "
         "a field that no column holds may tell them apart"
     )
-    raise UnloggedFieldError(
-        problem, where=names[more], remedy=_remedy(pattern_among(names), names[more])
-    )
+    remedy = _remedy(pattern_among(names), names[more])
+    raise UnloggedFieldError(problem, where=names[more], remedy=remedy)
 
 
 def _remedy(pattern: str, where: str) -> str:
@@ -89,18 +95,5 @@ def with_paths(error: UnloggedFieldError, paths: Sequence[Path]) -> UnloggedFiel
         pattern = pattern_among([f"{stem.parent.name}/{stem.name}" for stem in stems])
     if not pattern:
         return error
-    return UnloggedFieldError(
-        error.problem, where=error.where, remedy=_remedy(pattern, error.where)
-    )
-
-
-def _effort_at(log: CourseOfLog, edges: Array) -> Array:
-    """The mean effort along the slip in bins of its size, and its scatter; not a number where a log has few rows."""
-    along = log.effort * np.sign(log.slip)  # a load that does not turn with the slip cancels out
-    bins = np.digitize(np.abs(log.slip), edges)
-    course = np.full((2, edges.size - 1), np.nan)
-    for place in range(edges.size - 1):
-        inside = bins == place + 1
-        if np.count_nonzero(inside) >= _FEWEST_ROWS:
-            course[:, place] = along[inside].mean(), along[inside].std()
-    return course
+    remedy = _remedy(pattern, error.where)
+    return UnloggedFieldError(error.problem, where=error.where, remedy=remedy)

@@ -55,13 +55,11 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
                 mask[start:stop] = True
         if not matches:
             problem = f"the test pattern {pattern!r} matches none of {len(dataset.sources)} logs"
-            raise SettingError(
-                problem, remedy=f"Logs are called for example {dataset.sources[0]!r}"
-            )
+            remedy = f"Logs are called for example {dataset.sources[0]!r}"
+            raise SettingError(problem, remedy=remedy)
     if mask.all():
-        raise SettingError(
-            "all logs are held out, none is left to train on", remedy="Narrow the test patterns"
-        )
+        problem = "all logs are held out, none is left to train on"
+        raise SettingError(problem, remedy="Narrow the test patterns")
     return mask
 
 
@@ -74,8 +72,15 @@ def _share_of_each_log(dataset: Dataset, share: float) -> Mask:
             for start, stop in levels or [log]:
                 mask |= spread_points(dataset.elements, start, stop, share)
         elif steps_without_a_gap(dataset, *log):
-            for part in _parts_of_levels(levels, share):
-                mask[part] = True
+            # The middle of two levels, the beginning of the next two, and so on: so some steps lie in rows that are
+            # fitted and others in rows held out, ups and downs alike. With the end of each level held out, no step
+            # would have its rows on both sides, and no lag could be told.
+            for place, (start, stop) in enumerate(levels):
+                rows = stop - start
+                held = round(share * rows)
+                begins_with_step = place // 2 % 2 == 1
+                first = start if begins_with_step else start + (rows - held) // 2
+                mask[first : first + held] = True
         else:
             for start, stop in levels or [log]:
                 trained = round((1 - share) * (stop - start))
@@ -89,22 +94,6 @@ def steps_without_a_gap(dataset: Dataset, start: int, stop: int) -> bool:
     levels = constant_stretches(dataset, start, stop)
     steps = [begin for (_, end), (begin, _) in itertools.pairwise(levels) if begin == end]
     return not begins_anew.issuperset(steps)
-
-
-def _parts_of_levels(levels: Sequence[tuple[int, int]], share: float) -> list[slice]:
-    """A part of each level: the middle of two levels, the beginning of the next two, and so on.
-
-    So some steps lie in rows that are fitted and others in rows held out, ups and downs alike. With the end of each
-    level held out, no step would have its rows on both sides, and no lag could be told.
-    """
-    parts: list[slice] = []
-    for place, (start, stop) in enumerate(levels):
-        rows = stop - start
-        held = round(share * rows)
-        begins_with_step = place // 2 % 2 == 1
-        first = start if begins_with_step else start + (rows - held) // 2
-        parts.append(slice(first, first + held))
-    return parts
 
 
 def constant_stretches(dataset: Dataset, start: int, stop: int) -> list[tuple[int, int]]:

@@ -48,7 +48,15 @@ def write_log(
     suffix = path.suffix.lower()
     with placed(str(path)):
         refuse_ending(path, LOG_ENDINGS)
-        _room(path, rows * len(columns) * _BYTES_A_NUMBER[suffix])
+        if not path.parent.is_dir():
+            raise RunError("its folder does not exist", remedy=f"Make {path.parent} first")
+        if not takes_files(path.parent):
+            raise RunError("its folder cannot be written", remedy="Give another place")
+        needed = rows * len(columns) * _BYTES_A_NUMBER[suffix]
+        free = shutil.disk_usage(path.parent).free
+        if needed > free:
+            problem = f"about {needed / 1e6:.2g} MB are needed and {free / 1e6:.2g} MB are free"
+            raise RunError(problem, remedy="Give a folder on a disk with room, or a shorter log")
     with whole_file(path, partial(unwritable, problem="the log cannot be written")) as unfinished:
         _WRITERS[suffix](unfinished, columns, _counted(chunks, rows, progress), about)
     return path
@@ -56,45 +64,24 @@ def write_log(
 
 def is_prediction(path: Path) -> bool:
     """Whether `write_log` wrote the file, and its effort is a model's."""
-    readers = {".csv": _label_of_csv, ".parquet": _label_of_parquet, ".mat": _label_of_mat}
-    reader = readers.get(path.suffix.lower())
-    if reader is None or not path.is_file():
-        return False
-    try:
-        return reader(path) == PREDICTED
-    except Exception:  # the libraries raise anything on files of others
-        return False
-
-
-def _label_of_csv(path: Path) -> str:
-    with path.open("rb") as file:
-        head = file.read(len(PREDICTED) + 3).decode()
-    return head.removeprefix("# ").removesuffix(":")
-
-
-def _label_of_parquet(path: Path) -> str:
+    from erclutch.logs.log_file import read_table
     from erclutch.logs.log_reader import LogSource
     from erclutch.logs.readers.parquet import windows_in_child
 
-    _, _, first_row = next(windows_in_child(LogSource(path, b"", ""), 1, 0, 0, 1))
-    return first_row.origin
-
-
-def _label_of_mat(path: Path) -> str:
-    from erclutch.logs.log_file import read_table  # reads it in a child, within a budget
-
-    return read_table(path).origin
-
-
-def _room(path: Path, needed: float) -> None:
-    if not path.parent.is_dir():
-        raise RunError("its folder does not exist", remedy=f"Make {path.parent} first")
-    if not takes_files(path.parent):
-        raise RunError("its folder cannot be written", remedy="Give another place")
-    free = shutil.disk_usage(path.parent).free
-    if needed > free:
-        problem = f"about {needed / 1e6:.2g} MB are needed and {free / 1e6:.2g} MB are free"
-        raise RunError(problem, remedy="Give a folder on a disk with room, or a shorter log")
+    suffix = path.suffix.lower()
+    if suffix not in _WRITERS or not path.is_file():
+        return False
+    try:
+        if suffix == ".csv":
+            with path.open("rb") as file:
+                head = file.read(len(PREDICTED) + 3).decode()
+            return head.removeprefix("# ").removesuffix(":") == PREDICTED
+        if suffix == ".parquet":
+            _, _, first_row = next(windows_in_child(LogSource(path, b"", ""), 1, 0, 0, 1))
+            return first_row.origin == PREDICTED
+        return read_table(path).origin == PREDICTED  # in a child, within a budget
+    except Exception:  # the libraries raise anything on files of others
+        return False
 
 
 def _counted(
@@ -122,16 +109,14 @@ def _parquet(
     fields = [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in columns]
     schema = pa.schema(fields, metadata={"erclutch": json.dumps(about)})
     options: dict[str, Any] = {
+        "write_page_checksum": True,
         "compression": "zstd",
         "use_byte_stream_split": True,
         "use_dictionary": False,
     }
     arrow: Any = pa  # of which the stubs know a part
     # The open file and not its name: Arrow takes no name that is not UTF-8.
-    with (
-        path.open("wb") as file,
-        pq.ParquetWriter(file, schema, write_page_checksum=True, **options) as writer,
-    ):
+    with path.open("wb") as file, pq.ParquetWriter(file, schema, **options) as writer:
         for chunk in _gathered(chunks, 60_000):
             # From their bytes: pa.array imports pandas first, which takes longer than to write 100 s of a log.
             arrays: list[Any] = []
@@ -147,7 +132,7 @@ def _gathered(chunks: Iterable[Array], size: int) -> Iterable[Array]:
     waiting: list[Array] = []
     for chunk in chunks:
         waiting.append(chunk)
-        if sum(c.shape[0] for c in waiting) >= size:
+        if sum(len(part) for part in waiting) >= size:
             yield np.concatenate(waiting)
             waiting = []
     if waiting:
@@ -165,15 +150,12 @@ def _csv(
         labels = [f"{name} [{unit}]" if unit else name for name, unit in columns]
         file.write(",".join(labels) + "\n")
         for chunk in chunks:
-            forms = [_form(name, chunk[:, i]) for i, (name, _) in enumerate(columns)]
+            # Nine digits, and of a time as many as tell its rows apart: seconds since 1970 need sixteen.
+            forms: list[str] = []
+            for place, (name, _) in enumerate(columns):
+                largest = float(np.abs(chunk[:, place]).max(initial=0.0))
+                forms.append("%.16g" if name == "time" and largest >= 1e5 else "%.9g")
             np.savetxt(file, chunk, delimiter=",", fmt=forms)
-
-
-def _form(name: str, values: Array) -> str:
-    """Nine digits, and of a time as many as tell its rows apart: seconds since 1970 need sixteen."""
-    if name == "time" and values.size > 0 and float(np.abs(values).max()) >= 1e5:
-        return "%.16g"
-    return "%.9g"
 
 
 def _mat(

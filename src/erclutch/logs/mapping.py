@@ -31,21 +31,21 @@ What the command line says wins over the file, and the file over guesses.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
-from erclutch.errors import MappingError, UnitError, placed
+from erclutch.errors import MappingError, UnitError, placed, shell_word
 from erclutch.files import plain_words, small_file, toml_of
 from erclutch.logs.columns.name_pattern import FIELD
+from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
 _TEXT_KEYS = ("name_pattern", "variable", "invalid", "decimal", "values")
 _KEYS = ("time", "rate", "lead", *_TEXT_KEYS, "inputs", "columns", "scales", "constants")
 _ALLOWED = {"invalid": ("error", "drop"), "decimal": (".", ","), "values": ("keep",)}
 _CHOICE_KEYS = ("column", "unit", "scale")
-
 
 #: In place of a signal's column: no column is to be taken for it.
 NONE = "none"
@@ -138,9 +138,8 @@ class ColumnMap:
             values = toml_of(content)
         except (OSError, ValueError, RecursionError) as error:
             problem = f"the mapping file cannot be read ({plain_words(error)})"
-            raise MappingError(
-                problem, remedy="Correct the mapping file", where=path.name
-            ) from error
+            remedy = "Correct the mapping file"
+            raise MappingError(problem, remedy=remedy, where=path.name) from error
         digest = hashlib.sha256(content).hexdigest()
         with placed(path.name):
             told = cls.from_dict(values, path.name)
@@ -160,15 +159,13 @@ class ColumnMap:
         _known(scales, tuple(SIGNALS), "signal")
         inputs = values.get("inputs", ())
         if not isinstance(inputs, list | tuple):
-            raise MappingError(
-                f"inputs is {inputs!r}", remedy='Write it as a list: inputs = ["D [cm]"]'
-            )
+            remedy = 'Write it as a list: inputs = ["D [cm]"]'
+            raise MappingError(f"inputs is {inputs!r}", remedy=remedy)
         constants = _table_of(values, "constants")
         twice = sorted(columns.keys() & constants)
         if twice:
-            raise MappingError(
-                f"{twice[0]} is given as a column and as a constant", remedy="Give one of the two"
-            )
+            problem = f"{twice[0]} is given as a column and as a constant"
+            raise MappingError(problem, remedy="Give one of the two")
         time = values.get("time")
         return cls(
             columns={name: _choice(name, value, source) for name, value in columns.items()},
@@ -189,17 +186,13 @@ class ColumnMap:
         Raises:
             MappingError: a constant or a scale of what is no signal; see `from_dict`.
         """
-        given = {
-            key: options[key] for key in ("time", "rate", "lead", *_TEXT_KEYS) if key in options
-        }
+        plain = ("time", "rate", "lead", *_TEXT_KEYS)
+        given = {key: options[key] for key in plain if key in options}
         if options.get("keep_values"):
             given["values"] = "keep"
-        signal_of = {
-            name.lower(): name for name in NAMED_COLUMNS
-        }  # the command line has no capitals
-        given["columns"] = {
-            signal_of[key]: label for key, label in options.items() if key in signal_of
-        }
+        # The command line has no capitals.
+        names = {name.lower(): name for name in NAMED_COLUMNS}
+        given["columns"] = {names[key]: label for key, label in options.items() if key in names}
         given["inputs"] = list(options.get("input", ()))
         for option, example in (("constant", "0.5 A"), ("scale", "2.5 A/V")):
             texts: dict[str, str] = {}
@@ -257,6 +250,43 @@ def told_of(
     return said.over(file_mapping(log, mapping_file))
 
 
+def given_options(told: ColumnMap, device: DeviceName, asked: Container[str]) -> list[str]:
+    """What the user gave, as options of a command; none for signals that are asked about."""
+    choices = {**told.columns, **({"time": told.time} if told.time else {})}
+    words: list[str] = []
+    for name, choice in choices.items():
+        if choice.source == "given" and name not in asked:
+            label = f"{choice.column} [{choice.unit}]" if choice.unit else f"{choice.column}"
+            words.append(f"--{name} {shell_word(label)}")
+    if device != "single":
+        words.append(f"--device {device}")
+    if told.source != "given":
+        return words
+    if told.rate is not None:
+        words.append(f"--rate {told.rate:g}")
+    if told.lead is not None:
+        words.append(f'--lead "{told.lead:g} m"')
+    for name, text in told.constants.items():
+        words.append(f"--constant {shell_word(f'{name}={text}')}")
+    for name, text in told.scales.items():
+        if name not in asked:
+            words.append(f"--scale {shell_word(f'{name}={text}')}")
+    return words
+
+
+def reading_options(told: ColumnMap, beside: Sequence[str]) -> list[str]:
+    """How the user said that the file is read, as options; none with another value ``beside``, where it is asked."""
+    if told.source != "given":
+        return []
+    words = [f"--input {shell_word(str(choice.column))}" for choice in told.inputs]
+    words += ["--keep-values"] if told.values == "keep" else []
+    for key in ("name_pattern", "variable", "decimal", "invalid"):
+        option = f"--{key.replace('_', '-')}"
+        if getattr(told, key) and not any(each.startswith(f"{option} ") for each in beside):
+            words.append(f"{option} {shell_word(getattr(told, key))}")
+    return words
+
+
 def map_over(mapping: ColumnMap | Mapping[str, Any] | None, base: ColumnMap | None) -> ColumnMap:
     """What is given as a mapping (see `erclutch.read`), over another mapping.
 
@@ -300,9 +330,8 @@ def file_mapping(log: object, named: str | Path | None = None) -> ColumnMap:
         return ColumnMap.from_toml(beside)
     except MappingError as error:
         name = Path(str(log)).name
-        remedy = (
-            f"{error.remedy}; it is read as it lies beside {name}: rename it if it is no mapping"
-        )
+        beside_log = f"it is read as it lies beside {name}: rename it if it is no mapping"
+        remedy = f"{error.remedy}; {beside_log}"
         raise MappingError(error.problem, where=error.where, remedy=remedy) from error
 
 
@@ -364,9 +393,8 @@ def _choice(name: str, value: Any, source: str) -> ColumnChoice:
     is_unit = isinstance(unit, str | None)
     is_scale = isinstance(scale, int | float) and not isinstance(scale, bool)
     if not is_column or not is_unit or not is_scale or not 0 < abs(scale) < float("inf"):
-        raise MappingError(
-            f"the column for {name} is {value!r}", remedy=f'Write it like {name} = "V [cm/s]"'
-        )
+        remedy = f'Write it like {name} = "V [cm/s]"'
+        raise MappingError(f"the column for {name} is {value!r}", remedy=remedy)
     return ColumnChoice(cast("str | int", column), unit, float(scale), source)
 
 

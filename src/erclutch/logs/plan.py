@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from functools import partial
 from pathlib import Path
@@ -18,7 +18,7 @@ from typing import Literal
 from erclutch.errors import MappingError, UnitError, listed, placed, shell_word
 from erclutch.files import unwritable, whole_file
 from erclutch.files.places import nothing
-from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
+from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap, given_options, reading_options
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS, NO_FIELD
 
@@ -213,9 +213,9 @@ class Plan:
         doubts: list[str] = []
         for each in self.signals:
             if each.sureness == "doubtful":
-                others = (
-                    f"; {', '.join(each.alternatives)} may be it too" if each.alternatives else ""
-                )
+                others = ""
+                if each.alternatives:
+                    others = f"; {', '.join(each.alternatives)} may be it too"
                 why = each.doubt or "by its unit alone, and its numbers do not look like that"
                 is_it = "may be" if each.answer else "is"
                 doubts.append(f"{each.signal} {is_it} column {each.column} {why}{others}")
@@ -247,9 +247,8 @@ class Plan:
             remedy = f"If that is right, say so: {' '.join(self._doubtful_options('s'))}"
             if self.clock is not None and self.clock.doubt:
                 small = self.clock.likely if self.clock.likely in ("us", "ns") else "ms"
-                remedy += (
-                    f", or --time {shell_word(f'{self.clock.column} [{small}]')}, or give --rate"
-                )
+                in_small = shell_word(f"{self.clock.column} [{small}]")
+                remedy += f", or --time {in_small}, or give --rate"
             raise MappingError("; ".join(self.doubts), remedy=remedy, where=self.log)
 
     def _doubtful_options(self, unit: str = "") -> list[str]:
@@ -277,8 +276,10 @@ class Plan:
 
         Where nothing tells, it has a place to fill in, such as ``COLUMN [N]``.
         """
-        options = [*_given_options(self), *self.examples, *self._doubtful_options()]
-        options += _reading_options(self, options)
+        asked = {question.signal for question in self.questions}
+        given = given_options(self.told, self.device, asked)
+        options = [*given, *self.examples, *self._doubtful_options()]
+        options += reading_options(self.told, options)
         return f"erclutch inspect {shlex.quote(self.path)} {' '.join(options)}"
 
     def differences(self, other: Plan) -> tuple[str, ...]:
@@ -303,23 +304,21 @@ class Plan:
         if len(self.questions) == 1:
             raise self.questions[0].error()
         missing = [f"({place}) {each.short}" for place, each in enumerate(self.questions, start=1)]
-        columns = listed(self.labels.values())
-        problem = (
-            f"{len(missing)} things are missing: {'; '.join(missing)}; the file has: {columns}"
-        )
+        has = f"the file has: {listed(self.labels.values())}"
+        problem = f"{len(missing)} things are missing: {'; '.join(missing)}; {has}"
 
-        options = [*_given_options(self), *self.examples]
-        options += _reading_options(self, options) if self.path else []
+        asked = {question.signal for question in self.questions}
+        options = [*given_options(self.told, self.device, asked), *self.examples]
+        options += reading_options(self.told, options) if self.path else []
         command = f"erclutch inspect {shlex.quote(self.path)} {' '.join(options)}"
-        if not self.path:  # of a DataFrame or of arrays: labels as `erclutch.read` takes them
+        if not self.path:
+            # Of a DataFrame or of arrays: labels as `erclutch.read` takes them.
             words = shlex.split(" ".join(options))
             values: dict[str, str] = {}
             for option, value in zip(words[::2], words[1::2], strict=True):
                 values[option.removeprefix("--")] = value
-            labels = {
-                name: label for name, label in values.items() if name in (*NAMED_COLUMNS, "time")
-            }
-            command = str(labels)
+            named = (*NAMED_COLUMNS, "time")
+            command = str({name: label for name, label in values.items() if name in named})
             if "scale" in values:  # what a volt or a count of the sensor is
                 command += f" with --scale {shell_word(values['scale'])}"
 
@@ -351,9 +350,8 @@ class Plan:
             if getattr(told, key) is not None:
                 lines.append(f"{key} = {_text(getattr(told, key))}")
         if told.inputs:
-            lines.append(
-                f"inputs = [{', '.join(_text(str(choice.column)) for choice in told.inputs)}]"
-            )
+            inputs = [_text(str(choice.column)) for choice in told.inputs]
+            lines.append(f"inputs = [{', '.join(inputs)}]")
         apart = ("time", "lead", "input", "variable")
         for question in self.questions:
             if question.signal in apart:
@@ -362,11 +360,8 @@ class Plan:
         lines += ["", "[columns]", *_column_lines(self, apart)]
         for head, values in (("scales", told.scales), ("constants", told.constants)):
             if values:
-                lines += [
-                    "",
-                    f"[{head}]",
-                    *(f"{_text(name)} = {_text(text)}" for name, text in values.items()),
-                ]
+                lines += ["", f"[{head}]"]
+                lines += [f"{_text(name)} = {_text(text)}" for name, text in values.items()]
         return "\n".join([*lines, ""])
 
     def save(self, path: Path) -> None:
@@ -376,16 +371,12 @@ class Plan:
             MappingError: the file is there already, or cannot be written.
         """
         if path.exists():
+            problem = "there is such a file, and it may be your own mapping"
             remedy = "Give another name, or delete the file first"
-            raise MappingError(
-                "there is such a file, and it may be your own mapping",
-                where=str(path),
-                remedy=remedy,
-            )
+            raise MappingError(problem, where=str(path), remedy=remedy)
         remedy = "Give a file in a folder that you may write to"
-        with whole_file(
-            path, partial(unwritable, remedy=remedy, kind=MappingError), nothing
-        ) as whole:
+        refused = partial(unwritable, remedy=remedy, kind=MappingError)
+        with whole_file(path, refused, nothing) as whole:
             whole.write_text(self.to_toml(), encoding="utf-8")
 
 
@@ -397,9 +388,8 @@ def _column_lines(plan: Plan, apart: tuple[str, ...]) -> list[str]:
             line = f"{each.signal} = {_choice(each.column, each.unit, each.scale)}  # {_plain(each.reason)}"
             # A position that is named beside the slip is an input of the models; a guessed one is not.
             beside_the_slip = each.signal == "position" and plan.signal("slip") is not None
-            lines.append(
-                f"# {line}" if beside_the_slip and "position" not in plan.told.columns else line
-            )
+            is_guessed = "position" not in plan.told.columns
+            lines.append(f"# {line}" if beside_the_slip and is_guessed else line)
         elif each.signal == "field" and each.signal in plan.told.columns:
             lines.append(f"field = {_text(NONE)}  # {_plain(each.reason)}")
     for signal in plan.told.columns:
@@ -413,44 +403,6 @@ def _column_lines(plan: Plan, apart: tuple[str, ...]) -> list[str]:
             lines.append(f"# missing: {_plain(question.short)}")
             lines.append(f'# {question.signal} = "COLUMN [unit]"  # columns left: {free}')
     return lines
-
-
-def _given_options(plan: Plan) -> list[str]:
-    """What the user gave, as options of a command."""
-    told = plan.told
-    asked = {question.signal for question in plan.questions}
-    choices = {**told.columns, **({"time": told.time} if told.time else {})}
-    words: list[str] = []
-    for name, choice in choices.items():
-        if choice.source == "given" and name not in asked:
-            label = f"{choice.column} [{choice.unit}]" if choice.unit else f"{choice.column}"
-            words.append(f"--{name} {shell_word(label)}")
-    if plan.device != "single":
-        words.append(f"--device {plan.device}")
-    if told.source == "given":
-        if told.rate is not None:
-            words.append(f"--rate {told.rate:g}")
-        if told.lead is not None:
-            words.append(f'--lead "{told.lead:g} m"')
-        for option, texts in (("constant", told.constants), ("scale", told.scales)):
-            for name, text in texts.items():
-                if option == "constant" or name not in asked:
-                    words.append(f"--{option} {shell_word(f'{name}={text}')}")
-    return words
-
-
-def _reading_options(plan: Plan, beside: Sequence[str]) -> list[str]:
-    """How the user said that the file is read, as options; none with another value ``beside``, where it is asked."""
-    told = plan.told
-    if told.source != "given":
-        return []
-    words = [f"--input {shell_word(str(choice.column))}" for choice in told.inputs]
-    words += ["--keep-values"] if told.values == "keep" else []
-    for key in ("name_pattern", "variable", "decimal", "invalid"):
-        option = f"--{key.replace('_', '-')}"
-        if getattr(told, key) and not any(each.startswith(f"{option} ") for each in beside):
-            words.append(f"{option} {shell_word(getattr(told, key))}")
-    return words
 
 
 def _choice(column: str, unit: str | None, scale: float) -> str:

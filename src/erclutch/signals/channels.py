@@ -169,28 +169,36 @@ def named(device: DeviceName, texts: Mapping[str, str]) -> NamedChannels:
         texts: name of a channel out of `wired` -> label, and its unit in SI in square brackets.
 
     Raises:
-        SettingError: an unknown channel, or a label or unit that cannot be.
+        SettingError: an unknown channel, or a label or unit that cannot be. UnitError: no unit.
     """
     labels: dict[str, str] = {}
     units: dict[str, str] = {}  # by role
     roles = {name: role for name, _, role, _ in _ROWS[device]}
     for name, text in texts.items():
         if name not in wired(device):
-            raise SettingError(
-                f"there is no channel {name!r}", remedy=f"Name some of {', '.join(wired(device))}"
-            )
+            remedy = f"Name some of {', '.join(wired(device))}"
+            raise SettingError(f"there is no channel {name!r}", remedy=remedy)
         role = roles[name]
         match = _LABEL.fullmatch(text)
         if match is None or not match["label"] or not match["label"].isprintable():
-            raise SettingError(
-                f"channel {name!r} is called {text!r}", remedy="Write it like 'coil current [A]'"
-            )
+            problem = f"channel {name!r} is called {text!r}"
+            raise SettingError(problem, remedy="Write it like 'coil current [A]'")
         labels[name] = match["label"]
-        if match["unit"] is not None:
-            unit = _in_si(name, match["unit"], role)
-            if units.setdefault(role, unit) != unit:
-                problem = f"channel {name!r} is in {unit}, and another {role} in {units[role]}"
-                raise SettingError(problem, remedy="Send both in one unit")
+        written = match["unit"]
+        if written is None:
+            continue
+
+        # A drive is a torque or a force, as an effort is. A rig converts before it sends.
+        like = "effort" if role == "motor" else role
+        signal = SIGNALS[name] if name in SIGNALS else SIGNALS[like]
+        factor, unit = units_module.fits(written, signal.si_units) or (0.0, "")
+        if factor != 1.0:
+            allowed = ", ".join(si or "1" for si in signal.si_units)
+            problem = f"channel {name!r} is in {written or '1'}"
+            raise SettingError(problem, remedy=f"Send it in one of {allowed}")
+        if units.setdefault(role, unit) != unit:
+            problem = f"channel {name!r} is in {unit}, and another {role} in {units[role]}"
+            raise SettingError(problem, remedy="Send both in one unit")
 
     # A rig sends positions; the speed's unit follows from theirs.
     speed_of = {position: speed for speed, position in _POSITIONS.items()}
@@ -203,21 +211,3 @@ def named(device: DeviceName, texts: Mapping[str, str]) -> NamedChannels:
         sensor="effort" in given_roles,
         drive=units.get("motor", "?"),
     )
-
-
-def _in_si(name: str, unit: str, role: str) -> str:
-    """The SI unit that a rig gives a channel, as erclutch writes it.
-
-    Raises:
-        SettingError: another unit: a rig converts before it sends. UnitError: no unit.
-    """
-    like = "effort" if role == "motor" else role  # a drive is a torque or a force, as an effort is
-    signal = SIGNALS[name] if name in SIGNALS else SIGNALS[like]
-    fitting = units_module.fits(unit, signal.si_units)
-    factor, si_unit = fitting or (0.0, "")
-    if factor != 1.0:
-        allowed = ", ".join(si or "1" for si in signal.si_units)
-        raise SettingError(
-            f"channel {name!r} is in {unit or '1'}", remedy=f"Send it in one of {allowed}"
-        )
-    return si_unit

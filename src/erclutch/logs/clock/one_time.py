@@ -48,9 +48,9 @@ def with_whole_stamps(table: Table) -> Table:
             notes.append(f"columns {name} and {other} are one time, in s")
     if notes:
         return replace(table, columns=columns, notes=(*table.notes, *notes))
-    return (
-        _with_time_of_day(table) if table.clock is None else _with_milliseconds(table, table.clock)
-    )
+    if table.clock is not None:
+        return _with_milliseconds(table, table.clock)
+    return _with_time_of_day(table)
 
 
 def _with_milliseconds(table: Table, clock: Array) -> Table:
@@ -65,11 +65,9 @@ def _with_milliseconds(table: Table, clock: Array) -> Table:
     if name is None or not are_whole(clock):
         return table
     beyond = table.columns[name]
-    if (
-        not np.isfinite(beyond).all()
-        or not are_whole(beyond)
-        or not 0 <= beyond.min() <= beyond.max() < most
-    ):
+    if not np.isfinite(beyond).all() or not are_whole(beyond):
+        return table
+    if not 0 <= beyond.min() <= beyond.max() < most:
         return table
     time = clock + unit * beyond
     if np.any(np.diff(time) <= 0.0):
@@ -125,9 +123,8 @@ def _with_time_of_day(table: Table) -> Table:
     if not {60.0, 1.0} <= parts.keys() or not (begins_anew or 3600.0 in parts):
         return table
 
-    since_midnight = np.sum(
-        [unit * table.columns[name] for unit, name in parts.items()], axis=0
-    )  # s, shape (n,)
+    in_seconds = [unit * table.columns[name] for unit, name in parts.items()]
+    since_midnight = np.sum(in_seconds, axis=0)  # s, shape (n,)
     steps = np.diff(since_midnight, prepend=since_midnight[0])
     days = np.cumsum(steps < -_DAY / 2)
     time = since_midnight + _DAY * days

@@ -78,8 +78,12 @@ def resampled(log: Recording, rate: float) -> Recording:
         for name, values in signals.items():
             stretches: list[Array] = []
             for start, stop, place in kept:
-                even = _even(values, log, start, stop)
-                stretches.append(_moved(even, place, up, down))
+                samples = values[start:stop]
+                if not log.uniform:
+                    stamps = log.time[start:stop]
+                    even = np.linspace(float(stamps[0]), float(stamps[-1]), stop - start)
+                    samples = np.asarray(np.interp(even, stamps, samples), np.float64)
+                stretches.append(_moved(samples, place, up, down))
             at_new_rate[name] = _joined(stretches)
         return MappingProxyType(at_new_rate)
 
@@ -109,11 +113,10 @@ def _note(log: Recording, rate: float, dropped: int) -> str:
     passed = PASSED * slower / 2
     stopped = slower / 2
     uneven = "" if log.uniform else "; unequal steps were joined by straight lines first"
-    gone = (
-        f"; {dropped} stretch{'es' if dropped > 1 else ''} too short for the filter left out"
-        if dropped
-        else ""
-    )
+    gone = ""
+    if dropped:
+        stretches = f"{dropped} stretch{'es' if dropped > 1 else ''}"
+        gone = f"; {stretches} too short for the filter left out"
     return (
         f"{RESAMPLED} {1 / log.period:.6g} Hz to {rate:.6g} Hz by a zero-phase filter that passes {passed:.4g} Hz "
         f"and stops {stopped:.4g} Hz (a switched field rings there); {1e3 * _REACH / slower:.3g} ms left out at each "
@@ -125,16 +128,6 @@ def _joined(stretches: Sequence[Array]) -> Array:
     whole = np.concatenate(stretches)
     whole.setflags(write=False)
     return whole
-
-
-def _even(values: Array, log: Recording, start: int, stop: int) -> Array:
-    """The samples of a stretch at equal steps."""
-    part = values[start:stop]
-    if log.uniform:
-        return part
-    time = log.time[start:stop]
-    even: Array = np.linspace(float(time[0]), float(time[-1]), stop - start)
-    return np.asarray(np.interp(even, time, part), np.float64)
 
 
 def _moved(values: Array, place: range, up: int, down: int) -> Array:

@@ -62,7 +62,15 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         too_few_for_coarse_stamps = wanders and np.mean(other_values) <= _COARSE
         if not busy and (_stray(repeats) or too_few_for_coarse_stamps):
             keep = ~repeats
-            notes.append(_dropped(repeats, same, column))
+            dropped: list[str] = []
+            if written_twice.any():
+                rows = int(written_twice.sum())
+                dropped.append(f"{rows} rows that repeat the row before were dropped")
+            if other_values.any():
+                rows = int(other_values.sum())
+                which = f"{rows} rows with the {column} of the row before but other values"
+                dropped.append(f"{which} were dropped, the first kept")
+            notes.append("; ".join(dropped))
             stamps = stamps[keep]
             require_rows(stamps.size)
             regular = _regular_grid(stamps, regular.grain[keep], column, hint)
@@ -85,7 +93,13 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         even = steps.size == 0 or np.abs(steps - period).max() <= 1e-6 * period
         moves = float(away.max()) > 1e-9 * period
         if moves and not even:
-            notes.append(_restored(stamps, regular.grain, period, column))
+            coarsest = float(regular.grain.max())
+            how = f"wanders by less than {percent(_JITTER, 1)} of a period"
+            if np.any(np.diff(stamps) == 0):
+                how = "is coarser than the sampling (stamps repeat)"
+            elif coarsest > 0.75 * _JITTER * period:
+                how = f"is rounded to {coarsest:.2g} s"
+            notes.append(f"{column} {how}: put on the regular grid of {period:.10g} s")
             stamps = regular.grid
     elif not np.all(steps > 0):
         raise TimingError(
@@ -142,10 +156,8 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
     steps = np.diff(stamps)
     if not np.any(steps):
         remedy += ", or take the rows as points (--time none)"
-        raise TimingError(
-            f"column {column} is {stamps[0]:g} in all {stamps.size} rows",
-            remedy=remedy.capitalize(),
-        )
+        problem = f"column {column} is {stamps[0]:g} in all {stamps.size} rows"
+        raise TimingError(problem, remedy=remedy.capitalize())
     usual = float(np.median(steps[steps != 0]))
     _refuse_short(usual, column)
     back = np.flatnonzero(steps < 0)
@@ -155,26 +167,22 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
     order = f"{stamps[row]:.10g} s after {stamps[row - 1]:.10g} s"
     if back.size > 1:
         order += f" ({back.size} times in all)"
-    remedy = (
-        "Split the log there, sort it, or choose another time column (--time) or a rate (--rate)"
-    )
+    others = "choose another time column (--time) or a rate (--rate)"
+    remedy = f"Split the log there, sort it, or {others}"
     if back.size == steps.size:
         remedy = f"The newest row stands first: sort the rows by {column}"
     elif back.size > DISORDER * stamps.size:
-        remedy = (
-            "The rows follow no time: take them as points (--time none), or give a rate (--rate)"
-        )
-    raise TimingError(
-        f"column {column} runs backwards at data row {row + 1}: {order}", remedy=remedy
-    )
+        as_points = "take them as points (--time none), or give a rate (--rate)"
+        remedy = f"The rows follow no time: {as_points}"
+    problem = f"column {column} runs backwards at data row {row + 1}: {order}"
+    raise TimingError(problem, remedy=remedy)
 
 
 def _refuse_short(step: float, column: str) -> None:
     """Refuse a step in s that no logger takes."""
     if abs(step) < _SHORTEST:
-        problem = (
-            f"steps of column {column} are {step:.3g} s, below the shortest of {_SHORTEST:g} s"
-        )
+        shortest = f"the shortest of {_SHORTEST:g} s"
+        problem = f"steps of column {column} are {step:.3g} s, below {shortest}"
         remedy = "Check its unit, choose the time column (--time) or give a sampling rate (--rate)"
         raise TimingError(problem, remedy=remedy)
 
@@ -195,9 +203,8 @@ def _resolution_of(stamps: Array) -> Array:
     decade = np.floor(np.log10(np.maximum(magnitude, 1e-12))).astype(np.int64)
     grain = np.empty(stamps.size)
     finest = 0.0
-    for number in np.unique(decade)[
-        ::-1
-    ]:  # smaller numbers are never printed coarser than larger ones
+    # Smaller numbers are never printed coarser than larger ones.
+    for number in np.unique(decade)[::-1]:
         of_decade = decade == number
         finest = max(finest, float(decimals[of_decade].max()))
         grain[of_decade] = 10.0**-finest
@@ -208,9 +215,8 @@ def _resolution_of(stamps: Array) -> Array:
         of_float32 = np.spacing(magnitude.astype(np.float32))
         grain = np.maximum(grain, of_float32.astype(np.float64))
     steps = np.diff(stamps)
-    if (
-        np.mean(steps == 0) > _COARSE
-    ):  # a tick that is no power of ten, such as the 15.6 ms of an operating system
+    # A tick may be no power of ten, such as the 15.6 ms of an operating system.
+    if np.mean(steps == 0) > _COARSE:
         grain = np.maximum(grain, float(np.median(steps[steps > 0])))
     return grain
 
@@ -254,15 +260,17 @@ def _period(stamps: Array, grain: Array) -> float:
 
 
 def _cut(
-    stamps: Array, grain: Array, period: float, column: str
+    stamps: Array,
+    grain: Array,
+    period: float,
+    column: str,
 ) -> tuple[tuple[int, ...], tuple[str, ...]]:
     """First row of each segment, and a note on the gaps."""
     steps = np.diff(stamps)
     rounding = np.maximum(grain[1:], grain[:-1])
     shortest = min(period, float(np.median(steps[steps > 0])))
-    printed = (
-        np.ceil(shortest / rounding - 0.02) * rounding
-    )  # the longest step that rounding makes of one period
+    # The longest step that rounding makes of one period.
+    printed = np.ceil(shortest / rounding - 0.02) * rounding
     longest_step = np.maximum(_GAP * period, printed)
     gaps = np.flatnonzero(steps > longest_step * (1 + 1e-9) + 1e-9 * period)
 
@@ -271,9 +279,8 @@ def _cut(
     if doubtful.size > 2 and np.ptp(np.diff(doubtful)) <= 2:
         gaps = np.setdiff1d(gaps, doubtful)
     gaps = _lasting(stamps, period, gaps)
-    if (
-        gaps.size > 0.1 * steps.size
-    ):  # no clock at all: cutting at every long step would leave nothing
+    # Where there is no clock at all, cutting at every long step would leave nothing.
+    if gaps.size > 0.1 * steps.size:
         gaps = np.flatnonzero(steps > 10 * float(np.percentile(steps, 90)))
     if not gaps.size:
         return (0,), ()
@@ -329,17 +336,20 @@ def _segments(starts: Sequence[int], rows: int) -> list[slice]:
 
 
 def _grid(
-    stamps: Array, grain: Array, starts: tuple[int, ...], period: float, hint: float | None
+    stamps: Array,
+    grain: Array,
+    starts: tuple[int, ...],
+    period: float,
+    hint: float | None,
 ) -> tuple[Array, float, float]:
-    """_Regular grid through the stamps, one period for all segments, each with its own start.
+    """Regular grid through the stamps, one period for all segments, each with its own start.
 
     Returns:
         grid in s, shape (n,); period in s; the largest distance to the stamps as a share of what rounding allows.
     """
     segments = _segments(starts, stamps.size)
-    allowed = (
-        1.05 * grain + _JITTER * period
-    )  # stamps may be rounded up or down, not only to the nearest
+    # Stamps may be rounded up or down, not only to the nearest.
+    allowed = 1.05 * grain + _JITTER * period
 
     # A straight line through the stamps of each segment by least squares: its slope is the period.
     product = 0.0
@@ -372,7 +382,10 @@ def _grid(
 
 
 def _line(
-    stamps: Array, allowed: Array, segments: Sequence[slice], period: float
+    stamps: Array,
+    allowed: Array,
+    segments: Sequence[slice],
+    period: float,
 ) -> tuple[Array, float]:
     """The grid of one period that stays closest to the stamps, and its largest distance as a share of the allowed."""
     grid = np.empty_like(stamps)
@@ -426,25 +439,3 @@ def _stray(repeats: Mask) -> bool:
         return False
     distances = np.diff(np.flatnonzero(repeats))
     return distances.size < 2 or bool(np.ptp(distances) > 2)
-
-
-def _dropped(repeats: Mask, same: Mask, column: str) -> str:
-    alike = int((repeats & same).sum())
-    different = int((repeats & ~same).sum())
-    parts: list[str] = []
-    if alike:
-        parts.append(f"{alike} rows that repeat the row before were dropped")
-    if different:
-        which = f"{different} rows with the {column} of the row before but other values"
-        parts.append(f"{which} were dropped, the first kept")
-    return "; ".join(parts)
-
-
-def _restored(stamps: Array, grain: Array, period: float, column: str) -> str:
-    if np.any(np.diff(stamps) == 0):
-        how = "is coarser than the sampling (stamps repeat)"
-    elif float(grain.max()) > 0.75 * _JITTER * period:
-        how = f"is rounded to {grain.max():.2g} s"
-    else:
-        how = f"wanders by less than {percent(_JITTER, 1)} of a period"
-    return f"{column} {how}: put on the regular grid of {period:.10g} s"

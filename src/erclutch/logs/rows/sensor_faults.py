@@ -109,18 +109,16 @@ def saturated(effort: Array) -> dict[float, Mask]:
             continue
         with np.errstate(invalid="ignore"):
             near = (np.abs(effort - end) < _NEAR * (high - low)) & ~at_end
-        if np.count_nonzero(near) >= _APPROACHES and _piles_up(known, end):
+        if np.count_nonzero(near) < _APPROACHES:
+            continue
+        # Far more rows sit there than at any level beside it; a smooth peak has a few times more.
+        levels, rows = np.unique(known, return_counts=True)
+        at = int(np.flatnonzero(levels == end)[0])
+        before = rows[max(0, at - _LEVELS_BESIDE) : at]
+        after = rows[at + 1 : at + 1 + _LEVELS_BESIDE]
+        if rows[at] >= _PILE * np.concatenate([before, after]).max():
             ends[end] = at_end
     return ends
-
-
-def _piles_up(known: Array, end: float) -> bool:
-    """Whether far more rows sit at an end than at any level beside it: a smooth peak has a few times more."""
-    levels, rows = np.unique(known, return_counts=True)
-    at = int(np.flatnonzero(levels == end)[0])
-    before = rows[max(0, at - _LEVELS_BESIDE) : at]
-    after = rows[at + 1 : at + 1 + _LEVELS_BESIDE]
-    return bool(rows[at] >= _PILE * np.concatenate([before, after]).max())
 
 
 def stuck(effort: Array, motion: Array) -> Mask:
@@ -145,9 +143,8 @@ def stuck(effort: Array, motion: Array) -> Mask:
     meanwhile = meanwhile[np.isfinite(meanwhile)]
     if not meanwhile.size:
         return marked
-    low, high = np.quantile(
-        meanwhile, (0.1, 0.9)
-    )  # a motion that ends in the first rows does not go on
+    # A motion that ends in the first rows does not go on.
+    low, high = np.quantile(meanwhile, (0.1, 0.9))
     moves = float(high - low) > _MOVES * float(np.ptp(known)) > 0.0
     elsewhere = int(np.count_nonzero(effort == effort[start])) - count
     marked[start:stop] = moves and 10 * elsewhere < count
@@ -187,9 +184,11 @@ def frozen(columns: Sequence[Array]) -> Mask:
         if not inside or stop - start < _SHORTEST_FREEZE:
             continue
         last_measured = start - 1
-        comes_in_motion = _moving(columns, last_measured) >= 2 and not _jumps(
-            columns, last_measured
-        )
+        before = slice(max(0, last_measured - 10), start)
+        moving = 0  # columns that move by no less than a tenth of their largest usual step, within ten rows
+        for column in columns:
+            moving += bool(np.ptp(column[before]) >= 0.1 * _usual_step(column))
+        comes_in_motion = moving >= 2 and not _jumps(columns, last_measured)
         if comes_in_motion and _jumps(columns, stop):
             marked[start:stop] = True
     return marked
@@ -202,16 +201,6 @@ def _jumps(columns: Sequence[Array], row: int) -> int:
         step = abs(column[row] - column[row - 1])
         jumps += bool(step > _JUMPS * _usual_step(column))
     return jumps
-
-
-def _moving(columns: Sequence[Array], row: int) -> int:
-    """How many columns come to a row by no less than a tenth of their largest usual step, within ten rows."""
-    before = slice(max(0, row - 10), row + 1)
-    moving = 0
-    for column in columns:
-        moved = np.ptp(column[before])
-        moving += bool(moved >= 0.1 * _usual_step(column))
-    return moving
 
 
 def _usual_step(values: Array) -> float:
