@@ -220,6 +220,16 @@ def test_words_of_materials_part_the_rows_as_in_a_text(tmp_path: Path) -> None:
     assert read_table(path, variable="pad=cork").rows == 20
 
 
+def test_texts_that_are_left_out_are_told_in_the_order_of_the_columns() -> None:
+    remarks = [f"remark {letter}" for letter in "hgfedcba"]
+    columns = {"w": np.arange(40) / 7}
+    texts = {name: [f"{name} {row}" for row in range(40)] for name in remarks}
+    sink = io.BytesIO()
+    pq.write_table(pa.table({**columns, **texts}), sink, write_page_checksum=True)
+    notes = read_parquet(LogSource(Path("a.parquet"), sink.getvalue(), "")).notes
+    assert notes == tuple(f"column {name} holds text: left out" for name in remarks)
+
+
 def test_a_file_without_numbers() -> None:
     sink = io.BytesIO()
     pq.write_table(pa.table({"mode": ["slow", "fast"]}), sink)

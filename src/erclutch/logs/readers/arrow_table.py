@@ -65,7 +65,9 @@ def table_of_arrow(
         elif label not in texts:
             notes.append(f"column {label} holds {field.type}: left out")
     words = words_of({label: cells for label, cells in texts.items() if label not in columns})
-    for label in texts.keys() - columns.keys():
+    for label in texts:
+        if label in columns:
+            continue
         parts_the_rows = label in words
         left_out = f"column {label} holds text: left out"
         notes.append(parting_note(label, words[label]) if parts_the_rows else left_out)
