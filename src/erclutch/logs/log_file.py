@@ -26,6 +26,7 @@ from erclutch.logs.readers.budget import Budget, size_of, within
 from erclutch.logs.table import Table
 from erclutch.logs.tidying import tidied
 from erclutch.registry import Plugin
+from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -173,7 +174,20 @@ def _source_of(log: ReadableLog) -> LogSource:
     data = b""
     with placed(file.name):
         if not log.is_file:
-            return LogSource(file, data, _digest_of_files(file, log.plugin.of_type(LogReader)))
+            # Names and digests of the files of a log, by name.
+            of_files = hashlib.sha256()
+            with readable(file):
+                parts = log.plugin.of_type(LogReader).parts
+                files = file.iterdir() if file.is_dir() else parts(file)
+                inside = sorted(path for path in files if path.is_file())
+                if sum(path.stat().st_size for path in inside) > _LARGEST:
+                    problem = "the files of the folder are larger than 4 GiB"
+                    raise LogError(problem, remedy="Split the log")
+                for path in inside:
+                    with path.open("rb") as content:
+                        own = hashlib.file_digest(content, "sha256").hexdigest()
+                    of_files.update(f"{path.name}\0{own}\0".encode())
+            return LogSource(file, data, of_files.hexdigest())
         with readable(file):
             if file.stat().st_size > _LARGEST:
                 raise LogError("the file is larger than 4 GiB", remedy="Split the log")
@@ -214,12 +228,11 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
             table: Any = reader.read(source)
         if not plugin.own:  # a package of somebody else may return anything
             if not isinstance(table, Table):
-                raise plugin.fault(
-                    f"returns a {type(table).__name__}, it must be a Table of erclutch.logs.table"
-                )
-            columns = {
-                name: np.asarray(values, np.float64) for name, values in table.columns.items()
-            }
+                returned = f"returns a {type(table).__name__}"
+                raise plugin.fault(f"{returned}, it must be a Table of erclutch.logs.table")
+            columns: dict[str, Array] = {}
+            for name, values in table.columns.items():
+                columns[name] = np.asarray(values, np.float64)
             shapes = {values.shape for values in columns.values()}
             if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
                 listed = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
@@ -227,21 +240,6 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
             notes = (*table.notes, f"read by {plugin.name!r} of {plugin.label}")
             table = replace(table, columns=columns, notes=notes)
         return replace(table, damage=reader.tells_damage)
-
-
-def _digest_of_files(log: Path, reader: LogReader) -> str:
-    """SHA-256 over names and SHA-256 of the files of a log, by name."""
-    digest = hashlib.sha256()
-    with readable(log):
-        files = log.iterdir() if log.is_dir() else reader.parts(log)
-        inside = sorted(path for path in files if path.is_file())
-        if sum(path.stat().st_size for path in inside) > _LARGEST:
-            raise LogError("the files of the folder are larger than 4 GiB", remedy="Split the log")
-        for path in inside:
-            with path.open("rb") as content:
-                own = hashlib.file_digest(content, "sha256").hexdigest()
-            digest.update(f"{path.name}\0{own}\0".encode())
-    return digest.hexdigest()
 
 
 def _names_in(plugin: Plugin, source: LogSource) -> list[str]:

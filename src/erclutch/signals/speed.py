@@ -106,9 +106,7 @@ def _gains(derivative: Derivative, period: float) -> tuple[float, float]:
     # Steady-state gains of the position-speed Kalman filter follow from one number, the ratio of acceleration to
     # measurement noise (Kalata's tracking index); it is set so that the estimator's natural frequency is the cutoff.
     index = (2.0 * np.pi * derivative.cutoff * period) ** 2
-    rest = (
-        np.sqrt(8.0 * index + index**2) - index
-    ) / 4.0  # 1 - r of Kalata; g = 1 - r^2, h = 2 (1 - r)^2
+    rest = (np.sqrt(8.0 * index + index**2) - index) / 4.0  # 1 - r; g = 1 - r^2, h = 2 (1 - r)^2
     return float(rest * (2.0 - rest)), float(2.0 * rest**2)
 
 
@@ -143,38 +141,34 @@ def differentiate(x: Array, clock: Clock, derivative: Derivative) -> Array:
     speed = np.empty_like(x)
     for span in clock.spans:
         rows = slice(span.start, span.stop)
-        speed[rows] = _span(x[rows], clock.time[rows], span.period, derivative)
+        position = x[rows]
+        period = span.period
+        if position.size < 2:
+            speed[rows] = 0.0
+            continue
+        if derivative.name == "central":
+            speed[rows] = np.gradient(position, clock.time[rows] if period is None else period)
+            continue
+        if period is None:
+            problem = f"{derivative.name} needs equal time steps, this log has none"
+            raise SettingError(problem, remedy="Use --derivative central, or resample the log")
+        if derivative.name == "savgol":
+            from scipy.signal import savgol_filter
+
+            window = derivative.window
+            if position.size < window:
+                problem = f"a window of {window} rows on a segment of {position.size}"
+                raise SettingError(problem, remedy="Give a shorter --window")
+            speed[rows] = savgol_filter(position, window, 2, deriv=1, delta=period)
+            continue
+        from scipy.linalg.blas import dtbsv  # SciPy's own filters take a second to import
+
+        # `LiveDerivative` over a whole segment, as the second-order filter that it is. Speed over measured position:
+        # V / X = (h / dt) (1 - q) / (1 + (g + h - 2) q + (1 - g) q^2), q one sample of delay.
+        g, h = _gains(derivative, period)
+        drive = (h / period) * (position - position[0])
+        drive[1:] -= drive[:-1].copy()
+        column = [[1.0], [g + h - 2.0], [1.0 - g]]  # of the matrix, below its diagonal
+        band = np.asfortranarray(np.tile(column, position.size))
+        speed[rows] = dtbsv(2, band, drive, lower=1, diag=1, overwrite_x=1)
     return speed
-
-
-def _span(
-    x: Array,
-    t: Array,
-    period: float | None,
-    derivative: Derivative,
-) -> Array:
-    if x.size < 2:
-        return np.zeros_like(x)
-    if derivative.name == "central":
-        return np.gradient(x, t if period is None else period)
-    if period is None:
-        problem = f"{derivative.name} needs equal time steps, this log has none"
-        raise SettingError(problem, remedy="Use --derivative central, or resample the log")
-    if derivative.name == "savgol":
-        from scipy.signal import savgol_filter
-
-        if x.size < derivative.window:
-            problem = f"a window of {derivative.window} rows on a segment of {x.size}"
-            raise SettingError(problem, remedy="Give a shorter --window")
-        return savgol_filter(x, derivative.window, 2, deriv=1, delta=period)
-    from scipy.linalg.blas import dtbsv  # SciPy's own filters take a second to import
-
-    # `LiveDerivative` over a whole segment, as the second-order filter that it is. Speed over measured position:
-    # V / X = (h / dt) (1 - q) / (1 + (g + h - 2) q + (1 - g) q^2), q one sample of delay.
-    g, h = _gains(derivative, period)
-    drive = (h / period) * (x - x[0])
-    drive[1:] -= drive[:-1].copy()
-    column = [[1.0], [g + h - 2.0], [1.0 - g]]  # of the matrix, below its diagonal
-    band = np.asfortranarray(np.tile(column, x.size))
-    speed = dtbsv(2, band, drive, lower=1, diag=1, overwrite_x=1)
-    return np.asarray(speed, np.float64)

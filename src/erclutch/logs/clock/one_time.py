@@ -41,11 +41,21 @@ def with_whole_stamps(table: Table) -> Table:
     notes: list[str] = []
     for name in table.columns:
         match = _SECONDS.fullmatch(name)
-        beyond = None if match is None else _beyond(table, match.group(1))
-        if beyond is not None:
-            other, factor = beyond
-            columns[name] = columns[name] + factor * columns.pop(other)
-            notes.append(f"columns {name} and {other} are one time, in s")
+        if match is None:
+            continue
+        # The rest of a stamp has the same name in front of its unit.
+        stem = match.group(1)
+        for other, values in table.columns.items():
+            word = other[len(stem) :].lstrip("._/ ").lower()
+            if other[: len(stem)] != stem or word not in _BEYOND:
+                continue
+            factor = _BEYOND[word]  # to s
+            known = values[np.isfinite(values)]
+            within_a_second = known.size and known.min() >= 0.0 and known.max() * factor < 1.0
+            if within_a_second and are_whole(known):
+                columns[name] = columns[name] + factor * columns.pop(other)
+                notes.append(f"columns {name} and {other} are one time, in s")
+                break
     if notes:
         return replace(table, columns=columns, notes=(*table.notes, *notes))
     if table.clock is not None:
@@ -80,21 +90,6 @@ def _with_milliseconds(table: Table, clock: Array) -> Table:
         words={each: words for each, words in table.words.items() if each not in called},
         notes=(*table.notes, f"column {name} has the milliseconds of {table.clock_name}"),
     )
-
-
-def _beyond(table: Table, stem: str) -> tuple[str, float] | None:
-    """The column with the rest of a stamp, by the name in front of ``sec``, and the factor to s."""
-    for name, values in table.columns.items():
-        front = name[: len(stem)]
-        word = name[len(stem) :].lstrip("._/ ").lower()
-        if front != stem or word not in _BEYOND:
-            continue
-        factor = _BEYOND[word]
-        known = values[np.isfinite(values)]
-        within_a_second = known.size and known.min() >= 0.0 and known.max() * factor < 1.0
-        if within_a_second and are_whole(known):
-            return name, factor
-    return None
 
 
 def _with_time_of_day(table: Table) -> Table:

@@ -94,6 +94,22 @@ def resampled(log: Recording, rate: float) -> Recording:
     require_rows(time.size)
     lengths = [len(place) for _, _, place in kept]
     ends = np.cumsum([0, *lengths]).tolist()
+
+    # What was done, what it kept and what it cost.
+    slower = min(rate, 1.0 / log.period)
+    passed = PASSED * slower / 2
+    stopped = slower / 2
+    uneven = "" if log.uniform else "; unequal steps were joined by straight lines first"
+    gone = ""
+    dropped = len(log.segments) - len(kept)
+    if dropped:
+        stretches = f"{dropped} stretch{'es' if dropped > 1 else ''}"
+        gone = f"; {stretches} too short for the filter left out"
+    note = (
+        f"{RESAMPLED} {1 / log.period:.6g} Hz to {rate:.6g} Hz by a zero-phase filter that passes {passed:.4g} Hz "
+        f"and stops {stopped:.4g} Hz (a switched field rings there); {1e3 * _REACH / slower:.3g} ms left out at each "
+        f"end of each stretch, where the filter would reach beyond it{uneven}{gone}"
+    )
     return replace(
         log,
         signals=moved(log.signals),
@@ -103,24 +119,7 @@ def resampled(log: Recording, rate: float) -> Recording:
         period=1.0 / rate,
         segments=tuple(itertools.pairwise(ends)),
         uniform=True,
-        notes=(*log.notes, _note(log, rate, len(log.segments) - len(kept))),
-    )
-
-
-def _note(log: Recording, rate: float, dropped: int) -> str:
-    """What was done, what it kept and what it cost."""
-    slower = min(rate, 1.0 / log.period)
-    passed = PASSED * slower / 2
-    stopped = slower / 2
-    uneven = "" if log.uniform else "; unequal steps were joined by straight lines first"
-    gone = ""
-    if dropped:
-        stretches = f"{dropped} stretch{'es' if dropped > 1 else ''}"
-        gone = f"; {stretches} too short for the filter left out"
-    return (
-        f"{RESAMPLED} {1 / log.period:.6g} Hz to {rate:.6g} Hz by a zero-phase filter that passes {passed:.4g} Hz "
-        f"and stops {stopped:.4g} Hz (a switched field rings there); {1e3 * _REACH / slower:.3g} ms left out at each "
-        f"end of each stretch, where the filter would reach beyond it{uneven}{gone}"
+        notes=(*log.notes, note),
     )
 
 

@@ -22,39 +22,24 @@ def with_lists_opened(table: Any) -> Any:
     A column of lists of one number keeps its name. Lists of several lengths, and those of pictures, stay as they are.
     """
     import pyarrow
+    from pyarrow import compute
 
     if not any(is_of_number_lists(field.type) for field in table.schema):
         return table
     fields: list[Any] = []
     columns: list[Any] = []
     for field, values in zip(table.schema, table.columns, strict=True):
-        width = _width(values) if is_of_number_lists(field.type) else None
-        if width is None:
+        width = 0  # numbers in each row; none where the rows differ or one has none
+        if is_of_number_lists(field.type) and not values.null_count:
+            lengths: Any = compute.min_max(compute.list_value_length(values)).as_py()
+            shortest = lengths["min"] or 0
+            longest = lengths["max"] or 0
+            width = longest if shortest == longest <= LONGEST_LIST else 0
+        if not width:
             fields.append(field)
             columns.append(values)
-            continue
         for place in range(width):
             name = field.name if width == 1 else f"{field.name}_{place + 1}"
             fields.append(pyarrow.field(name, field.type.value_type, metadata=field.metadata))
-            columns.append(_at(values, place))
+            columns.append(compute.list_element(values, place))
     return pyarrow.table(columns, schema=pyarrow.schema(fields, metadata=table.schema.metadata))
-
-
-def _width(values: Any) -> int | None:
-    """How many numbers each row has; None where the rows differ or one has none."""
-    from pyarrow import compute
-
-    lengths: Any = compute.min_max(compute.list_value_length(values)).as_py()
-    shortest = lengths["min"] or 0
-    longest = lengths["max"] or 0
-    have_one_length = not values.null_count and shortest == longest
-    if not have_one_length or not 0 < longest <= LONGEST_LIST:
-        return None
-    return int(longest)
-
-
-def _at(values: Any, place: int) -> Any:
-    """The numbers at one place of the lists."""
-    from pyarrow import compute
-
-    return compute.list_element(values, place)

@@ -34,6 +34,9 @@ def table_of_arrow(
         unchecked: whether a column that was read has no checksums.
         origin: tick from which dates count; None: the first row.
     """
+    import pyarrow
+    from pyarrow import types
+
     table = with_lists_opened(table)
     fields = list(table.schema)
     own_units = [_metadata(field).get("unit") for field in fields]
@@ -47,8 +50,11 @@ def table_of_arrow(
     clock: Array | None = None
     for label, unit, field, values in zip(names, units, fields, table.columns, strict=True):
         numbers = _numbers(values)
-        cells = _words(values) if numbers is None else None
-        if cells is not None:
+        words_in_row = values if types.is_dictionary(values.type) else None
+        if is_text(values.type):
+            words_in_row = values.dictionary_encode()
+        if words_in_row is not None and is_text(words_in_row.type.value_type):
+            cells = words_in_row.to_pandas()  # each word once
             texts[label] = cells
             ones_and_zeros = switched(label, cells)
             if ones_and_zeros is not None:
@@ -58,10 +64,13 @@ def table_of_arrow(
             columns[label] = numbers
             units_of[label] = unit
             continue
-        stamps = _stamps(values, origin) if clock is None else None
-        if stamps is not None:
+        is_whole = len(values) and not values.null_count
+        if clock is None and _tells_time(values.type) and is_whole:
+            ticks = of_arrow(values.cast(pyarrow.int64()))
+            per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[values.type.unit]
+            since = ticks - (ticks[0] if origin is None else origin)
             clock_name = label
-            clock = stamps
+            clock = since.astype(np.float64) / per_second
         elif label not in texts:
             notes.append(f"column {label} holds {field.type}: left out")
     words = words_of({label: cells for label, cells in texts.items() if label not in columns})
@@ -88,17 +97,6 @@ def table_of_arrow(
         notes=tuple(notes),
         words=words,
     )
-
-
-def _words(values: Any) -> Any:
-    """Cells of texts as pandas keeps them, each word once; None for a column of anything else."""
-    from pyarrow import types
-
-    if not types.is_dictionary(values.type):
-        values = values.dictionary_encode() if is_text(values.type) else None
-    if values is None or not is_text(values.type.value_type):
-        return None
-    return values.to_pandas()
 
 
 def is_text(kind: Any) -> bool:
@@ -139,19 +137,6 @@ def _numbers(values: Any) -> Array | None:
     if held is not None:
         numbers = np.frombuffer(held, np.float64, len(whole), 8 * whole.offset)
     return np.where(missing == 1, np.nan, numbers)
-
-
-def _stamps(values: Any, origin: int | None) -> Array | None:
-    """Seconds since a tick, or since the first row, of a date-time or duration column, or None."""
-    import pyarrow
-
-    if not _tells_time(values.type) or values.null_count or not len(values):
-        return None
-    ticks = of_arrow(values.cast(pyarrow.int64()))
-    per_second = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}[values.type.unit]
-    if origin is None:
-        origin = ticks[0]
-    return (ticks - origin).astype(np.float64) / per_second
 
 
 def _tells_time(kind: Any) -> bool:

@@ -75,7 +75,13 @@ def _recordings(
             else:
                 lists |= _columns_of_matrix(items, place) or {place: items}
         elif not names_a_table:
-            lists[_label(fields, place, units)] = items
+            # The unit stands beside the list in its object, or is given by name.
+            owner = _at(fields, above)
+            unit = _text_of(owner, _UNIT)
+            label = _with_unit(place, units.get(last))
+            if above and unit is not None and _signal(owner) is not None:
+                label = f"{above} [{unit}]" if unit else above
+            lists[label] = items
     yield from _grouped(lists, name)
 
 
@@ -233,20 +239,6 @@ def _columns_of_matrix(rows: Sequence[Any], name: str) -> Lists | None:
     if len(rows) >= width:
         columns = [[row[place] for row in rows] for place in range(width)]
     return {f"{name}_{number}": column for number, column in enumerate(columns, start=1)}
-
-
-def _label(
-    fields: Mapping[str, Any],
-    place: str,
-    units: Mapping[str, str],
-) -> str:
-    """The place of a list with its unit: beside the list in its object, or given by name."""
-    above, _, last = place.rpartition(".")
-    owner = _at(fields, above)
-    unit = _text_of(owner, _UNIT)
-    if above and unit is not None and _signal(owner) is not None:
-        return f"{above} [{unit}]" if unit else above
-    return _with_unit(place, units.get(last))
 
 
 def _at(fields: Mapping[str, Any], place: str) -> dict[str, Any]:

@@ -88,10 +88,23 @@ def _read(source: LogSource) -> Table:
         table = _table_of_lists(source, recording, notes)
         shared = json_layout.shared_numbers(document)
         return replace(table, constants={**shared, **_numbers_beside(document, others)})
-    rows: list[_Row] = []
+    of_list: list[_Row] = []
     for number, row in enumerate(recording, start=1):
-        rows.append((f"row {number} of {name or 'the list'}", row))
-    return _table_of_rows(source, rows, notes)
+        of_list.append((f"row {number} of {name or 'the list'}", row))
+    return _table_of_rows(source, of_list, notes)
+
+
+def _row_in(line: str, where: str) -> Mapping[str, Any]:
+    """The object that a line is."""
+    try:
+        row: Any = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        problem = f"the line is no JSON ({error})"
+        raise LogError(problem, remedy="Mend or delete the line", where=where) from error
+    if not isinstance(row, dict):
+        remedy = 'Write rows such as {"t [s]": 0.1}'
+        raise LogError("the line is no JSON object", remedy=remedy, where=where)
+    return cast("dict[str, Any]", row)
 
 
 def _numbers_beside(document: Any, others: Iterable[str]) -> dict[str, float]:
@@ -112,19 +125,6 @@ def _numbers_beside(document: Any, others: Iterable[str]) -> dict[str, float]:
             numbers[place] = float(value)
     names = map(printable, _short_names([*numbers]))
     return dict(zip(names, numbers.values(), strict=True))
-
-
-def _row_in(line: str, where: str) -> Mapping[str, Any]:
-    """The object that a line is."""
-    try:
-        row: Any = json.loads(line)
-    except (ValueError, RecursionError) as error:
-        problem = f"the line is no JSON ({error})"
-        raise LogError(problem, remedy="Mend or delete the line", where=where) from error
-    if not isinstance(row, dict):
-        remedy = 'Write rows such as {"t [s]": 0.1}'
-        raise LogError("the line is no JSON object", remedy=remedy, where=where)
-    return cast("dict[str, Any]", row)
 
 
 def _table_of_rows(source: LogSource, rows: Iterable[_Row], notes: tuple[str, ...]) -> Table:

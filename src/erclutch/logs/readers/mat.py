@@ -13,7 +13,7 @@ from erclutch.logs.table import Table
 
 HDF5 = b"\x89HDF\r\n\x1a\n"
 _HEAD = Struct("<5i")  # of a matrix in v4
-_NAME = re.compile(rb"[A-Za-z]\w{0,62}\0")
+_NAME = re.compile(rb"[A-Za-z]\w{0,62}\0")  # a zero byte is its end
 _LAST_PRECISION = 5  # double, single, and whole numbers of three kinds
 
 
@@ -27,16 +27,10 @@ def version(head: bytes) -> str | None:
         return "7.3"
     if head[124:128] in (b"\x00\x01IM", b"\x01\x00MI"):
         return "5"
-    return "4" if _is_head_of_a_matrix(head) else None
-
-
-def _is_head_of_a_matrix(head: bytes) -> bool:
-    """Whether five whole numbers in either byte order are kind, rows, columns, 0 or 1, and the length of a name.
-
-    The name follows, with a zero byte at its end.
-    """
     if len(head) < _HEAD.size:
-        return False
+        return None
+
+    # Five whole numbers in either byte order are kind, rows, columns, 0 or 1, and the length of a name, which follows.
     for order, machine in (("<", 0), (">", 1)):
         kind, rows, columns, imaginary, length = Struct(f"{order}5i").unpack_from(head)
         thousands, below = divmod(kind, 1000)
@@ -44,8 +38,8 @@ def _is_head_of_a_matrix(head: bytes) -> bool:
         name = head[_HEAD.size : _HEAD.size + max(length, 0)]
         sound = thousands == machine and 0 <= precision <= _LAST_PRECISION and of_text in (0, 1, 2)
         if sound and rows > 0 and columns > 0 and imaginary in (0, 1) and _NAME.fullmatch(name):
-            return True
-    return False
+            return "4"
+    return None
 
 
 def find(path: str, variable: str | None) -> Table:

@@ -48,7 +48,10 @@ def _names_of(count: int, headings: Sequence[list[str]]) -> list[str] | None:
 
 
 def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
-    """Structs that are a signal each under the names of their signals; else each struct under its place."""
+    """Structs that are a signal each under the names of their signals; else each struct under its place.
+
+    The elements of a data set of Simulink are called by their names.
+    """
     signals: dict[str, Any] = {}
     all_are_signals = True
     for place, item in enumerate(items, start=1):
@@ -62,14 +65,7 @@ def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
         return signals
     if len(items) == 1:
         return {name: items[0]}
-    elements = _elements(items)
-    if elements:
-        return elements
-    return {f"{name}({place})": item for place, item in enumerate(items, start=1)}
 
-
-def _elements(items: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """The values of the elements of a data set of Simulink by their names; none where the structs are others."""
     elements: dict[str, Any] = {}
     for item in items:
         names: list[str] = []
@@ -79,13 +75,13 @@ def _elements(items: Sequence[dict[str, Any]]) -> dict[str, Any]:
                 names.append(node)
             if isinstance(node, dict):
                 structs.append(cast("dict[str, Any]", node))
-        if len(names) != 1 or len(structs) != 1:
-            return {}
-        (values,) = structs
-        if not {key.lower() for key in values} >= {"time", "data"}:
-            return {}
-        elements[names[0]] = values
-    return elements if len(elements) == len(items) else {}
+        if len(names) == len(structs) == 1:
+            (values,) = structs
+            if {key.lower() for key in values} >= {"time", "data"}:
+                elements[names[0]] = values
+    if len(elements) == len(items):
+        return elements
+    return {f"{name}({place})": item for place, item in enumerate(items, start=1)}
 
 
 def signal_in(item: dict[str, Any], usual: str) -> tuple[str, Any] | None:

@@ -190,26 +190,21 @@ def _within(tree: dict[str, Any], depth: int = 0) -> dict[str, Any]:
     """The variables, and in place of structs that hold structs, texts and numbers what is in them: ``log.speed``."""
     within: dict[str, Any] = {}
     for name, node in tree.items():
-        structs = _structs_inside(name, node) if depth < _DEEPEST else {}
-        if structs and _structure(name, node) is None:
+        structs: dict[str, Any] = {}
+        holds_others = False
+        fields = cast("dict[str, Any]", node) if isinstance(node, dict) else {}
+        for key, field in fields.items():
+            is_number = isinstance(field, np.ndarray) and field.size < 2
+            if isinstance(field, dict) or all_of(field, dict):
+                structs[f"{name}.{key}"] = field
+            elif not isinstance(field, str) and not is_number:
+                holds_others = True
+        is_a_shell = structs and not holds_others and depth < _DEEPEST
+        if is_a_shell and _structure(name, node) is None:
             within |= _within(structs, depth + 1)
         else:
             within[name] = node
     return within
-
-
-def _structs_inside(name: str, node: Any) -> dict[str, Any]:
-    """Structs in a struct that holds nothing else but texts and single numbers; none for any other node."""
-    structs: dict[str, Any] = {}
-    fields = cast("dict[str, Any]", node) if isinstance(node, dict) else {}
-    for key, field in fields.items():
-        is_text = isinstance(field, str)
-        is_number = isinstance(field, np.ndarray) and field.size < 2
-        if isinstance(field, dict) or all_of(field, dict):
-            structs[f"{name}.{key}"] = field
-        elif not is_text and not is_number:
-            return {}
-    return structs
 
 
 def _structure(name: str, node: Any) -> Found | None:
@@ -244,25 +239,20 @@ def _structure(name: str, node: Any) -> Found | None:
         has_unit = isinstance(unit, str) and unit
         label = f"{own_name} [{unit}]" if has_unit else own_name
         return _workspace({"time": time, label: data})
-    return _workspace(_with_inner(_with_signals(_with_units_of_table(fields))))
 
-
-def _with_units_of_table(fields: dict[str, Any]) -> dict[str, Any]:
-    """The variables of a table that was made a struct with the units that its properties give them in their order."""
+    # A table that was made a struct: its properties give the units of its variables in their order.
     held = fields.get("Properties")
     properties = cast("dict[str, Any]", held) if isinstance(held, dict) else {}
-    said = [properties.get(key) for key in ("VariableNames", "VariableUnits")]
-    if not all(all_of(texts, str) for texts in said):
-        return fields
-    names, units = (cast("list[str]", texts) for texts in said)
-    if len(names) != len(units):
-        return fields
-    unit_of = dict(zip(names, units, strict=True))
-    flat: dict[str, Any] = {}
-    for name, node in fields.items():
-        unit = unit_of.get(name)
-        flat[f"{name} [{unit}]" if unit else name] = node
-    return flat
+    names: Any = properties.get("VariableNames")
+    units: Any = properties.get("VariableUnits")
+    unit_of: dict[str, str] = {}
+    if all_of(names, str) and all_of(units, str) and len(names) == len(units):
+        unit_of = dict(zip(names, units, strict=True))
+    labelled: dict[str, Any] = {}
+    for key, node in fields.items():
+        unit = unit_of.get(key)
+        labelled[f"{key} [{unit}]" if unit else key] = node
+    return _workspace(_with_inner(_with_signals(labelled)))
 
 
 def _with_signals(fields: dict[str, Any]) -> dict[str, Any]:

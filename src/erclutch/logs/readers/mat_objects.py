@@ -284,9 +284,18 @@ def _string(objects: Objects, properties: Fields) -> str | list[str] | None:
 def _timeseries(objects: Objects, properties: Fields) -> Fields:
     """A timeseries: its time, in s where its unit is known, and its numbers under its name."""
     info = objects.fields(properties.get("TimeInfo"))
-    time = _time(info, properties)
+    time: np.ndarray[Any, Any] | None = None
+    for stored in (info.get("Time_"), properties.get("Time_"), properties.get("Time")):
+        if isinstance(stored, np.ndarray) and cast("np.ndarray[Any, Any]", stored).size:
+            time = np.asarray(stored, np.float64).ravel()
+            break
     if time is None:
-        raise ValueError("a timeseries without a time")
+        start = _number(info.get("Start_", info.get("Start")), 0.0)
+        step = _number(info.get("Increment_", info.get("Increment")))
+        length = _number(info.get("Length_", info.get("Length")))
+        if not step > 0.0 or not 0 < length < _MOST_ROWS:
+            raise ValueError("a timeseries without a time")
+        time = start + step * np.arange(int(length))
     unit_of_time = objects.text(info.get("Units"))
     in_seconds = _SECONDS.get(unit_of_time)  # None where the unit is not known
 
@@ -302,19 +311,6 @@ def _timeseries(objects: Objects, properties: Fields) -> Fields:
     if in_seconds is None:
         return {"time": time, label: data}
     return {"time_s": time * in_seconds, label: data}
-
-
-def _time(info: Fields, properties: Fields) -> np.ndarray[Any, Any] | None:
-    """Times of a timeseries: as stored, or from a start and a step."""
-    for stored in (info.get("Time_"), properties.get("Time_"), properties.get("Time")):
-        if isinstance(stored, np.ndarray) and cast("np.ndarray[Any, Any]", stored).size:
-            return np.asarray(stored, np.float64).ravel()
-    start = _number(info.get("Start_", info.get("Start")), 0.0)
-    step = _number(info.get("Increment_", info.get("Increment")))
-    length = _number(info.get("Length_", info.get("Length")))
-    if not step > 0.0 or not 0 < length < _MOST_ROWS:
-        return None
-    return start + step * np.arange(int(length))
 
 
 def _dataset(objects: Objects, properties: Fields) -> Fields:
@@ -353,11 +349,8 @@ def _dataset(objects: Objects, properties: Fields) -> Fields:
             label = f"{name}{bracket}{unit}"
             values = {label if key == own_label else key: node for key, node in values.items()}
         signals[name] = values
-    return _on_one_time(signals)
 
-
-def _on_one_time(signals: Fields) -> Fields:
-    """Signals as one struct where all of them have the same time; else as they are."""
+    # Signals that all have the same time are one struct.
     parts = [cast("Fields", part) for part in signals.values()]
     if len(parts) == 1:
         return parts[0]
@@ -368,10 +361,10 @@ def _on_one_time(signals: Fields) -> Fields:
         return signals
     together: Fields = {"time_s": times[0]}
     for part in parts:
-        for key, value in part.items():
+        for key, node in part.items():
             if key != "time_s" and key in together:
                 return signals
-            together[key] = value
+            together[key] = node
     return together
 
 

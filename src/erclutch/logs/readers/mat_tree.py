@@ -6,7 +6,6 @@ Runs in the child process only. Tables, timeseries and the like are made plain b
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import suppress
 from io import BytesIO
 from math import prod
@@ -42,7 +41,7 @@ def load_v5(path: str) -> dict[str, Node]:
     with Path(path).open("rb") as file:
         head = file.read(_HEAD)
     mark = head[126:128]  # two letters in the byte order of the file
-    order = "little" if mark == b"IM" else "big"
+    order: Any = "little" if mark == b"IM" else "big"
     place = int.from_bytes(head[116:124], order)  # of the objects
     is_in_file = place not in _NO_PLACE and place < Path(path).stat().st_size
     has_objects = mark in (b"IM", b"MI") and is_in_file
@@ -59,8 +58,13 @@ def load_v5(path: str) -> dict[str, Node]:
     nodes: dict[str, Node] = {}
     kinds: dict[str, str] = {}
     objects: Objects | None = None
-    for start, part in _variables_of(path, order):
-        file: Any = BytesIO(part)
+    content = Path(path).read_bytes()
+    behind = _HEAD
+    while behind + 8 <= len(content):
+        start = behind
+        size = int.from_bytes(content[start + 4 : start + 8], order)
+        behind = start + 8 + size
+        file: Any = BytesIO(content[:116] + bytes(8) + content[124:_HEAD] + content[start:behind])
         _take_heads(file, budget)
         file.seek(0)
         loaded = loadmat(file, **_AS_STORED)
@@ -88,17 +92,6 @@ def _take_heads(file: Any, budget: Budget) -> None:
         for _, shape, _ in whosmat(file):
             budget.take_names()
             budget.take_cells(prod(int(length) for length in shape))
-
-
-def _variables_of(path: str, order: Any) -> Iterator[tuple[int, bytes]]:
-    """Each variable of a v5 file as a file of its own, with its place."""
-    content = Path(path).read_bytes()
-    head = content[:116] + bytes(8) + content[124:_HEAD]
-    start = _HEAD
-    while start + 8 <= len(content):
-        size = int.from_bytes(content[start + 4 : start + 8], order)
-        yield start, head + content[start : start + 8 + size]
-        start += 8 + size
 
 
 def _objects_in(workspace: Any, head: bytes, budget: Budget) -> Objects:

@@ -220,23 +220,19 @@ def runs_of(body: bytes, contents: Contents) -> Iterator[MessageRun]:
             continue
         if length < _MESSAGE_HEAD.size:
             raise DamageError("a message is too short")
-        kept = _equal_messages(body, at, length, step)
+        # The messages of one length from here on, of at most so many.
+        fields = MESSAGE
+        if length > _MESSAGE_HEAD.size:
+            fields = [*MESSAGE, ("data", f"V{length - _MESSAGE_HEAD.size}")]
+        layout = np.dtype(fields)
+        count = min(step, (size - at) // layout.itemsize)
+        messages = np.frombuffer(body, layout, count, at)
+        equal = (messages["op"] == Opcode.MESSAGE) & (messages["size"] == length)
+        kept = messages if equal.all() else messages[: int(np.argmin(equal))]
         yield MessageRun(at, kept)
         # Longer and longer looks ahead while lengths stay equal, so that mixed lengths cost no more than their number.
         step = step * 4 if kept.size == step else 64
         at += kept.size * (_HEAD.size + length)
-
-
-def _equal_messages(body: bytes, at: int, length: int, most: int) -> NDArray[Any]:
-    """The messages of one length from a place of a chunk on, of at most so many."""
-    fields = MESSAGE
-    if length > _MESSAGE_HEAD.size:
-        fields = [*MESSAGE, ("data", f"V{length - _MESSAGE_HEAD.size}")]
-    kind = np.dtype(fields)
-    count = min(most, (len(body) - at) // kind.itemsize)
-    messages = np.frombuffer(body, kind, count, at)
-    equal = (messages["op"] == Opcode.MESSAGE) & (messages["size"] == length)
-    return messages if equal.all() else messages[: int(np.argmin(equal))]
 
 
 #: Kinds of records in a chunk that say something of its messages.

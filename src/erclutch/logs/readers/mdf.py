@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -46,58 +45,39 @@ def find(path: str, variable: str | None) -> Table:
                 recording.columns[label] = time
                 recording.units[label] = channel.unit or "s"
             mark = f"group {name}" if units.is_unit(name) else name  # "(A)" would be read as a unit
-            _take_channels(mdf, index, recording, time, mark)
+            for place, channel in enumerate(group.channels):
+                if place == master:
+                    continue
+                signal = mdf.get(group=index, index=place, ignore_invalidation_bits=True)
+                if signal.samples.dtype.kind not in "biuf" or signal.samples.ndim != 1:
+                    other = "holds no plain numbers (text or bus frames)"
+                    recording.notes.append(f"channel {channel.name} {other}: left out")
+                    continue
+                if len(signal.samples) != len(time):
+                    problem = f"channel {channel.name} is cut off"
+                    raise LogError(problem, remedy="Copy the file again")
+
+                # The group tells channels of one name apart.
+                of_group = f"{channel.name} ({mark})"
+                labels = (channel.name, of_group, f"{channel.name} ({mark}, channel {place})")
+                label = next(each for each in labels if each not in recording.columns)
+                values = signal.samples.astype(np.float64)
+                recording.columns[label] = values
+                recording.units[label] = signal.unit or None
+                if signal.invalidation_bits is None:
+                    continue
+                invalid = np.asarray(signal.invalidation_bits, dtype=bool)
+                if invalid.any():
+                    values[invalid] = np.nan
+                    marked = f"{invalid.sum()} values marked invalid"
+                    recording.notes.append(f"channel {channel.name} has {marked}: read as missing")
+
             if joined_to is None and time.size > 1 and len(recording.columns) > 1:
                 recordings[name] = recording
                 clocks[name] = time
     return found_recordings.chosen(
         recordings, variable, "group", "no channel group of the file holds rows of numbers"
     )
-
-
-def _take_channels(
-    mdf: Any,
-    index: int,
-    recording: Found,
-    time: Array,
-    mark: str,
-) -> None:
-    """The channels of a group that hold plain numbers; values marked invalid become NaN, and this is said.
-
-    Args:
-        mdf: the file.
-        index: of the group.
-        recording: takes the channels.
-        time: of the group in s, shape (rows,).
-        mark: of the group, for a channel whose name another group has.
-    """
-    for place, channel in enumerate(mdf.groups[index].channels):
-        if place == mdf.masters_db.get(index):
-            continue
-        signal = mdf.get(group=index, index=place, ignore_invalidation_bits=True)
-        if signal.samples.dtype.kind not in "biuf" or signal.samples.ndim != 1:
-            other = "holds no plain numbers (text or bus frames)"
-            recording.notes.append(f"channel {channel.name} {other}: left out")
-            continue
-        if len(signal.samples) != len(time):
-            raise LogError(f"channel {channel.name} is cut off", remedy="Copy the file again")
-
-        labels = (
-            channel.name,
-            f"{channel.name} ({mark})",
-            f"{channel.name} ({mark}, channel {place})",
-        )
-        label = next(each for each in labels if each not in recording.columns)
-        values = signal.samples.astype(np.float64)
-        recording.columns[label] = values
-        recording.units[label] = signal.unit or None
-        if signal.invalidation_bits is None:
-            continue
-        invalid = np.asarray(signal.invalidation_bits, dtype=bool)
-        if invalid.any():
-            values[invalid] = np.nan
-            marked = f"{invalid.sum()} values marked invalid"
-            recording.notes.append(f"channel {channel.name} has {marked}: read as missing")
 
 
 READER = LogReader(

@@ -81,7 +81,16 @@ def columns_of(
     Raises:
         DamageError: a definition or a message that is none, or a list that is too long for one of joints.
     """
-    kinds = _definitions(definition)
+    # Fields of the messages in the definition by their short names; those of the whole are called "".
+    kinds: dict[str, list[_Field]] = {}
+    name = ""
+    text_begins = 0
+    for match in _NEXT.finditer(definition):
+        kinds[name] = _fields(definition[text_begins : match.start()])
+        name = _short(match[1])
+        text_begins = match.end()
+    kinds[name] = _fields(definition[text_begins:])
+
     parts: list[dict[str, Array]] = []
     # Layouts of earlier messages: the length of such a message, its lengths and names, the layout.
     known: list[tuple[int, bytes, _Layout]] = []
@@ -131,19 +140,6 @@ def _numbers_at(messages: NDArray[np.uint8], at: int, kind: str) -> Array:
     size = np.dtype(kind).itemsize
     own = np.ascontiguousarray(messages[:, at : at + size])
     return own.view(kind)[:, 0].astype(np.float64)
-
-
-def _definitions(text: str) -> dict[str, list[_Field]]:
-    """Fields of the messages of a definition by their short names; that of the whole is called ""."""
-    kinds: dict[str, list[_Field]] = {}
-    name = ""
-    begin = 0
-    for match in _NEXT.finditer(text):
-        kinds[name] = _fields(text[begin : match.start()])
-        name = _short(match[1])
-        begin = match.end()
-    kinds[name] = _fields(text[begin:])
-    return kinds
 
 
 def _short(name: str) -> str:

@@ -126,30 +126,25 @@ def _rows(
     messages = bag.messages(connections=connections)
     for connection, stamp, data in islice(messages, most):
         message = bag.deserialize(data, connection.msgtype)
-        rows += [{_STAMP: stamp, **row} for row in _rows_of(message)]
-    return rows
+        fields = {name: getattr(message, name) for name in _fields(message)}
+        lists = {name: value for name, value in fields.items() if _is_list(value)}
+        lengths = {len(values) for values in lists.values()}
+        if len(lists) < 2 or len(lengths) > 1 or min(lengths) <= LONGEST_LIST:
+            row: dict[str, float] = {_STAMP: stamp}
+            _flatten("", message, row)
+            rows.append(row)
+            continue
 
-
-def _rows_of(message: Any) -> list[dict[str, float]]:
-    """A message as a row; one whose fields are lists of one length, longer than those of joints, as a row a place."""
-    fields = {name: getattr(message, name) for name in _fields(message)}
-    lists = {name: value for name, value in fields.items() if _is_list(value)}
-    lengths = {len(values) for values in lists.values()}
-    if len(lists) < 2 or len(lengths) > 1 or min(lengths) <= LONGEST_LIST:
-        row: dict[str, float] = {}
-        _flatten("", message, row)
-        return [row]
-
-    beside: dict[str, float] = {}  # single numbers of the message
-    for name, value in fields.items():
-        if name not in lists:
-            _flatten(name, value, beside)
-    rows: list[dict[str, float]] = []
-    for place in range(min(lengths)):
-        row = dict(beside)
-        for name, values in lists.items():
-            _flatten(name, values[place], row)
-        rows.append(row)
+        # Lists of one length, longer than those of joints: a row a place, beside the single numbers of the message.
+        beside: dict[str, float] = {_STAMP: stamp}
+        for name, value in fields.items():
+            if name not in lists:
+                _flatten(name, value, beside)
+        for place in range(min(lengths)):
+            row = dict(beside)
+            for name, values in lists.items():
+                _flatten(name, values[place], row)
+            rows.append(row)
     return rows
 
 
@@ -162,7 +157,13 @@ def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
     if fields == ["sec", "nanosec"]:
         row[f"{label} [s]"] = value.sec + value.nanosec * 1e-9
     elif fields:
-        names = _names_in(value)
+        # Names of joints are different texts.
+        named: Any = getattr(value, "name", None)
+        items = cast("list[Any]", named) if isinstance(named, list) else []
+        names = [name for name in items if isinstance(name, str) and name]
+        all_differ = len({*names}) == len(items)
+        if not all_differ or len(items) > LONGEST_LIST:
+            names = []
         front = f"{label}." if label else ""
         for name in fields:
             field = getattr(value, name)
@@ -180,17 +181,6 @@ def _flatten(label: str, value: Any, row: dict[str, float]) -> None:
             _flatten(f"{label}[{index}]", each, row)
     elif hasattr(value, "__float__"):
         row[label] = float(value)
-
-
-def _names_in(message: Any) -> list[str]:
-    """The names in the field ``name`` of a message, all of them different; empty where it has none."""
-    names: Any = getattr(message, "name", None)
-    if not isinstance(names, list):
-        return []
-    count = len(cast("list[Any]", names))
-    texts = [name for name in cast("list[Any]", names) if isinstance(name, str) and name]
-    all_differ = len({*texts}) == count
-    return texts if all_differ and count <= LONGEST_LIST else []
 
 
 def _fields(value: Any) -> list[str]:

@@ -105,9 +105,24 @@ def _one_log_of(files: tuple[tuple[Path, int, int], ...]) -> bool:
     tables: dict[str, Table] = {}
     times: dict[str, _Stamps] = {}
     for path, size, _ in files:
-        table = _looked_at(path, size)
-        stamps = None if table is None or is_log(table) else _stamps(table)
-        if table is None or stamps is None:
+        # The first rows of a text, or the whole of another small file.
+        try:
+            with path.open("rb") as file:
+                data = file.read(_LOOKED_AT)
+                plugin, _ = reader_of(data[:HEAD], path.suffix)
+                if plugin.name == "text" and size > len(data):
+                    whole_lines = data.rfind(b"\n") + 1
+                    data = data[:whole_lines]
+                elif size > _LARGEST_LOOKED_AT:
+                    return False
+                else:
+                    data += file.read()
+            table = read_by(plugin, LogSource(path, data, ""))
+        except (ErclutchError, OSError):
+            return False  # it is no table
+
+        stamps = None if is_log(table) else _stamps(table)
+        if stamps is None:
             return False
         tables[path.name] = table
         times[path.name] = stamps
@@ -123,24 +138,6 @@ def _one_log_of(files: tuple[tuple[Path, int, int], ...]) -> bool:
             if label in table.columns:
                 columns[name] = table.columns[label][:rows]
     return is_log(Table("", columns, units, ""))
-
-
-def _looked_at(path: Path, size: int) -> Table | None:
-    """The first rows of a text, or the whole of another small file; None for what is no table."""
-    try:
-        with path.open("rb") as file:
-            data = file.read(_LOOKED_AT)
-            plugin, _ = reader_of(data[:HEAD], path.suffix)
-            if plugin.name == "text" and size > len(data):
-                whole_lines = data.rfind(b"\n") + 1
-                data = data[:whole_lines]
-            elif size > _LARGEST_LOOKED_AT:
-                return None
-            else:
-                data += file.read()
-        return read_by(plugin, LogSource(path, data, ""))
-    except (ErclutchError, OSError):
-        return None
 
 
 def _stamps(table: Table) -> _Stamps | None:
@@ -204,7 +201,14 @@ def _read(source: LogSource) -> Table:
 
     signals: dict[str, Found] = {}
     unreadable: dict[str, str] = {}
-    files = _effort_first(tables, times)
+    # First the file with the effort; where none is sure, the file with most rows in a second.
+    order: dict[str, tuple[bool, float]] = {}
+    for file, table in tables.items():
+        steps = np.diff(times[file].seconds)
+        step = float(np.median(steps)) if steps.size else float("inf")
+        has_effort = bool(signals_of(table) & {"effort", "T"})
+        order[file] = (not has_effort, step)
+    files = sorted(tables, key=lambda file: order[file])
     for file in files:
         table = tables[file]
         recording = Found({"time": times[file].seconds}, {"time": "s"})
@@ -215,7 +219,16 @@ def _read(source: LogSource) -> Table:
         for label, problem in table.unreadable.items():
             unreadable[names[file][label]] = f"{file}, {problem}"
         signals[file] = recording
-    _require_overlap({file: times[file] for file in files})
+
+    begins = {file: float(times[file].seconds[0]) for file in files}
+    ends = {file: float(times[file].seconds[-1]) for file in files}
+    spans = {file: ends[file] - begins[file] for file in files}  # s
+    longest = max(spans, key=lambda file: spans[file])
+    shared = min(ends.values()) - max(begins.values())
+    if not shared >= _SHARED * spans[longest]:
+        of_longest = f"of the {spans[longest]:.4g} s of {longest}"
+        problem = f"the files share {max(shared, 0.0):.4g} s {of_longest}"
+        raise LogError(problem, remedy="Check the units of their times, or give files of one time")
     joined = joined_by_time(signals, "file")
 
     notes = [*joined.notes, "the clocks of the files are taken for one clock"]
@@ -234,31 +247,6 @@ def _read(source: LogSource) -> Table:
         units={**table.units, "time": unit},
         unreadable=unreadable,
     )
-
-
-def _effort_first(tables: Mapping[str, Table], times: Mapping[str, _Stamps]) -> list[str]:
-    """The files, first the file with the effort; where none is sure, the file with most rows in a second."""
-
-    def place(file: str) -> tuple[bool, float]:
-        steps = np.diff(times[file].seconds)
-        step = float(np.median(steps)) if steps.size else float("inf")
-        has_effort = bool(signals_of(tables[file]) & {"effort", "T"})
-        return not has_effort, step
-
-    return sorted(tables, key=place)
-
-
-def _require_overlap(times: Mapping[str, _Stamps]) -> None:
-    begins = {file: float(stamps.seconds[0]) for file, stamps in times.items()}
-    ends = {file: float(stamps.seconds[-1]) for file, stamps in times.items()}
-    spans = {file: ends[file] - begins[file] for file in times}  # s
-    longest = max(spans, key=lambda file: spans[file])
-    shared = min(ends.values()) - max(begins.values())
-    if not shared >= _SHARED * spans[longest]:
-        problem = (
-            f"the files share {max(shared, 0.0):.4g} s of the {spans[longest]:.4g} s of {longest}"
-        )
-        raise LogError(problem, remedy="Check the units of their times, or give files of one time")
 
 
 READER = LogReader(

@@ -25,7 +25,17 @@ _ONE_START = 0.1  # of an increment, by which channels that were started togethe
 
 def _group(group: Any) -> Found | None:
     """The channels of a group on the clock that most of them have; the others are left out, and this is said."""
-    clocks = _clocks(group)
+    # Increment, offset and start of each channel; starts that differ by less than a sample are one, the first.
+    clocks: dict[str, tuple[Any, Any, Any]] = {}
+    for channel in group.channels():
+        increment, offset, start = (channel.properties.get(key) for key in _CLOCK)
+        for known in clocks.values():
+            begun = known[2]
+            have_one_grid = increment and known[:2] == (increment, offset)
+            if have_one_grid and start is not None and begun is not None:
+                apart = abs(float((start - begun) / np.timedelta64(1, "s")))
+                start = begun if apart <= _ONE_START * increment else start
+        clocks[channel.name] = increment, offset, start
     if not clocks:
         return None
     clock = Counter(clocks.values()).most_common(1)[0][0]
@@ -68,21 +78,6 @@ def _group(group: Any) -> Found | None:
             notes.append(f"channel {name} {other}: left out")
     recording.notes += notes
     return recording
-
-
-def _clocks(group: Any) -> dict[str, tuple[Any, Any, Any]]:
-    """Increment, offset and start of each channel; starts that differ by less than a sample are one, the first."""
-    clocks: dict[str, tuple[Any, Any, Any]] = {}
-    for channel in group.channels():
-        increment, offset, start = (channel.properties.get(key) for key in _CLOCK)
-        for known in clocks.values():
-            begun = known[2]
-            have_one_grid = increment and known[:2] == (increment, offset)
-            if have_one_grid and start is not None and begun is not None:
-                apart = abs(float((start - begun) / np.timedelta64(1, "s")))
-                start = begun if apart <= _ONE_START * increment else start
-        clocks[channel.name] = increment, offset, start
-    return clocks
 
 
 def find(path: str, variable: str | None) -> Table:

@@ -32,11 +32,28 @@ def plateaus(fields: Sequence[Array]) -> list[tuple[int, int]]:
     if not rows:
         return []
     changed = np.zeros(rows - 1, np.bool_)
-    levels: list[NDArray[np.intp]] = []
+    levels: list[NDArray[np.intp]] = []  # number of the level of each row, for each element
     for field in fields:
-        level = _levels(field)
-        if level is None:
+        low = float(field.min())
+        high = float(field.max())
+        if not high > low:
+            levels.append(np.zeros(rows, np.intp))
+            continue
+        share = (field - low) / (high - low)
+        bins = np.minimum((share * _BINS).astype(np.intp), _BINS - 1)
+        often = np.bincount(bins, minlength=_BINS) >= max(_RARE * rows, 1)
+        group_begins = np.flatnonzero(often & ~np.append(False, often[:-1]))
+        group_ends = np.flatnonzero(often & ~np.append(often[1:], False))
+        too_wide = bool(np.any(group_ends - group_begins >= _WIDEST))
+        if too_wide or np.mean(often[bins]) < _ON_LEVELS:
             return []
+        group = np.cumsum(np.isin(np.arange(_BINS), group_begins)) - 1  # of each bin often met
+
+        # A row on the way takes the next row that is on a level; the last rows take the last level.
+        on_level = np.flatnonzero(often[bins])
+        place = np.searchsorted(on_level, np.arange(rows))
+        following = on_level[np.minimum(place, on_level.size - 1)]
+        level = group[bins[following]].astype(np.intp)
         changed |= np.diff(level) != 0
         levels.append(level)
     begins = np.flatnonzero(changed) + 1
@@ -48,26 +65,3 @@ def plateaus(fields: Sequence[Array]) -> list[tuple[int, int]]:
         return []
     shortest = min(stop - start for start, stop in runs)
     return runs if shortest >= _FEWEST_ROWS else []
-
-
-def _levels(field: Array) -> NDArray[np.intp] | None:
-    """The number of the level of each row, shape (n,); a row between levels has that of the level it goes to."""
-    low = float(field.min())
-    high = float(field.max())
-    if not high > low:
-        return np.zeros(field.size, np.intp)
-    share = (field - low) / (high - low)
-    bins = np.minimum((share * _BINS).astype(np.intp), _BINS - 1)
-    often = np.bincount(bins, minlength=_BINS) >= max(_RARE * field.size, 1)
-    begins = np.flatnonzero(often & ~np.append(False, often[:-1]))
-    ends = np.flatnonzero(often & ~np.append(often[1:], False))
-    too_wide = bool(np.any(ends - begins >= _WIDEST))
-    if too_wide or np.mean(often[bins]) < _ON_LEVELS:
-        return None
-    group = np.cumsum(np.isin(np.arange(_BINS), begins)) - 1  # of each bin that is often met
-
-    # A row on the way takes the next row that is on a level; the last rows take the last level.
-    on_level = np.flatnonzero(often[bins])
-    place = np.searchsorted(on_level, np.arange(field.size))
-    following = on_level[np.minimum(place, on_level.size - 1)]
-    return group[bins[following]].astype(np.intp)

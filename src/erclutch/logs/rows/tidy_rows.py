@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -51,16 +51,14 @@ def untidied(table: Table) -> Table:
         return table
 
     signals = table.words[named[0]]
-    parts = [
-        np.flatnonzero(signals.of_row == number) for number in range(len(signals.words))
-    ]  # rows of each
+    numbers = range(len(signals.words))
+    parts = [np.flatnonzero(signals.of_row == number) for number in numbers]  # rows of each
     all_are_named = sum(part.size for part in parts) == table.rows
     if not 2 <= len(parts) <= _MOST_SIGNALS or not all_are_named:
         return table
     stamps: Array = table.columns[times[0]] if times else np.asarray(table.clock)
-    column_of_units = next(
-        (words for name, words in table.words.items() if plain(name) in _UNITS), None
-    )
+    of_units = [words for name, words in table.words.items() if plain(name) in _UNITS]
+    column_of_units = of_units[0] if of_units else None
     in_units = _in_one_unit(table.columns[values[0]], column_of_units, parts)
     if in_units is None:
         return table
@@ -69,15 +67,30 @@ def untidied(table: Table) -> Table:
     of_signals = [all_values[part] for part in parts]
     at = stamps[parts[0]]
     if any(not np.array_equal(stamps[part], at) for part in parts):
-        joined = _joined(dict(zip(signals.words, parts, strict=True)), stamps, all_values)
-        if joined is None:
+        # Signals with times of their own are taken at the times of the effort, where one of them is the effort.
+        rows_of = dict(zip(signals.words, parts, strict=True))
+        efforts = [
+            label for label in rows_of if "effort" in spoken_name(split_label(label)[0]).may_be
+        ]
+        if len(efforts) != 1:
             return table
-        at, of_signals, joined_notes = joined
+        recordings: dict[str, Found] = {}
+        for label in dict.fromkeys([*efforts, *rows_of]):
+            clock = stamps[rows_of[label]]
+            if clock.size < 2 or not bool(np.all(np.diff(clock) > 0.0)):
+                return table
+            recordings[label] = Found({_CLOCK: clock, label: all_values[rows_of[label]]})
+        try:
+            together = joined_by_time(recordings, "signal")
+        except LogError:
+            return table
+        at = together.columns[_CLOCK]
+        of_signals = [together.columns[label] for label in rows_of]
+        joined_notes = together.notes
 
     labels = [*times, *signals.words]
-    names, own_units, renamed = name_columns(
-        labels, [*(table.units.get(name) for name in times), *units_of]
-    )
+    all_units = [*(table.units.get(name) for name in times), *units_of]
+    names, own_units, renamed = name_columns(labels, all_units)
     columns = [*([at] * len(times)), *of_signals]
     note = f"column {named[0]} names the signal of each value: {len(parts)} signals are taken as columns"
     notes = [each for each in table.notes if "parts the rows by" not in each]
@@ -125,33 +138,3 @@ def _in_one_unit(
                 values[part[of_units.of_row[part] == number]] *= unit.factor / meant[-1].factor
         units_of.append(written[-1] or None)
     return values, units_of
-
-
-def _joined(
-    parts: Mapping[str, NDArray[np.int64]],
-    stamps: Array,
-    values: Array,
-) -> tuple[Array, list[Array], list[str]] | None:
-    """Times, the values of each name at these, and what to say; None where no name is an effort, or times fall back."""
-    efforts: list[str] = []
-    others: list[str] = []
-    for label in parts:
-        name, _ = split_label(label)
-        if "effort" in spoken_name(name).may_be:
-            efforts.append(label)
-        else:
-            others.append(label)
-    if len(efforts) != 1:
-        return None
-    recordings: dict[str, Found] = {}
-    for label in [*efforts, *others]:
-        clock = stamps[parts[label]]
-        if clock.size < 2 or not bool(np.all(np.diff(clock) > 0.0)):
-            return None
-        recordings[label] = Found({_CLOCK: clock, label: values[parts[label]]})
-    try:
-        together = joined_by_time(recordings, "signal")
-    except LogError:
-        return None
-    of_signals = [together.columns[name] for name in parts]
-    return together.columns[_CLOCK], of_signals, together.notes
