@@ -14,7 +14,14 @@ import numpy as np
 import pytest
 
 from erclutch.errors import LogError
-from erclutch.logs import ColumnMap, plan_of, read, read_table, recording_from_arrays
+from erclutch.logs import (
+    ColumnMap,
+    plan_of,
+    read,
+    read_table,
+    recording_from_arrays,
+    recordings_in,
+)
 from erclutch.logs.columns.labels import split_end
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.plan import Plan
@@ -187,6 +194,21 @@ def test_the_yaw_beside_the_way_forward_is_asked_about() -> None:
 
 
 # --- arrays -----------------------------------------------------------------------------------------------------------
+
+
+def test_tables_of_the_same_columns_in_one_archive_are_recordings(tmp_path: Path) -> None:
+    kind = np.dtype([("time", "f8"), ("speed", "f8"), ("torque", "f8")])
+    runs = {
+        f"run{factor}": np.rec.fromarrays([TIME, factor * RATE, np.tanh(RATE)], dtype=kind)
+        for factor in (1, 2)
+    }
+    path = tmp_path / "runs.npz"
+    np.savez(path, allow_pickle=False, mass=3.0, noise=RATE, **runs)
+    assert recordings_in(path) == ["run1", "run2"]
+    table = read_table(path, variable="run1")
+    np.testing.assert_array_equal(table.columns["speed"], RATE)
+    assert table.constants == {"mass": 3.0}
+    assert "left out: noise: arrays beside several tables" in table.notes
 
 
 def test_arrays_of_python_objects_are_said_and_left_out(tmp_path: Path) -> None:

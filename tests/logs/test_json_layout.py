@@ -101,6 +101,34 @@ def test_runs_are_recordings_under_their_names(tmp_path: Path) -> None:
     assert read_table(path, variable="runs.two").columns["F"].tolist() == TORQUE[:30]
 
 
+def test_of_two_signals_or_runs_with_one_name_none_is_lost(tmp_path: Path) -> None:
+    time = list(range(20))
+    speed = [{"name": "speed", "values": [factor * t for t in time]} for factor in (1, 2)]
+    path = written(tmp_path, [{"name": "t", "values": time}, *speed])
+    table = read_table(path)
+    assert [*table.columns] == ["t", "speed (1)", "speed (2)"]
+    np.testing.assert_array_equal(table.columns["speed (1)"], time)
+
+    runs = [{"name": "brake", "t": time, "F": [factor] * 20} for factor in (1, 2)]
+    path = written(tmp_path, {"runs": runs})
+    assert recordings_in(path) == ["runs.brake (1)", "runs.brake (2)"]
+    np.testing.assert_array_equal(read_table(path, variable="runs.brake (1)").columns["F"], 1)
+
+
+def test_of_two_objects_of_a_run_with_times_of_their_own_none_is_lost(tmp_path: Path) -> None:
+    time = list(range(20))
+    motor = {"t": time, "speed": [3] * 20}
+    cell = {"t": time[:9], "torque": [0.1] * 9}
+    runs = [{"name": day, "motor": motor, "cell": cell} for day in ("first", "second")]
+    names = recordings_in(written(tmp_path, {"runs": runs}))
+    assert names == [
+        "runs.first.motor",
+        "runs.first.cell",
+        "runs.second.motor",
+        "runs.second.cell",
+    ]
+
+
 def test_objects_of_two_rates_are_joined_where_that_is_asked_for(tmp_path: Path) -> None:
     slow = {"time": TIME[::5], "current": [0.0] * 5 + [1.0] * 5}
     path = written(

@@ -311,6 +311,25 @@ def test_an_array_of_structs_that_are_signals_is_one_log(tmp_path: Path, named: 
 
 
 @pytest.mark.usefixtures("read_here")
+@pytest.mark.parametrize("of_a_scope", [False, True])
+def test_of_two_signals_with_one_name_none_is_lost(tmp_path: Path, of_a_scope: bool) -> None:
+    path = tmp_path / "a.mat"
+    named = [("speed", SLIP), ("speed", 2 * SLIP), ("torque", FORCE)]
+    if of_a_scope:
+        signals = [{"values": values, "label": name} for name, values in named]
+        variables = {"ScopeData": {"time": TIME, "signals": structs(signals)}}
+    else:
+        items = [{"data": values, "name": name} for name, values in [("time", TIME), *named]]
+        variables = {"sig": structs(items)}
+    scipy.io.savemat(path, variables)
+    table = read_table(path)
+    assert [*table.columns] == ["time", "speed (1)", "speed (2)", "torque"]
+    np.testing.assert_array_equal(table.columns["speed (1)"], SLIP)
+    with pytest.raises(MappingError, match=r"slip may be any of the columns speed \(1\), speed"):
+        read(path)
+
+
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 3])
 def test_an_array_or_a_cell_of_structs_is_recordings(tmp_path: Path, count: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
@@ -361,6 +361,19 @@ def _with_its_name(recording: Found, name: str) -> Found:
 def _last_part(name: str) -> str:
     """The last part of a recording's name: ``speed`` of ``bench/speed`` and of ``log.speed``."""
     return re.split(r"[./]", name)[-1]
+
+
+def told_apart(labels: Sequence[str]) -> list[str]:
+    """Labels of signals; those of one name are ``speed (1) [rpm]``, ``speed (2) [rpm]``, so that none is lost."""
+    uses = Counter(labels)
+    numbers: Counter[str] = Counter()
+    apart: list[str] = []
+    for label in labels:
+        numbers[label] += 1
+        name, bracket, unit = label.partition(" [")
+        numbered = f"{name} ({numbers[label]}){bracket}{unit}"
+        apart.append(numbered if uses[label] > 1 else label)
+    return apart
 
 
 def listed(names: Iterable[str]) -> str:

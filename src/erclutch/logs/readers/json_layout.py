@@ -16,6 +16,8 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, cast
 
+from erclutch.logs.readers.found_recordings import told_apart
+
 DEEPEST = 20  # objects inside of objects
 MOST_PLACES = 500  # numbers in a list of a row
 _MOST_SIGNALS = 1000  # of one recording
@@ -105,12 +107,16 @@ def _of_items(
     if not all(_is_run(item) for item in objects):
         yield name, items
         return
+    names: list[str] = []
     for number, run in enumerate(objects, start=1):
         other_names = [key for key in run if key.lower().endswith("name")]
-        own = _text_of(run, _NAME) or _text_of(run, other_names) or str(number)
+        names.append(_text_of(run, _NAME) or _text_of(run, other_names) or str(number))
+    for own, run in zip(told_apart(names), objects, strict=True):
         place = f"{name}.{own}" if name else own
-        for _, recording in _recordings(run, "", depth + 1):
-            yield place, recording
+        of_run = list(_recordings(run, "", depth + 1))
+        for inner, recording in of_run:
+            is_only = len(of_run) == 1 or not inner
+            yield place if is_only else f"{place}.{inner}", recording
 
 
 def _are_signals(items: Sequence[Any]) -> bool:
@@ -140,14 +146,16 @@ def _signals(objects: Sequence[dict[str, Any]]) -> Lists | None:
     """Lists by their labels, where each of several objects is a signal with a label."""
     if len(objects) < 2:
         return None
-    signals: Lists = {}
+    labels: list[str] = []
+    lists: list[list[Any]] = []
     for item in objects:
         signal = _signal(item)
         if signal is None or not signal[0]:
             return None
         label, numbers = signal
-        signals[label] = numbers
-    return signals
+        labels.append(label)
+        lists.append(numbers)
+    return dict(zip(told_apart(labels), lists, strict=True))
 
 
 def _is_run(item: Mapping[str, Any]) -> bool:

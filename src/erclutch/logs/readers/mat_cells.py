@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from erclutch.logs.readers.found_recordings import told_apart
 from erclutch.logs.readers.vectors import matrix_of, vector
 
 
@@ -52,17 +53,14 @@ def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:
 
     The elements of a data set of Simulink are called by their names.
     """
-    signals: dict[str, Any] = {}
-    all_are_signals = True
+    signals: list[tuple[str, Any]] = []
     for place, item in enumerate(items, start=1):
         signal = signal_in(item, f"{name}_{place}")
-        if signal is None:
-            all_are_signals = False
-            break
-        label, numbers = signal
-        signals[label] = numbers
-    if all_are_signals:
-        return signals
+        if signal is not None:
+            signals.append(signal)
+    if len(signals) == len(items):
+        labels = told_apart([label for label, _ in signals])
+        return dict(zip(labels, (numbers for _, numbers in signals), strict=True))
     if len(items) == 1:
         return {name: items[0]}
 

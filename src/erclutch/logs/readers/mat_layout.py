@@ -23,6 +23,7 @@ from erclutch.logs.readers.found_recordings import (
     joined_by_time,
     listed,
     time_of,
+    told_apart,
 )
 from erclutch.logs.readers.mat_cells import all_of, opened, signal_in
 from erclutch.logs.readers.mat_dspace import dspace, structs_of
@@ -219,14 +220,16 @@ def _structure(name: str, node: Any) -> Found | None:
 
     # Simulink's structure with time: one signal is called as the structure is.
     if isinstance(fields.get("signals"), dict | list):
-        nodes: dict[str, Any] = {"time": fields["time"]} if "time" in fields else {}
+        labels = ["time"] if "time" in fields else []
+        values = [fields["time"]] if "time" in fields else []
         logged = structs_of(fields["signals"])
         for number, signal in enumerate(logged, start=1):
             label: Any = signal.get("label")
             if not isinstance(label, str) or not label:
                 label = f"signal{number}" if len(logged) > 1 else own_name
-            nodes[label] = signal.get("values")
-        return _workspace(nodes)
+            labels.append(label)
+            values.append(signal.get("values"))
+        return _workspace(dict(zip(told_apart(labels), values, strict=True)))
 
     # The fields of a timeseries that was made a struct: its numbers are called as the struct is.
     lower = {key.lower(): value for key, value in fields.items()}

@@ -15,7 +15,7 @@ from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings, reader_in_child
 from erclutch.logs.readers.budget import budget_of, take_zip
-from erclutch.logs.readers.found_recordings import listed
+from erclutch.logs.readers.found_recordings import Found, listed
 from erclutch.logs.readers.trials import trials_in
 from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table
@@ -23,6 +23,7 @@ from erclutch.logs.table import Table
 _ONE = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
 _PICKLE = b"\x80"  # its first byte since Python 2.3
+_NONE = "the file holds no vectors of numbers of one length"
 _OBJECTS = "Python objects, which may run programs and are never opened"
 _SAVE_NUMBERS = (
     "Save each signal as an array of numbers: numpy.savez(NEW, time=..., speed=..., torque=...)"
@@ -41,6 +42,9 @@ def find(path: str, variable: str | None) -> Table:
     if not is_one:
         take_zip(file, budget)
     nodes: dict[str, np.ndarray[Any, Any]] = {}
+    tables: dict[
+        str, dict[str, np.ndarray[Any, Any]]
+    ] = {}  # of arrays with names for their columns
     of_objects: list[str] = []
     of_others: list[str] = []
     opened: Any = nullcontext() if is_one else np.load(file, allow_pickle=False)
@@ -57,10 +61,29 @@ def find(path: str, variable: str | None) -> Table:
                 (of_objects if array.startswith(_PICKLE) else of_others).append(name)
                 continue
             budget.take_cells(array.size)
-            if array.dtype.names:  # a table with names
-                nodes |= {each: np.asarray(array[each]) for each in array.dtype.names}
+            if array.dtype.names:
+                tables[name] = {each: np.asarray(array[each]) for each in array.dtype.names}
+                nodes |= tables[name]
             else:
                 nodes[name] = np.asarray(array)
+    left_out = [f"{listed(of_objects)}: {_OBJECTS}"] if of_objects else []
+    left_out += [f"{listed(of_others)}: no array of NumPy"] if of_others else []
+
+    # Tables of the same columns are recordings; single numbers beside them hold for each of these.
+    names = [name for table in tables.values() for name in table]
+    if len({*names}) < len(names):
+        beside = {name: node for name, node in nodes.items() if name not in names}
+        numbers = {name: node for name, node in beside.items() if node.size == 1}
+        arrays = beside.keys() - numbers
+        left_out += [f"{listed(sorted(arrays))}: arrays beside several tables"] if arrays else []
+        of_tables: dict[str, Found] = {}
+        for name, table in tables.items():
+            recording = of_vectors({**numbers, **table})
+            if recording is not None:
+                recording.notes.extend(f"left out: {what}" for what in left_out)
+                of_tables[name] = recording
+        return found_recordings.chosen(of_tables, variable, "array", _NONE)
+
     texts = [
         [str(text) for text in node.ravel()]
         for node in nodes.values()
@@ -72,16 +95,12 @@ def find(path: str, variable: str | None) -> Table:
         whole = {name: recording for name, recording in found.items() if recording is not None}
         return found_recordings.chosen(whole, variable, "trial", "the file holds no trials")
     recording = of_vectors(nodes)
-    left_out = [f"{listed(of_objects)}: {_OBJECTS}"] if of_objects else []
-    left_out += [f"{listed(of_others)}: no array of NumPy"] if of_others else []
     if recording is None and left_out:
         raise LogError(f"the arrays are no numbers: {'; '.join(left_out)}", remedy=_SAVE_NUMBERS)
     if recording is not None:
         recording.notes.extend(f"left out: {what}" for what in left_out)
     recordings = {file.stem: recording} if recording is not None else {}
-    return found_recordings.chosen(
-        recordings, variable, "arrays", "the file holds no vectors of numbers of one length"
-    )
+    return found_recordings.chosen(recordings, variable, "arrays", _NONE)
 
 
 def _claims(head: bytes) -> bool:
