@@ -330,6 +330,50 @@ def test_of_two_signals_with_one_name_none_is_lost(tmp_path: Path, of_a_scope: b
 
 
 @pytest.mark.usefixtures("read_here")
+@pytest.mark.parametrize("form", ["matrices", "cells", "signals"])
+def test_runs_below_one_line_of_names_are_recordings(tmp_path: Path, form: str) -> None:
+    path = tmp_path / "a.mat"
+    names = ["t", "slip", "F"]
+    variables: dict[str, Any] = {"names": cell(names)} if form != "signals" else {}
+    for factor in (1, 2):
+        columns = [TIME, factor * SLIP, FORCE]
+        signals = [{"name": n, "data": v} for n, v in zip(names, columns, strict=True)]
+        stored = {
+            "matrices": np.column_stack(columns),
+            "cells": cell([column[:, None] for column in columns]),
+            "signals": structs(signals),
+        }
+        variables[f"run{factor}"] = stored[form]
+    scipy.io.savemat(path, variables)
+    assert recordings_in(path) == ["run1", "run2"]
+    np.testing.assert_array_equal(read_table(path, variable="run1").columns["slip"], SLIP)
+    with pytest.raises(LogError, match="several recordings: run1, run2"):
+        read_table(path)
+
+
+@pytest.mark.usefixtures("read_here")
+def test_matrices_of_a_struct_below_one_line_of_names_keep_their_names(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    left = np.column_stack([SLIP, FORCE])
+    sides = {"names": cell(["slip", "F"]), "left": left, "right": 2 * left, "t": TIME}
+    scipy.io.savemat(path, {"log": sides})
+    table = read_table(path)
+    assert {*table.columns} == {"t", "left.slip", "left.F", "right.slip", "right.F"}
+    np.testing.assert_array_equal(table.columns["right.slip"], 2 * SLIP)
+
+
+@pytest.mark.usefixtures("read_here")
+def test_a_vector_does_not_take_the_place_of_a_column_of_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    matrix = np.column_stack([TIME, SLIP, FORCE])
+    variables = {"names": cell(["t", "slip", "F"]), "data": matrix, "slip": 3 * SLIP}
+    scipy.io.savemat(path, variables)
+    with pytest.raises(LogError, match=r"several recordings: data, workspace \(the vectors slip\)"):
+        read_table(path)
+    np.testing.assert_array_equal(read_table(path, variable="data").columns["slip"], SLIP)
+
+
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 3])
 def test_an_array_or_a_cell_of_structs_is_recordings(tmp_path: Path, count: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import Any, cast
 
@@ -11,34 +12,47 @@ from erclutch.logs.readers.found_recordings import told_apart
 from erclutch.logs.readers.vectors import matrix_of, vector
 
 
-def opened(nodes: dict[str, Any]) -> dict[str, Any]:
+def opened(nodes: dict[str, Any], *, as_structs: bool = True) -> dict[str, Any]:
     """Cells and struct arrays opened: several structs are name(1), name(2), ..., and vectors name_1, name_2, ...
 
-    A cell of as many texts as a cell has vectors, or a matrix has columns, gives their names.
+    A cell of as many texts as a cell has vectors, or a matrix has columns, gives their names. Where another variable
+    has parts of the same names, as two runs below one line of names, the parts stay together as a struct, or are called
+    ``run1.speed`` and so on.
     """
     headings = [cast("list[str]", node) for node in nodes.values() if all_of(node, str)]
-    variables: dict[str, Any] = {}
+    parts_of: dict[str, dict[str, Any]] = {}  # of each variable
     for name, node in nodes.items():
         if all_of(node, str):
             continue
         if all_of(node, dict):
-            variables |= _opened_structs(name, cast("list[dict[str, Any]]", node))
+            parts_of[name] = _opened_structs(name, cast("list[dict[str, Any]]", node))
             continue
 
         items = cast("list[Any]", node) if all_of(node, np.ndarray) else []
         if items and all(vector(item) is not None for item in items):
             texts = _names_of(len(items), [texts for texts in headings if all(texts)])
             names = texts or [f"{name}_{place}" for place in range(1, len(items) + 1)]
-            variables |= dict(zip(names, items, strict=True))
+            parts_of[name] = dict(zip(names, items, strict=True))
             continue
 
         matrix = matrix_of(node)
         texts = _names_of(matrix.shape[1], headings) if matrix is not None else None
         if matrix is None or texts is None:
-            variables[name] = node
+            parts_of[name] = {name: node}
             continue
-        for number, (text, column) in enumerate(zip(texts, matrix.T, strict=True), start=1):
-            variables[text or f"{name}_{number}"] = column
+        names = [text or f"{name}_{number}" for number, text in enumerate(texts, start=1)]
+        parts_of[name] = dict(zip(names, matrix.T, strict=True))
+
+    uses = Counter(label for parts in parts_of.values() for label in parts)
+    variables: dict[str, Any] = {}
+    for name, parts in parts_of.items():
+        no_other_has_them = all(uses[label] == 1 for label in parts)
+        if no_other_has_them or [*parts] == [name]:
+            variables |= parts
+        elif as_structs:
+            variables[name] = parts
+        else:
+            variables |= {f"{name}.{label}": part for label, part in parts.items()}
     return variables
 
 

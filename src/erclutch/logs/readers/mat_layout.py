@@ -118,10 +118,12 @@ def _variables(
     if not at_top or asked_within:
         tree = within
     without_cells = _within(opened(tree))
+    # A matrix below names that another matrix has too.
+    has_names = isinstance(without_cells.get(variable or ""), dict)
+    if variable in tree and not (has_names and isinstance(tree[variable], np.ndarray | list)):
+        return tree
     # Beside a struct that is a recording, cells and struct arrays are what somebody kept with it.
-    if variable not in tree and (variable in without_cells or not _has_recording(tree)):
-        return without_cells
-    return tree
+    return without_cells if variable in without_cells or not _has_recording(tree) else tree
 
 
 def _without_last_result(tree: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
@@ -312,7 +314,7 @@ def _is_vectors(node: Any) -> bool:
 
 def _workspace(nodes: dict[str, Any]) -> Found | None:
     """Vectors of the workspace, of cells and of struct arrays in it."""
-    return _vectors(opened(nodes))
+    return _vectors(opened(nodes, as_structs=False))
 
 
 def _vectors(nodes: dict[str, Any]) -> Found | None:
