@@ -167,16 +167,12 @@ def _state(step: ExportedStep, n: str) -> str:
     rings = rings_of(record)
     numbers = [name for name, node in record.after.items() if node.kind == "real"]
     truths = [name for name in record.after if name not in numbers]
-    members = [
-        *(f"{n}real {name};" for name in numbers),
-        *(
-            f"{n}real ring{length}[{length}][{count}]; /* signals of earlier rows */"
-            for length, count in rings.items()
-        ),
-        *(f"uint32_t {name};" for name in truths),
-        *(f"uint32_t at{length};" for length in rings),
-        "uint32_t exact; /* 1: the compiler kept the arithmetic */",
-    ]
+    members = [f"{n}real {name};" for name in numbers]
+    for length, count in rings.items():
+        members.append(f"{n}real ring{length}[{length}][{count}]; /* signals of earlier rows */")
+    members += [f"uint32_t {name};" for name in truths]
+    members += [f"uint32_t at{length};" for length in rings]
+    members.append("uint32_t exact; /* 1: the compiler kept the arithmetic */")
     about = "/* Everything that a step remembers; one for each device. */"
     return f"{about}\ntypedef struct\n{{\n{indented(members)}\n}} {n}state;"
 

@@ -32,7 +32,8 @@ _PATTERNS = {
 }
 
 
-def _class(step: ExportedStep) -> str:
+def number_class(step: ExportedStep) -> str:
+    """MATLAB's class of the step's numbers."""
     return "single" if step.precision.width == 32 else "double"
 
 
@@ -66,7 +67,7 @@ def step_function(step: ExportedStep, record: StepRecord) -> str:
         period = "\n%   Call it at the sampling period of the training data."
     return f"""function [effort, flags, state] = {n}_step(u, state) %#codegen
 %{n.upper()}_STEP One sample of {step.headline}.
-%   [EFFORT, FLAGS, STATE] = {n.upper()}_STEP(U, STATE), all of class {_class(step)} but FLAGS, which is uint32.
+%   [EFFORT, FLAGS, STATE] = {n.upper()}_STEP(U, STATE), all of class {number_class(step)} but FLAGS, which is uint32.
 %   STATE has {record.size} elements, zeros before the first sample.
 {inputs}
 %   effort in {comment(step.model.units.effort or "1")}; flags by bits: 1 far from the training
@@ -75,7 +76,7 @@ def step_function(step: ExportedStep, record: StepRecord) -> str:
 % Written by erclutch {__version__} from the numbers of {n}.c. Model {step.digest}
 %
 {equation}
-    assert(isa(u, '{_class(step)}') && isa(state, '{_class(step)}'));
+    assert(isa(u, '{number_class(step)}') && isa(state, '{number_class(step)}'));
 {indented(_lines(step, record))}
 end
 
@@ -89,9 +90,9 @@ def block_function(step: ExportedStep, record: StepRecord) -> str:
 %{n.upper()}_BLOCK {n}_step with its state inside: for a MATLAB Function block.
     persistent state
     if isempty(state)
-        state = zeros({record.size}, 1, '{_class(step)}');
+        state = zeros({record.size}, 1, '{number_class(step)}');
     end
-    [effort, flags, state] = {n}_step({_class(step)}(u), state);
+    [effort, flags, state] = {n}_step({number_class(step)}(u), state);
 end
 """
 
@@ -135,7 +136,7 @@ def _lines(step: ExportedStep, printed: StepRecord) -> Iterator[str]:
     raised = [f"{bit} * uint32({truth})" for bit, truth in zip(printed.flags, truths, strict=True)]
     yield f"effort = {effort};"
     yield f"flags = {' + '.join(raised)};"
-    yield f"next = zeros({printed.size}, 1, '{_class(step)}');"
+    yield f"next = zeros({printed.size}, 1, '{number_class(step)}');"
     for i, node in enumerate(record.after.values(), start=1):
         yield f"next({i}) = {texts[node.index]};"
     entering = record.entering()
@@ -176,7 +177,7 @@ def _expression(
         magic = _number(step, format_of(step.precision).magic)
         return f"(({a[0]} + {magic}) - {magic})"
     if operation == "power":
-        return f"max({a[0]}, realmin('{_class(step)}')) ^ {a[1]}"
+        return f"max({a[0]}, realmin('{number_class(step)}')) ^ {a[1]}"
     if operation == "table":
         return f"{places[f'table{node.index}']}(fix({a[0]}) + 1, fix({a[1]}) + 1)"
     if operation == "network":
@@ -202,7 +203,7 @@ def _matrix(step: ExportedStep, values: NDArray[np.float64]) -> str:
         numbers = [f"{float(number):.{digits}g}" for number in row]
         lines = [", ".join(numbers[first : first + 4]) for first in range(0, len(numbers), 4)]
         rows.append(_SAME_ROW.join(lines))
-    return f"{_class(step)}([{_NEXT_ROW.join(rows)}])"
+    return f"{number_class(step)}([{_NEXT_ROW.join(rows)}])"
 
 
 def _network(step: ExportedStep) -> str:
@@ -226,7 +227,7 @@ def _network(step: ExportedStep) -> str:
         lines += [
             f"centres = {matrix(weights['centres'])};",
             f"squares = {column(weights['spreads'] ** 2)};",
-            f"a = zeros({hidden[0]}, 1, '{_class(step)}');",
+            f"a = zeros({hidden[0]}, 1, '{number_class(step)}');",
             "for i = 1:numel(a)",
             "    d = x - centres(i, :)';",
             f"    a(i) = exp({number(-0.5)} * sum(d .* d) / squares(i));",

@@ -8,6 +8,7 @@ from pathlib import Path
 from erclutch.errors import SettingError
 from erclutch.files import cache_folder
 from erclutch.models.load import load_model
+from erclutch.signals.array import largest_size
 from erclutch.signals.device import DeviceName, Units
 from erclutch.signals.units import UNKNOWN
 from erclutch.wings.live.c_build import cached, find_compiler
@@ -88,6 +89,6 @@ def live_model(
         note=". ".join(step.notes),
         adapts=adapt,
         effort=step.scale,
-        slip=max(abs(end) for end in step.slip.range),
+        slip=largest_size(step.slip.range),
         band=0.0 if model.band is None else model.band.settled,
     )

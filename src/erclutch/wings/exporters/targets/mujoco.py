@@ -81,7 +81,7 @@ def _example(step: ExportedStep) -> str:
     )
     gear = 1 if pair else -1  # a single element brakes its slip; a pair drives its output
     period = step.period or 1e-3
-    largest = max(abs(effort) for effort in step.model.trained_on.effort) or 1.0
+    largest = largest_size(step.model.trained_on.effort) or 1.0
     # An arm that the largest effort accelerates by 100 rad/s^2 or m/s^2.
     inertia = f"{largest / 100.0:.6g}"
     slides = not pair and (step.model.units.slip == "m/s" or step.model.units.effort == "N")

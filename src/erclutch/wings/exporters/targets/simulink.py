@@ -21,7 +21,7 @@ from erclutch.export.step_record import step_record
 from erclutch.export.step_vectors import vectors_of
 from erclutch.export.target_check import Check, near, to_the_bit
 from erclutch.export.targets import c
-from erclutch.wings.exporters.matlab_function import block_function, step_function
+from erclutch.wings.exporters.matlab_function import block_function, number_class, step_function
 
 TITLE = "MATLAB functions for Simulink and MATLAB Coder, and the C step for a C Caller block with its settings"
 
@@ -165,7 +165,7 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     # The step row by row in GNU Octave, and the block beside it.
     if octave is not None:
         script = _SCRIPT.format(
-            kind="single" if step.precision.width == 32 else "double",
+            kind=number_class(step),
             inputs=len(step.inputs),
             state=step_record(step).size,
             name=n,

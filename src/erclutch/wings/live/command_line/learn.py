@@ -121,6 +121,12 @@ class Rig:
     loop: LoopOptions
     seed: int
 
+    @property
+    def effort_unit(self) -> str:
+        """Unit of the measured effort; empty where nothing measures it."""
+        units = [channel.unit for channel in self.channels if channel.role == "effort"]
+        return units[0] if units else ""
+
 
 def learn(
     rig: Rig,
@@ -378,7 +384,7 @@ def _write(
 
 def line_of(report: RoundReport, rig: Rig) -> str:
     """A round as one line, while the next one is being chosen."""
-    unit = next((channel.unit for channel in rig.channels if channel.role == "effort"), "")
+    unit = rig.effort_unit
     return (
         f"round {report.number}: {report.seconds:.3g} s, {report.law}, band +-{report.band:.3g} {unit} "
         f"({percent(report.share, 2)} of the largest effort). The numbers leave {percent(report.open_share, 2)} open; "
@@ -398,25 +404,19 @@ def _tell(
     from erclutch.cli import terminal
 
     if rounds.reports:
-        unit = next((channel.unit for channel in rig.channels if channel.role == "effort"), "")
         words = ("round", "s", "law", "new rows", "fitted", "left open", "foretold", "band")
         head = [*words, "open %", "floor %", "band %"]
-        rows = [
-            [
-                f"{each.number}{' *' if each.tripped else ''}",
-                f"{each.seconds:.1f}",
-                each.law,
-                *(
-                    terminal.number(x, 3)
-                    for x in (each.before, each.residual, each.open, each.open_foretold, each.band)
-                ),
-                *(percent(share, 2) for share in (each.open_share, each.floor_share, each.share)),
-            ]
-            for each in rounds.reports
-        ]
-        output.print(
-            terminal.table(f"{rig.what.origin}: what each round taught, {unit}", head, rows)
-        )
+        rows: list[list[str]] = []
+        for each in rounds.reports:
+            number = f"{each.number}{' *' if each.tripped else ''}"
+            errors = (each.before, each.residual, each.open, each.open_foretold, each.band)
+            shares = (each.open_share, each.floor_share, each.share)
+            row = [number, f"{each.seconds:.1f}", each.law]
+            row += [terminal.number(error, 3) for error in errors]
+            row += [percent(share, 2) for share in shares]
+            rows.append(row)
+        title = f"{rig.what.origin}: what each round taught, {rig.effort_unit}"
+        output.print(terminal.table(title, head, rows))
         last = rounds.reports[-1]
         numbers: list[list[str]] = []
         for name, three in last.half_widths.items():

@@ -204,6 +204,7 @@ def torque_path(model: Model) -> tuple[TorquePath, float]:
     """
     import numpy as np
 
+    from erclutch.signals.array import largest_size
     from erclutch.signals.clock import Clock, Span
     from erclutch.signals.device import Element
     from erclutch.wings.live.loop_margins import TorquePath
@@ -211,7 +212,7 @@ def torque_path(model: Model) -> tuple[TorquePath, float]:
     highest = model.trained_on.field[1]
     low = _STEP[0] * highest
     high = _STEP[1] * highest
-    slip = 0.5 * max(abs(end) for end in model.trained_on.slip)
+    slip = 0.5 * largest_size(model.trained_on.slip)
     rows = _SETTLED + _ROWS
     time: Array = _PERIOD * np.arange(rows, dtype=np.float64)
     clock = Clock(time, (Span(0, rows, _PERIOD),))

@@ -141,9 +141,8 @@ def main() -> int:
 
 
 def _say(body: dict[str, Any]) -> None:
-    with contextlib.suppress(OSError):
-        line = json.dumps(body).encode() + b"\n"
-        os.write(sys.stdout.fileno(), line)
+    """Tell the session something about the server."""
+    _hand_over(json.dumps(body))
 
 
 async def _serve(setting: dict[str, Any]) -> int:
@@ -186,10 +185,10 @@ async def _serve(setting: dict[str, Any]) -> int:
     return 0
 
 
-def _hand_over(command: str) -> None:
-    """Commands go on as they came: the session checks each again. A line break in JSON is white space."""
+def _hand_over(body: str) -> None:
+    """A line for the session: a command as it came, which the session checks again. A line break in JSON is a space."""
     with contextlib.suppress(OSError):
-        line = command.replace("\n", " ").encode() + b"\n"
+        line = body.replace("\n", " ").encode() + b"\n"
         os.write(sys.stdout.fileno(), line)
 
 

@@ -24,7 +24,7 @@ from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_record import feels_state
 from erclutch.export.target_check import Check
 from erclutch.export.targets import c
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, largest_size
 from erclutch.signals.speed import live
 from erclutch.wings.live.controller_check import INPUTS, check_source
 from erclutch.wings.live.layout import CONSTANTS, EVENT_BITS, EVENTS, LEAST, MOST, SETTINGS
@@ -204,7 +204,7 @@ def defaults(step: ExportedStep) -> dict[str, float]:
     """Settings to begin with: the range of the training data, and a supply that goes over it in a period."""
     period = step.period or 1e-3
     largest = step.field.range[1]
-    fastest = _fastest_slip(step)
+    fastest = largest_size(step.slip.range)
     band = 0.0 if step.model.band is None else step.model.band.settled
     known = {
         "period_ns": round(period * 1e9),
@@ -220,11 +220,6 @@ def defaults(step: ExportedStep) -> dict[str, float]:
     }
     plain = LoopSettings()
     return {name: known.get(name, getattr(plain, name, 0.0)) for name in _members()}
-
-
-def _fastest_slip(step: ExportedStep) -> float:
-    """The largest slip of the log, either way."""
-    return max(abs(end) for end in step.slip.range)
 
 
 def settings_of() -> dict[str, str]:
@@ -258,7 +253,7 @@ def _places(step: ExportedStep) -> dict[str, str]:
         "HOLD": f"{LoopSettings().hold}u",
         "TRIP": f"{LoopSettings().trip}u",
         "MEASURED": _MEASURED if step.measures else "",
-        "FASTEST": constant(_FASTEST * _fastest_slip(step)),
+        "FASTEST": constant(_FASTEST * largest_size(step.slip.range)),
         "FILTER_G": constant(usual.g),
         "FILTER_H": constant(usual.h),
         "ABOVE_ZERO": _of_kind("ABOVE_ZERO"),
@@ -351,7 +346,7 @@ def sample_rows(step: ExportedStep, odd: int = 24) -> Array:
     """Samples of a drive that turns while the wanted torque swings, some of them with an odd value, shape (n, 7)."""
     rng = np.random.default_rng(int(step.digest[:12], 16))
     k = np.arange(_ROWS)
-    fastest = _fastest_slip(step)
+    fastest = largest_size(step.slip.range)
     swing = np.where(k < _ROWS // 2, 0.3, 1.2)  # within the model's efforts, then beyond
     wanted = step.scale * np.sin(2.0 * np.pi * k / 128.0) * swing
     speed = 0.4 * fastest * (1.0 + 0.5 * np.sin(2.0 * np.pi * k / 300.0))
