@@ -17,37 +17,42 @@ from erclutch.wings.live.c_build import CORE, SOURCES
 HERE = Path(__file__).parent
 
 
-def went_through(
-    folder: Path, sources: Path = SOURCES, harness: str = "failsafe", *options: str
-) -> tuple[str, list[int]]:
-    """What the harness prints, and its counts: pairs, steps, promises that were broken."""
+_FLAGS = ("-std=c11", "-D_GNU_SOURCE", "-O2", "-Wall", "-Wextra", "-Werror")
+
+
+def compiled(source: Path, folder: Path, *options: str) -> Path:
+    """The object of a source, with the headers of the loop."""
+    made = folder / f"{source.stem}.o"
+    words = ["gcc", *_FLAGS, *options, "-I", str(SOURCES), "-c", str(source), "-o", str(made)]
+    subprocess.run(words, check=True)
+    return made
+
+
+@pytest.fixture(scope="module")
+def core(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """The objects of the loop's core by the names of their sources; a changed core differs in one of them."""
     if shutil.which("gcc") is None:
         pytest.skip("apt install gcc libc6-dev")
-    files = [HERE / f"{harness}.c", *(sources / name for name in CORE)]
-    words = [
-        "gcc",
-        "-std=c11",
-        "-D_GNU_SOURCE",
-        "-O2",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        *options,
-        "-I",
-        str(sources),
-    ]
-    subprocess.run([*words, *map(str, files), "-lm", "-o", str(folder / harness)], check=True)
-    said = subprocess.run(
-        [str(folder / harness)], capture_output=True, text=True, check=False
-    ).stdout
+    folder = tmp_path_factory.mktemp("core")
+    return {name: compiled(SOURCES / name, folder) for name in CORE}
+
+
+def went_through(
+    core: dict[str, Path], folder: Path, harness: str = "failsafe", *options: str
+) -> tuple[str, list[int]]:
+    """What the harness prints, and its counts: pairs, steps, promises that were broken."""
+    objects = [compiled(HERE / f"{harness}.c", folder, *options), *core.values()]
+    program = folder / harness
+    subprocess.run(["gcc", *map(str, objects), "-lm", "-o", str(program)], check=True)
+    said = subprocess.run([str(program)], capture_output=True, text=True, check=False).stdout
     counts = re.search(r"pairs (\d+), steps (\d+), broken (\d+)", said)
     assert counts is not None, said
     return said, [int(count) for count in counts.groups()]
 
 
 @pytest.mark.slow
-def test_every_state_and_event_keeps_the_promises(tmp_path: Path) -> None:
-    said, (pairs, steps, broken) = went_through(tmp_path)
+def test_every_state_and_event_keeps_the_promises(core: dict[str, Path], tmp_path: Path) -> None:
+    said, (pairs, steps, broken) = went_through(core, tmp_path)
     assert broken == 0, said
     assert pairs > 1_000_000
     assert steps > 50_000_000
@@ -79,20 +84,17 @@ def test_every_state_and_event_keeps_the_promises(tmp_path: Path) -> None:
     ],
 )
 def test_a_core_that_breaks_a_promise_is_seen(
-    name: str, good: str, bad: str, tmp_path: Path
+    name: str, good: str, bad: str, core: dict[str, Path], tmp_path: Path
 ) -> None:
-    assert (
-        went_through(tmp_path, changed(name, good, bad, tmp_path), "failsafe", "-DONE_IS_ENOUGH")[
-            1
-        ][2]
-        > 0
-    )
+    other = changed(core, name, good, bad, tmp_path)
+    _, (_, _, broken) = went_through(other, tmp_path, "failsafe", "-DONE_IS_ENOUGH")
+    assert broken > 0
 
 
 @pytest.mark.slow
-def test_every_doubt_and_reading_keeps_the_promises(tmp_path: Path) -> None:
+def test_every_doubt_and_reading_keeps_the_promises(core: dict[str, Path], tmp_path: Path) -> None:
     """Held, reduced, zero, tripped with the reason; nothing learned; no reset while the sensor is wrong."""
-    said, (pairs, steps, broken) = went_through(tmp_path, harness="doubts")
+    said, (pairs, steps, broken) = went_through(core, tmp_path, "doubts")
     assert broken == 0, said
     assert pairs > 60_000
     assert steps > 1_000_000
@@ -114,22 +116,18 @@ def test_every_doubt_and_reading_keeps_the_promises(tmp_path: Path) -> None:
     ],
 )
 def test_a_core_that_believes_too_much_is_seen(
-    name: str, good: str, bad: str, tmp_path: Path
+    name: str, good: str, bad: str, core: dict[str, Path], tmp_path: Path
 ) -> None:
-    assert (
-        went_through(tmp_path, changed(name, good, bad, tmp_path), "doubts", "-DONE_IS_ENOUGH")[1][
-            2
-        ]
-        > 0
-    )
+    other = changed(core, name, good, bad, tmp_path)
+    _, (_, _, broken) = went_through(other, tmp_path, "doubts", "-DONE_IS_ENOUGH")
+    assert broken > 0
 
 
-def changed(name: str, good: str, bad: str, folder: Path) -> Path:
-    """The loop's sources in a folder, with another text in one of them."""
-    for source in SOURCES.glob("erc_*.[ch]"):
-        text = source.read_text(encoding="utf-8")
-        if source.name == f"erc_{name}.c":
-            assert good in text
-            text = text.replace(good, bad)
-        (folder / source.name).write_text(text, encoding="utf-8")
-    return folder
+def changed(core: dict[str, Path], name: str, good: str, bad: str, folder: Path) -> dict[str, Path]:
+    """The core's objects, with another text in one of the sources."""
+    source = SOURCES / f"erc_{name}.c"
+    text = source.read_text(encoding="utf-8")
+    assert good in text
+    other = folder / source.name
+    other.write_text(text.replace(good, bad), encoding="utf-8")
+    return {**core, source.name: compiled(other, folder)}
