@@ -71,6 +71,7 @@ TOGETHER = {
     "tests/runs/test_every_row.py": "every-row",
     "tests/house/test_house.py": "house",
     "tests/house/test_supply_chain.py": "wheel",
+    "tests/house/test_wings_off.py::test_without_one_wing": "one wing",
     "tests/export/test_self_check.py": "self-check",
     "tests/wings/exporters/test_targets.py::test_a_plain_c_host": "fmus",
     "tests/wings/exporters/test_targets.py::test_zig_builds": "fmus",

@@ -7,14 +7,16 @@ import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.registry import GROUPS, plugins
+from tests.support.warm_start import OF_OTHERS, WarmStart
 from tests.support.wings_asked import NO_GROUP_OF_A_WING, arguments, asking_tests
 
 pytestmark = pytest.mark.slow
@@ -36,22 +38,36 @@ COMMANDS = {
 #: What a user does with a small log, in one process.
 USE = """
 import sys
+sys.path.insert(0, {sources!r})
 from erclutch.cli import main
+assert sys.modules[main.__module__].__file__.startswith({sources!r})
 quick = ["--models", "bingham", "--lag", "none", "--out", "run"]
 uses = (["fit", "log.csv", *quick], ["report", "run"], ["export", "run", "--out", "c"], ["laws", "--plugins"])
 for words in (["--help"], [], *uses):
     print("##", *words, flush=True)
     assert main(words) == 0, words
-for command in sys.argv[1:]:
+for command in {gone!r}:
     assert main([command]) == 2, command
 """
 
 
-def run(folder: Path, *words: object) -> subprocess.CompletedProcess[str]:
+@pytest.fixture(scope="module")
+def warm() -> Iterator[WarmStart]:
+    """Python with what erclutch imports of others, which takes as long as the use; of erclutch it has nothing."""
+    with (
+        tempfile.TemporaryDirectory(prefix="erclutch-") as folder,
+        WarmStart(Path(folder), OF_OTHERS) as made,
+    ):
+        yield made
+
+
+def run(
+    folder: Path, *words: object, python: object = sys.executable
+) -> subprocess.CompletedProcess[str]:
     """Python with the sources of a folder, in that folder."""
     own = {**os.environ, "PYTHONPATH": f"{folder / 'src'}{os.pathsep}{folder}", "COLUMNS": "100"}
     own["ERCLUTCH_FEW_EXAMPLES"] = "1"  # with the wings, all of them are drawn
-    command = [sys.executable, *map(str, words)]
+    command = [str(python), *map(str, words)]
     return subprocess.run(
         command, cwd=folder, env=own, capture_output=True, text=True, timeout=1500, check=False
     )
@@ -83,11 +99,13 @@ def listed(said: str) -> set[str]:
 
 @pytest.mark.parametrize("wing", WINGS)
 def test_without_one_wing_a_log_is_fitted_and_reported(
-    wing: str, without: Callable[..., Path]
+    wing: str, without: Callable[..., Path], warm: WarmStart
 ) -> None:
     folder = without([wing])
     write_synthetic_log(folder / "log.csv", 2.0)
-    done = run(folder, "-c", USE, *COMMANDS[wing])
+    use = folder / "use.py"
+    use.write_text(USE.format(sources=str(folder / "src"), gone=sorted(COMMANDS[wing])))
+    done = run(folder, use, python=warm.folder / "warm-python")
     assert done.returncode == 0, done.stdout + done.stderr
     page = done.stdout.partition("What to do first")[0]
     kept = set[str]().union(*(COMMANDS[other] for other in WINGS if other != wing))

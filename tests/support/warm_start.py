@@ -22,24 +22,20 @@ import subprocess
 import sys
 import traceback
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
 
-#: What nearly every command imports.
+#: What nearly every command imports of others, for a second.
+OF_OTHERS = (
+    *("cyclopts", "pandas", "pyarrow.parquet", "scipy.linalg", "scipy.optimize", "scipy.signal"),
+    *("numba", "sympy", "matplotlib.figure"),
+)
+#: And of erclutch.
 _IMPORTED = (
+    *OF_OTHERS,
     *(
-        "pandas",
-        "pyarrow.parquet",
-        "scipy.linalg",
-        "scipy.optimize",
-        "scipy.signal",
-        "numba",
-        "sympy",
-    ),
-    *(
-        "matplotlib.figure",
         "erclutch.cli.parser",
         "erclutch.fit.comparison",
         "erclutch.logs",
@@ -68,10 +64,12 @@ class WarmStart:
 
     Args:
         folder: for the programs and the socket; its path must be short, as those of sockets are.
+        imported: names of the modules that are there from the start.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, imported: Sequence[str] = _IMPORTED) -> None:
         self.folder = folder
+        self._imported = imported
         self._place = folder / "warm"
         for name in ("erclutch", "warm-python"):
             program = folder / name
@@ -80,7 +78,7 @@ class WarmStart:
             program.chmod(0o755)
 
     def __enter__(self) -> Self:
-        command = [sys.executable, "-m", __name__, str(self._place)]
+        command = [sys.executable, "-m", __name__, str(self._place), *self._imported]
         root = str(Path(__file__).parents[2])
         path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
         environment = {
@@ -106,9 +104,9 @@ class WarmStart:
         return {**given, "PATH": os.pathsep.join((str(self.folder), given["PATH"]))}
 
 
-def serve(place: str) -> None:
+def serve(place: str, imported: Sequence[str]) -> None:
     """Fork for each program that asks, until this process is ended."""
-    for name in _IMPORTED:
+    for name in imported:
         importlib.import_module(name)
     with socket.socket(socket.AF_UNIX) as door:
         door.bind(place)
@@ -192,4 +190,4 @@ def _as_code(said: Any) -> int:
 
 
 if __name__ == "__main__":
-    serve(sys.argv[1])
+    serve(sys.argv[1], sys.argv[2:])
