@@ -223,9 +223,8 @@ def runs_of(plan: ClockPlan, table: Table) -> RunsOfClock:
     elif plan.kind == "dates":
         stamps = table.clock
     stamped = np.arange(table.rows)
-    restarts: list[
-        int
-    ] = []  # of the stamped rows, those whose stamp is before that of the row before
+    # Of the stamped rows, those whose stamp is before that of the row before.
+    restarts: list[int] = []
     if stamps is not None:
         stamped = np.flatnonzero(np.isfinite(stamps))
         goes_back = np.diff(stamps[stamped]) < 0

@@ -146,9 +146,8 @@ def write_hysteretic_log(path: Path, seconds: float = 24.0, seed: int = 0) -> No
         aim = float(np.sign(w))
         state = aim + (state - aim) * float(np.exp(-abs(w) * period / travel))
         strained[row] = state
-    torque = (
-        (0.05 + 0.4 * current) * strained + 0.01 * slip + 0.005 * rng.standard_normal(time.size)
-    )  # [N m]
+    noise = 0.005 * rng.standard_normal(time.size)  # [N m]
+    torque = (0.05 + 0.4 * current) * strained + 0.01 * slip + noise
     header = f"# {LABEL}: made by erclutch.logs.synthetic, seed {seed}\ntime [s],current [A],slip [rad/s],torque [N*m]"
     rows = np.column_stack([time, current, slip, torque])
     np.savetxt(

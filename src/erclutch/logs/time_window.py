@@ -71,9 +71,8 @@ def batches_within(
         kept = _kept(log, start, stop)
         if kept:
             places = np.concatenate([batch.rows[row:after] for row, after in kept])
-            rows += int(
-                np.count_nonzero((places >= batch.start) & (places < batch.stop))
-            )  # without the margins
+            without_margins = (places >= batch.start) & (places < batch.stop)
+            rows += int(np.count_nonzero(without_margins))
             yield replace(batch, recording=log.only(kept), rows=places)
         else:
             yield replace(batch, recording=log, rows=np.full_like(batch.rows, -1))

@@ -60,9 +60,8 @@ def presenter() -> Presenter:
 
 def one_line(value: object, name: str, *facts: str) -> str:
     """A value in a line: its class, its name and some facts, without what could move a terminal's cursor."""
-    from erclutch.errors import (
-        printable,
-    )  # here, so that a start of the package imports next to nothing
+    # Here, so that a start of the package imports next to nothing.
+    from erclutch.errors import printable
 
     return printable(f"{type(value).__name__}({name}: {', '.join(facts)})")
 

@@ -150,9 +150,8 @@ _TENS = re.compile(
     r"|(?P<of>[^\W\d_].*?)\s*[×x*·]\s*10\s*(?P<behind>(?:\^|\*\*)[+-]?\d|-\d|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹])"
 )
 _RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
-_DIFFERENCE = re.compile(
-    r"\s*d(?:rpm|V|A|T|s|rad|deg|W|Hz|°)(?!\w).*"
-)  # no tenth of it: a d is a difference
+#: No tenth of a unit: a d is a difference.
+_DIFFERENCE = re.compile(r"\s*d(?:rpm|V|A|T|s|rad|deg|W|Hz|°)(?!\w).*")
 # A number over a unit is 1 or counts in tens, as 1/s and 1000/min do: 2/s is a unit that nobody writes.
 _ODD_COUNT = re.compile(r"(?!10*/)[\d.]+/")
 _FORM = re.compile(r"[\w\s.+*/()^%°µμΩ²³⁻¹-]*")
@@ -248,9 +247,8 @@ def parse(text: str) -> Unit:
     tens = _TENS.fullmatch(spelled) if len(text) <= _LONGEST and "10" in text else None
     if tens:
         power = (tens["before"] or tens["behind"]).translate(_RAISED).lstrip("^*")
-        times = f"{10.0 ** int(power):.9f}".rstrip("0").rstrip(
-            "."
-        )  # an e would be a charge to pint
+        # An e would be a charge to pint.
+        times = f"{10.0 ** int(power):.9f}".rstrip("0").rstrip(".")
         spelled = f"{times} {tens['unit'] or tens['of']}"
     for pattern, replacement in _SPELLINGS:
         spelled = pattern.sub(replacement, spelled)
@@ -287,9 +285,8 @@ def _evaluate(text: str, spelled: str) -> Unit | None:
         linear = abs(float(double.magnitude) - 2.0 * factor) <= 1e-12 * abs(factor)
         powers = [(str(name), float(power)) for name, power in base.unit_items()]
         dimension = tuple(sorted(powers))
-    except (
-        Exception
-    ):  # pint, its tokenizer and its arithmetic raise a dozen unrelated types on odd text
+    # Pint, its tokenizer and its arithmetic raise a dozen unrelated types on odd text.
+    except Exception:
         return None
     refused = any(name in {"kelvin", "bit", "count"} for name, _ in dimension)
     if not linear or refused or not 0.0 < factor < float("inf"):

@@ -66,12 +66,11 @@ def with_times_joined(table: Table) -> Table:
 
     _, *other_times = channels
     stamps_of_first = table.columns[first]
-    if all(
-        np.array_equal(table.columns[time], stamps_of_first, equal_nan=True) for time in other_times
-    ):
-        columns = {
-            name: values for name, values in table.columns.items() if name not in other_times
-        }
+    times_of_others = [table.columns[time] for time in other_times]
+    if all(np.array_equal(stamps, stamps_of_first, equal_nan=True) for stamps in times_of_others):
+        columns = dict(table.columns)
+        for time in other_times:
+            del columns[time]
         note = f"column {', '.join(other_times)} repeats {first}"
         return replace(table, columns=columns, notes=(*table.notes, note))
 
@@ -202,9 +201,8 @@ def _woven_channels(sparse: Mapping[str, Array], *, woven_alone: bool) -> list[_
     filled = sum(np.count_nonzero(channel.rows) for channel in channels.values())
     cells_a_row = filled / next(iter(sparse.values())).size
     fewest, most = _ONE_A_ROW
-    is_one_a_row = (
-        woven_alone and fewest <= cells_a_row <= most
-    )  # in each row the cells of one channel alone
+    # In each row stand the cells of one channel alone.
+    is_one_a_row = woven_alone and fewest <= cells_a_row <= most
     for channel in channels.values():
         rows = channel.rows
         places = np.flatnonzero(rows)
