@@ -16,7 +16,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.stages import slip_stages
 from erclutch.runs.cluster import TaskPool, task_pool
 from erclutch.wings.paper import memory_table
-from erclutch.wings.paper.commands.reproduce import _to_bingham  # pyright: ignore[reportPrivateUsage]
+from erclutch.wings.paper.beside_the_paper import _to_bingham  # pyright: ignore[reportPrivateUsage]
 from erclutch.wings.paper.published import APPROACHES
 from erclutch.wings.paper.section_figures import draw_estimates
 from erclutch.wings.paper.sweep_figures import draw_fnn_sweep, draw_kernel_sweep, draw_rbfn_sweep

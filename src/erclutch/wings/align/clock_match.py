@@ -74,9 +74,8 @@ def match_clocks(a: Track, b: Track, *, near: float | None = None) -> ClockMatch
     for track, name in ((a, "A"), (b, "B")):
         if not np.ptp(track.values) > 0.0:
             raise LogError(f"the signal never changes in log {name}", remedy=REMEDY)
-    if (
-        b.period > 1.01 * a.period
-    ):  # the slower log is taken at its own times, so that it is not interpolated
+    # The slower log is taken at its own times, so that it is not interpolated.
+    if b.period > 1.01 * a.period:
         return _turned(_matched(b, a, near, -1.0))
     return _matched(a, b, near, 1.0)
 

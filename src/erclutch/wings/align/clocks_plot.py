@@ -32,10 +32,21 @@ def describe_clocks(
     a, all_b = traces
     b = all_b[0]
     match = matches[0]
-    low, high = _section(a, b, match)
-    sign = np.sign(
-        match.gain
-    )  # a signal of the other sign is turned, so that both curves can lie on each other
+
+    # The liveliest of some sections that show the offset, if it is short enough to be seen, and single rows.
+    first, last = match.overlap
+    rows_seen = _ROWS * max(a.period, b.period)  # [s]
+    offset_seen = min(8.0 * abs(match.offset), 5.0)  # [s]
+    length = min(max(rows_seen, offset_seen), last - first)
+    starts = np.linspace(first, last - length, 40)
+    spreads: list[float] = []
+    for start in starts:
+        values = a.values[(a.time >= start) & (a.time <= start + length)]
+        spreads.append(float(np.std(values)) if values.size else 0.0)
+    low = float(starts[int(np.argmax(spreads))])
+    high = low + length
+    # A signal of the other sign is turned, so that both curves can lie on each other.
+    sign = np.sign(match.gain)
 
     def line(
         time: Array,
@@ -92,18 +103,3 @@ def describe_clocks(
 def _scaled(track: Track) -> Array:
     """The values over their spread, around their median."""
     return (track.values - np.median(track.values)) / float(np.std(track.values))
-
-
-def _section(a: Track, b: Track, match: ClockMatch) -> tuple[float, float]:
-    """The liveliest of some sections that show the offset, if it is short enough to be seen, and single rows."""
-    low, high = match.overlap
-    rows_seen = _ROWS * max(a.period, b.period)  # [s]
-    offset_seen = min(8.0 * abs(match.offset), 5.0)  # [s]
-    length = min(max(rows_seen, offset_seen), high - low)
-    starts = np.linspace(low, high - length, 40)
-    spreads: list[float] = []
-    for start in starts:
-        values = a.values[(a.time >= start) & (a.time <= start + length)]
-        spreads.append(float(np.std(values)) if values.size else 0.0)
-    liveliest = float(starts[int(np.argmax(spreads))])
-    return liveliest, liveliest + length

@@ -232,9 +232,8 @@ def _scanned(
     y_there = np.interp(drifted, rows, y_there) > 0.99
     y = np.where(y_there, np.interp(drifted, rows, y), 0.0)
 
-    size = (
-        1 << (x.size + y.size - 1).bit_length()
-    )  # all lags, so that no end meets the other log's beginning
+    # All lags, so that no end meets the other log's beginning.
+    size = 1 << (x.size + y.size - 1).bit_length()
 
     def spectrum(signal: Array | Mask) -> NDArray[np.complex128]:
         return np.fft.rfft(signal.astype(np.float64), size)

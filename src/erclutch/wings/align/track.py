@@ -71,9 +71,8 @@ class Track:
         taps = low_pass_taps(period / self.period) if slower else np.ones(1)
         reach = len(taps) // 2  # rows that the filter takes from either end of a stretch
 
-        curves: list[
-            tuple[float, float, Callable[[Array], Array]]
-        ] = []  # first and last time, and the curve
+        # First and last time, and the curve.
+        curves: list[tuple[float, float, Callable[[Array], Array]]] = []
         for start, stop in self.stretches:
             if stop - start <= 2 * reach + 4:
                 continue  # too short for a curve

@@ -215,9 +215,8 @@ def query_of(run: Mapping[str, Any], *, of_another_log: bool = False) -> str:
     device = str(run["device"])
     form = {f"given.{signal}": reading.get(signal.lower()) for signal in ASKED.get(device, ())}
     for option, _, _ in READING:
-        if option == "map" or (
-            of_another_log and option in _OF_ONE_LOG
-        ):  # the mapping may have changed since
+        # The mapping may have changed since.
+        if option == "map" or (of_another_log and option in _OF_ONE_LOG):
             continue
         value = reading.get({"from": "begin", "until": "end"}.get(option, option), "")
         form[option] = value[0] if isinstance(value, list | tuple) and value else value

@@ -161,15 +161,14 @@ def _communicate(process: Any) -> tuple[bytes, bytes]:
 
     timer = threading.Timer(_PATIENCE, process.kill)
     timer.start()
-    kept, process.stdin = (
-        process.stdin,
-        None,
-    )  # `communicate` would close it, and so end the command
+    # `communicate` would close the input, and so end the command.
+    kept_open = process.stdin
+    process.stdin = None
     try:
         with contextlib.suppress(subprocess.TimeoutExpired):
             return process.communicate()
     finally:
-        process.stdin = kept
+        process.stdin = kept_open
         timer.cancel()
     return b"", b""
 

@@ -100,9 +100,8 @@ class Job:
         """running, done, cancelled or failed."""
         if self.code is None:
             return "running"
-        if self.code == 0 or (
-            self.whole and self.output
-        ):  # a log that is not understood has been looked at
+        # A log that is not understood has been looked at.
+        if self.code == 0 or (self.whole and self.output):
             return "done"
         return "cancelled" if self.cancelled else "failed"
 

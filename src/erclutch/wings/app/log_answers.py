@@ -212,9 +212,8 @@ class LogAnswers(Desk):
         logs = [name, *(self._space.path(other).name for other in others)]
         run = plain_name(form.get("run", "").strip())
         if self._taken(run) and run == form.get("suggested"):
-            run = self._free_run(
-                run
-            )  # nobody chose that name: the page was open since the fit before
+            # Nobody chose that name: the page was open since the fit before.
+            run = self._free_run(run)
         if self._taken(run):
             raise WorkspaceError(
                 "there is such a run already", where=run, remedy="Go back and give another name"

@@ -20,10 +20,37 @@ def signals_of(found: Mapping[str, Any], chosen: actions.Chosen) -> list[dict[st
         unit = str(about.get("unit") or "")
         turned = float(about.get("scale", 1.0)) < 0
         values = found["columns"].get(column, {})
-        why, check = _why(about) if about else ("", False)
+        # Who chose the column of the signal, and whether somebody should look at that again.
+        why = ""
+        check = False
+        if about:
+            source = str(about["source"])
+            unit_of_file = about["file_unit"] or ""
+            why = "chosen" if source == "given" else source
+            if unit_of_file and unit != unit_of_file:
+                why += f"; the file says {unit_of_file}"
+                # A speed of turns in 1/min is in turn/min, whatever the file leaves unsaid.
+                check = own_unit(column, unit_of_file, ("rad/s",)) != unit
+            elif source == "guessed from its unit":
+                why = f"guessed from the unit {unit} alone"
+                check = True
+            elif not unit and source != "given":
+                why = f"{source}; the file has no unit"
+                check = True
+            if check:
+                why += ": check"
         without = "not logged"  # what stands in place of a column
         if signal == "time" and not column:
-            without = _clock(found.get("reading", ())) or without
+            # What the time is taken from where no column of numbers is it: dates, a rate, the row number.
+            notes: Sequence[str] = found.get("reading", ())
+            of_time = [note.removeprefix("time ") for note in notes if note.startswith("time ")]
+            if of_time:
+                without = of_time[0].removeprefix("<- ") or without
+        extent = ""  # smallest and largest value of the column as it is read, with its unit
+        if values and values["min"] is not None:
+            low = -values["max"] if turned else values["min"]
+            high = -values["min"] if turned else values["max"]
+            extent = f"{number(low, 4)} to {number(high, 4)} {unit}".strip()
         rows.append(
             {
                 "name": signal,
@@ -36,47 +63,11 @@ def signals_of(found: Mapping[str, Any], chosen: actions.Chosen) -> list[dict[st
                 "given": chosen.columns.get(signal, ""),
                 "why": why,
                 "check": check,
-                "range": _range(values, unit, turned),
+                "range": extent,
                 "sketch": polyline(values.get("sketch", []), turned),
             }
         )
     return rows
-
-
-def _clock(notes: Sequence[str]) -> str:
-    """What the time is taken from where no column of numbers is it: dates, a rate, the row number."""
-    for note in notes:
-        for beginning in ("time <- ", "time "):
-            if note.startswith(beginning):
-                return note.removeprefix(beginning)
-    return ""
-
-
-def _why(about: Mapping[str, Any]) -> tuple[str, bool]:
-    """Who chose the column of a signal, and whether somebody should look at that again."""
-    unit = about["unit"] or ""
-    unit_of_file = about["file_unit"] or ""
-    source = str(about["source"])
-    why = "chosen" if source == "given" else source
-    if unit_of_file and unit != unit_of_file:
-        why += f"; the file says {unit_of_file}"
-        # A speed of turns in 1/min is in turn/min, whatever the file leaves unsaid.
-        certain = own_unit(str(about.get("column", "")), unit_of_file, ("rad/s",)) == unit
-        return (why, False) if certain else (f"{why}: check", True)
-    if source == "guessed from its unit":
-        return f"guessed from the unit {unit} alone: check", True
-    if not unit and source != "given":
-        return f"{source}; the file has no unit: check", True
-    return why, False
-
-
-def _range(values: Mapping[str, Any], unit: str, turned: bool) -> str:
-    """Smallest and largest value of a column as it is read, with its unit."""
-    if not values or values["min"] is None:
-        return ""
-    low = -values["max"] if turned else values["min"]
-    high = -values["min"] if turned else values["max"]
-    return f"{number(low, 4)} to {number(high, 4)} {unit}".strip()
 
 
 def polyline(sketch: list[list[float]], turned: bool = False) -> str:

@@ -222,9 +222,8 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
         if len(names) <= _NAMED
         else f"{len(names)} logs, {names[0]} ... {names[-1]}"
     )
-    row["rows"] = " ".join(
-        sorted(log["sha256"] for log in body["logs"])
-    )  # runs of the same rows can be compared
+    # Runs of the same rows can be compared.
+    row["rows"] = " ".join(sorted(log["sha256"] for log in body["logs"]))
     reading: Mapping[str, Any] = body.get("reading") or {}
     window = [str(reading.get(key, "")) for key in ("begin", "end", "skip")]
     test = str(body.get("settings", {}).get("test"))

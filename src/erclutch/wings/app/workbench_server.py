@@ -24,7 +24,6 @@ from erclutch.report.numbers.number_text import percent
 from erclutch.runs.run_about import kept_about
 from erclutch.wings.app import actions, workspace
 from erclutch.wings.app.desk import ALONE, Answer, Form, address, last_line
-from erclutch.wings.app.jobs import Job
 from erclutch.wings.app.log_answers import LogAnswers
 from erclutch.wings.app.run_answers import RunAnswers, run_row
 from erclutch.wings.app.workspace import SHOWN, Entry, NotThereError
@@ -154,6 +153,12 @@ class Workbench(LogAnswers, RunAnswers):
                 return RedirectResponse(f"/run/{quote(str(made))}?job={job.number}", 303)
             if kind == "page" and job.words[0] == "compare":
                 return RedirectResponse(f"/shown/{quote(str(made))}?job={job.number}", 303)
+        # What `erclutch score` found, best first; None for another command, or where it printed no figures.
+        scored: dict[str, Any] | None = None
+        if job.words[0] == "score" and job.state == "done":
+            printed = "\n".join(job.lines)
+            with contextlib.suppress(ValueError):
+                scored = json.loads(printed[printed.index("{") :])
         return self._page(
             "job",
             title=job.title,
@@ -165,7 +170,7 @@ class Workbench(LogAnswers, RunAnswers):
             made=made,
             kind=kind,
             device="?device=coaxial" if job.words[0] == "simulate" else "",
-            scored=_scored(job),
+            scored=scored,
             verified=job.words[0] == "verify" and job.state == "done",
         )
 
@@ -176,9 +181,12 @@ class Workbench(LogAnswers, RunAnswers):
             newest = next(reversed(job.fitted))
             doing = doing.replace(newest, title_of(newest))
         # Models by how far each is off on the training rows, the nearest first; where that is not known, last.
-        nearest_first = sorted(job.fitted.items(), key=_share_or_infinity)
+        shares: dict[str, float] = {}
+        for name, share in job.fitted.items():
+            shares[name] = math.inf if share is None else share
         fitted: list[tuple[str, str]] = []
-        for name, share in nearest_first:
+        for name in sorted(shares, key=shares.__getitem__):
+            share = job.fitted[name]
             fitted.append((title_of(name), "" if share is None else percent(share, 2)))
         return JSONResponse(
             {
@@ -236,20 +244,3 @@ class Workbench(LogAnswers, RunAnswers):
         out = self._space.free("twin-log.parquet")
         words = ["simulate", "training", "--seconds=60", "--out", out]
         return self._begin(request, "A log of the digital TWIN", words, out)
-
-
-def _share_or_infinity(fitted: tuple[str, float | None]) -> float:
-    """How far a model by its name is off, as a share; infinity where that is not known."""
-    _, share = fitted
-    return math.inf if share is None else share
-
-
-def _scored(job: Job) -> dict[str, Any] | None:
-    """What `erclutch score` found, best first; None for another command, or where it printed no figures."""
-    if job.words[0] != "score" or job.state != "done":
-        return None
-    text = "\n".join(job.lines)
-    try:
-        return json.loads(text[text.index("{") :])
-    except ValueError:
-        return None

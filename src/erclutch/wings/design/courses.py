@@ -131,6 +131,13 @@ class Bounds:
         speed = _reached("speed", speed, {"heat": by_heat}, notes)
         by_rate = 0.5 * limits.field_rate * moving  # up, and down again
         field = _reached("field", limits.field, {"field_rate": by_rate}, notes)
+        # Parts of the largest effort by level of the field felt and of the speed, each rounded up.
+        parts = np.full((_LEVELS + 1, _LEVELS + 1), _FULL, np.int64)
+        if limits.effort < math.inf:
+            levels = np.arange(_LEVELS + 1) / _LEVELS
+            of_speed = speed / limits.speed * levels  # shares of the largest speed
+            efforts = limits.effort_at(levels[:, None], of_speed)
+            parts = np.clip(np.ceil(_FULL * efforts / limits.effort), 1, _FULL).astype(np.int64)
         field_ticks = _ticks_per_unit(field)
         speed_ticks = _ticks_per_unit(speed)
         position_ticks = 2.0 * rate * speed_ticks
@@ -143,7 +150,7 @@ class Bounds:
             speed_step=_below(limits.acceleration / rate * speed_ticks),
             half_stroke=_below(0.5 * limits.stroke * position_ticks * (1.0 - 1e-8)),
             heat=_below(_FULL * heat * speed_ticks * (1.0 - 1e-9)),
-            parts=_effort_parts(limits, speed / limits.speed),
+            parts=parts,
             linger=math.ceil(LINGER * rate),
             field_ticks=field_ticks,
             speed_ticks=speed_ticks,
@@ -156,21 +163,6 @@ class Bounds:
                 remedy="Give a higher --rate, or less --acceleration",
             )
         return bounds
-
-
-def _effort_parts(limits: RigLimits, reached: float) -> Ticks:
-    """Parts of the largest effort by level of the field felt and of the speed, each rounded up.
-
-    Args:
-        limits: of the rig.
-        reached: the largest level's share of the largest speed.
-    """
-    if limits.effort == math.inf:
-        return np.full((_LEVELS + 1, _LEVELS + 1), _FULL, np.int64)
-    levels = np.arange(_LEVELS + 1) / _LEVELS
-    efforts = limits.effort_at(levels[:, None], reached * levels)
-    parts = _FULL * efforts / limits.effort
-    return np.clip(np.ceil(parts), 1, _FULL).astype(np.int64)
 
 
 def _reached(
@@ -238,9 +230,8 @@ class GrowingSequence:
 
         # Braking from here must end within the stroke, the heat and the time.
         braking = size // step  # rows of full braking before the last
-        way = (braking + 1) * size - step * (
-            braking * (braking + 1) // 2
-        )  # sum of the speeds until rest
+        # Sum of the speeds until rest.
+        way = (braking + 1) * size - step * (braking * (braking + 1) // 2)
         done = self.rows + np.arange(1, number + 1)
         if bounds.half_stroke < _FAR - 1:
             position = self.position + np.cumsum(speed + speed_before)

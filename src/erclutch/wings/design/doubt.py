@@ -165,9 +165,8 @@ class Doubt:
 
     def squares(self, used: RowsOfUse) -> Array:
         """Squares of the derivatives in rows of use once each row's offset is allowed for, shape (k + p, k + p)."""
-        allowed = (
-            self.sums / self.precision[:, None]
-        )  # taken from the derivatives of each row of the cell
+        # Taken from the derivatives of each row of the cell.
+        allowed = self.sums / self.precision[:, None]
         mixed = used.sums.T @ allowed
         weighed = allowed * used.counts[:, None]
         return used.squares - mixed - mixed.T + weighed.T @ allowed

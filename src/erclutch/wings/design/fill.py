@@ -78,9 +78,8 @@ class CellCounts:
         for fields, speeds in offers:
             of_rows = self.cells(sequence.field, sequence.speed, fields, speeds)
             cells, added = np.unique(of_rows, return_counts=True)
-            growth = np.log1p(
-                added / (1.0 + self.counts[cells])
-            )  # log(1 + old + added) - log(1 + old)
+            # log(1 + old + added) - log(1 + old).
+            growth = np.log1p(added / (1.0 + self.counts[cells]))
             growths.append(float(np.sum(growth)))
         return growths
 

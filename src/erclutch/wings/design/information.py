@@ -119,9 +119,8 @@ class Sensitivity:
             elements = (first, second)
         else:
             elements = (Element(fields, speeds),)
-        usual = zip(
-            structure.extras, self.model.reference.extras, strict=True
-        )  # further inputs stay as usual
+        # Further inputs stay as usual.
+        usual = zip(structure.extras, self.model.reference.extras, strict=True)
         return Dataset(
             device=structure.device,
             elements=elements,
@@ -207,9 +206,8 @@ class Knowledge:
         if wanted is not None:
             used, cells = used[wanted], cells[wanted]
         self._use = RowsOfUse.of(used, cells, grid)
-        self._looked_at: list[
-            tuple[Stretch, tuple[Array, Cells]]
-        ] = []  # stretches, with their derivatives and cells
+        # Stretches, with their derivatives and cells.
+        self._looked_at: list[tuple[Stretch, tuple[Array, Cells]]] = []
 
     def gains(self, sequence: GrowingSequence, offers: Sequence[Stretch]) -> list[float]:
         """What each stretch takes off the criterion: the logarithm of what is not known."""

@@ -82,12 +82,20 @@ class LimitOptions:
             SettingError: a limit is missing, or cannot be.
         """
         from erclutch.errors import SettingError
-        from erclutch.wings.design.limits import limits_of
+        from erclutch.wings.design.limits import limits_of, limits_of_file, limits_of_log
 
         one_way = self.one_way or pair
         kept = {name: limit for name, limit in known.items() if not (one_way and name == "stroke")}
-        if self.rig_limits is not None:
-            kept |= _read(self.rig_limits, pair)
+        if self.rig_limits is not None and self.rig_limits.suffix.lower() == ".toml":
+            kept |= limits_of_file(self.rig_limits)
+        elif self.rig_limits is not None:
+            from erclutch.cli.options import LogOptions
+
+            reading = LogOptions(device="coaxial" if pair else None)
+            of_log = limits_of_log(reading.dataset(reading.read((self.rig_limits,))))
+            if pair:
+                of_log.pop("stroke", None)
+            kept |= of_log
         if one_way and "stroke" in self.given() | kept:
             raise SettingError(
                 "--stroke of a motion that never turns back",
@@ -97,16 +105,3 @@ class LimitOptions:
 
 
 NO_LIMITS = LimitOptions()
-
-
-def _read(path: Path, pair: bool) -> dict[str, float]:
-    """Limits of a TOML file or of a log."""
-    from erclutch.cli.options import LogOptions
-    from erclutch.wings.design.limits import limits_of_file, limits_of_log
-
-    if path.suffix.lower() == ".toml":
-        return limits_of_file(path)
-    reading = LogOptions(device="coaxial" if pair else None)
-    recordings = reading.read((path,))
-    known = limits_of_log(reading.dataset(recordings))
-    return {name: limit for name, limit in known.items() if not (pair and name == "stroke")}

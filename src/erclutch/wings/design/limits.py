@@ -221,7 +221,24 @@ def _effort_by_field_and_speed(data: Dataset, limits: Mapping[str, float]) -> di
     The heat is a mean power, so means count: a rotor that rings lifts single rows alone.
     """
     largest = limits["effort"]
-    fields, speeds, efforts = _cell_means(data, limits)
+
+    # Cells over the share of the largest field that is felt, and over the share of the largest speed.
+    field = np.max(np.abs([element.field for element in data.elements]), axis=0)
+    felt = trailing_largest(field, round(LINGER / data.period)) / (limits["field"] or 1.0)
+    speed = np.abs(data.elements[0].slip) / (limits["speed"] or 1.0)
+    along_field, along_speed = _CELLS
+    cell = np.minimum(felt * along_field, along_field - 1).astype(int) * along_speed
+    cell += np.minimum(speed * along_speed, along_speed - 1).astype(int)
+    rows = np.bincount(cell, minlength=along_field * along_speed)
+    enough = rows > _FEW * field.size
+
+    def means(values: Array) -> Array:
+        """The mean in each cell of enough rows."""
+        return np.bincount(cell, values, rows.size)[enough] / rows[enough]
+
+    fields = means(felt)
+    speeds = means(speed)
+    efforts = means(np.abs(data.effort))
     weak = fields < _WEAK
     if not weak.any() or largest <= 0.0:
         return {"idle_effort": largest, "slow_effort": largest}
@@ -249,25 +266,6 @@ def _effort_by_field_and_speed(data: Dataset, limits: Mapping[str, float]) -> di
     powers = np.log(shares_above) / np.log(fields_above)
     exponent = float(np.clip(powers.min(), *_EXPONENTS))
     return {"idle_effort": idle, "slow_effort": slow, "exponent": exponent}
-
-
-def _cell_means(data: Dataset, limits: Mapping[str, float]) -> tuple[Array, Array, Array]:
-    """Share of the largest field felt and of the largest speed, and size of the effort: means of cells."""
-    field = np.max(np.abs([element.field for element in data.elements]), axis=0)
-    felt = trailing_largest(field, round(LINGER / data.period)) / (limits["field"] or 1.0)
-    speed = np.abs(data.elements[0].slip) / (limits["speed"] or 1.0)
-    along_field, along_speed = _CELLS
-    cell = np.minimum(felt * along_field, along_field - 1).astype(int) * along_speed
-    cell += np.minimum(speed * along_speed, along_speed - 1).astype(int)
-
-    rows = np.bincount(cell, minlength=along_field * along_speed)
-    enough = rows > _FEW * field.size
-
-    def means(values: Array) -> Array:
-        """The mean in each cell of enough rows."""
-        return np.bincount(cell, values, rows.size)[enough] / rows[enough]
-
-    return means(felt), means(speed), means(np.abs(data.effort))
 
 
 def trailing_largest(values: NDArray[_Number], rows: int) -> NDArray[_Number]:

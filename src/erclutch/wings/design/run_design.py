@@ -216,23 +216,11 @@ def designed_for(
     # Anew from what was known: now the whole sequence, with its rests.
     knowledge.information, knowledge.doubt = known
     knowledge.learn(commands)
-    expected = Expectation(
-        before=before,
-        after=knowledge.errors(),
-        band_before=band_before,
-        band_after=knowledge.band(),
-        noise=knowledge.noise,
-        alike=knowledge.alike,
-        by_noise=_by_noise(law, before),
-    )
-    return commands, expected
 
-
-def _by_noise(law: LawOfRun, errors: Array) -> Array:
-    """Half widths of the intervals of a law's numbers, in their units, from errors of the fit's coordinates."""
+    # By how much of its unit each number of the law moves with its coordinate of the fit.
     model = law.model
     shapes = model.structure.shapes(model.reference.period)
-    moved: list[float] = []  # by how much of its unit a number moves with its coordinate
+    moved: list[float] = []
     for estimate, shape in zip(law.estimates, shapes, strict=False):
         by_one = abs(estimate.value)
         if shape.scale != "log":
@@ -240,9 +228,17 @@ def _by_noise(law: LawOfRun, errors: Array) -> Array:
         moved.append(by_one)
     of_gains = law.estimates[len(shapes) :]
     for estimate, gain in zip(of_gains, model.gains.values(), strict=True):
-        by_one = abs(estimate.value) / (abs(gain) or math.nan)
-        moved.append(by_one)
-    return QUANTILE * errors * np.array(moved)
+        moved.append(abs(estimate.value) / (abs(gain) or math.nan))
+    expected = Expectation(
+        before=before,
+        after=knowledge.errors(),
+        band_before=band_before,
+        band_after=knowledge.band(),
+        noise=knowledge.noise,
+        alike=knowledge.alike,
+        by_noise=QUANTILE * before * np.array(moved),
+    )
+    return commands, expected
 
 
 def cells_of_run(

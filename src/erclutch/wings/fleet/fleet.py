@@ -16,6 +16,7 @@ import os
 import re
 import shutil
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -40,7 +41,6 @@ from erclutch.wings.fleet.fleet_statistics import FleetSeries
 from erclutch.wings.fleet.fleet_tables import Rows, tables_of
 
 if TYPE_CHECKING:
-    from erclutch.models.law_model import TorqueModel
     from erclutch.report.notebook import Card
 
 MARKER = "fleet.json"
@@ -198,7 +198,18 @@ def fit_many(
     folder = Path(out)
     reading = reading or Reading()
     asked = replace(settings or Settings(), models=tuple(models), workers=1)
-    files = _logs_of([logs] if isinstance(logs, str | Path) else logs)
+    # A folder stands for the logs in it and below; each log is taken once.
+    suffixes = log_suffixes()
+    files: list[Path] = []
+    for path in map(Path, [logs] if isinstance(logs, str | Path) else logs):
+        if path.is_dir():
+            files += sorted(file for file in path.rglob("*") if may_be_log(file, suffixes))
+        else:
+            files.append(path)
+    if not files:
+        remedy = f"Give logs; they end in {', '.join(suffixes)}"
+        raise SettingError("there is no log", remedy=remedy)
+    files = list(dict.fromkeys(path.resolve() for path in files))
     logs_by_device = _grouped(files, by, reading)
     tasks = [
         DeviceTask(name, paths, asked, reading, device) for name, paths in logs_by_device.items()
@@ -229,9 +240,13 @@ def _fill(
     """Fit what an earlier start did not finish, and write the tables of all; ``where`` tasks run: cluster, workers."""
     done: dict[str, dict[str, Any]] = {}  # what came out of each device, by its name
     for task in tasks:
-        kept = _kept(folder, task)
-        if kept is not None:
-            done[task.name] = kept
+        # What an earlier start kept counts if it is whole, and the logs and the mappings beside them are the same.
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            kept = json.loads(small_text(_file(folder, task.name)))
+            is_same = kept["device"] == task.name and kept["sha256"] == _digests(task)
+            was_our_defect = str(kept["failed"]).startswith("unforeseen")  # perhaps mended by now
+            if is_same and not was_our_defect:
+                done[task.name] = kept
     taken = len(done)
 
     left = [task for task in tasks if task.name not in done]
@@ -242,9 +257,8 @@ def _fill(
         ):
             for index, outcome in finished(pool, fit_device, left):
                 task = left[index]
-                if isinstance(
-                    outcome, Exception
-                ):  # its process died: it is tried again at the next start
+                # Its process died: it is tried again at the next start.
+                if isinstance(outcome, Exception):
                     outcome = _failed(task, str(outcome))
                 elif not {*_failed(task, "")} <= outcome.keys() or outcome["device"] != task.name:
                     outcome = _failed(task, "the worker gave what is not of this device")
@@ -286,12 +300,24 @@ def fit_device(task: DeviceTask) -> dict[str, Any]:
         ]
         data = build_dataset(recordings, device=task.device, derivative=reading.derivative)
         comparison = compare(data, task.settings)
-        laws = {entry.name: entry.outcome.model.law_part for entry in comparison.entries}
-        fields = [law.reference.field for law in laws.values() if law is not None]
+        fields: list[float] = []  # the reference field of each law, one for all models
+        exponents: dict[str, float | None] = {}
+        for entry in comparison.entries:
+            law = entry.outcome.model.law_part
+            exponents[entry.name] = None
+            if law is None:
+                continue
+            fields.append(law.reference.field)
+            # By which power the yield effort of the law follows the field at the largest one.
+            form = law.structure.law.yield_form
+            if form is not None:
+                shape = [law.shape[each.name] for each in form.shape]
+                ratio = form.factor(1.0, *shape) / form.factor(_LESS, *shape)
+                exponents[entry.name] = float(np.log(ratio) / np.log(1.0 / _LESS))
         return {
             **body,
-            "reference_field": fields[0] if fields else None,  # one for all models
-            "field_exponents": {name: _exponent_of(law) for name, law in laws.items()},
+            "reference_field": fields[0] if fields else None,
+            "field_exponents": exponents,
             "values": dict(recordings[0].constants),
             "run": run_to_dict(comparison, recordings, None),
         }
@@ -299,16 +325,6 @@ def fit_device(task: DeviceTask) -> dict[str, Any]:
         return {**body, "failed": str(error)}
     except Exception as error:  # a failed log is a row, whatever failed
         return {**body, "failed": f"unforeseen {type(error).__name__}: {error}"}
-
-
-def _exponent_of(law: TorqueModel | None) -> float | None:
-    """By which power the yield effort of a law follows the field at the largest one; None where it has no such form."""
-    form = law.structure.law.yield_form if law is not None else None
-    if law is None or form is None:
-        return None
-    shape = [law.shape[each.name] for each in form.shape]
-    ratio = form.factor(1.0, *shape) / form.factor(_LESS, *shape)
-    return float(np.log(ratio) / np.log(1.0 / _LESS))
 
 
 def _digests(task: DeviceTask) -> list[str]:
@@ -331,22 +347,6 @@ def _failed(task: DeviceTask, reason: str) -> dict[str, Any]:
 
 
 # --- what is fitted, and what is kept -----------------------------------------------------------------------------
-
-
-def _logs_of(paths: Sequence[str | Path]) -> list[Path]:
-    """Log files, each once; a folder stands for those in it and below."""
-    suffixes = log_suffixes()
-    files: list[Path] = []
-    for path in map(Path, paths):
-        if path.is_dir():
-            files += sorted(file for file in path.rglob("*") if may_be_log(file, suffixes))
-        else:
-            files.append(path)
-    if not files:
-        raise SettingError(
-            "there is no log", remedy=f"Give logs; they end in {', '.join(suffixes)}"
-        )
-    return list(dict.fromkeys(path.resolve() for path in files))
 
 
 def _grouped(
@@ -403,9 +403,8 @@ def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
         may_write(folder, False, MARKER, "a fleet")
     if isinstance(held, dict) and not force:
         kept = cast(dict[str, Any], held)
-        as_kept: dict[str, Any] = json.loads(
-            json.dumps(body)
-        )  # lists for tuples, as they come back from the file
+        # Lists for tuples, as they come back from the file.
+        as_kept: dict[str, Any] = json.loads(json.dumps(body))
         other = [key for key in body if kept.get(key) != as_kept[key]]
         if other:
             raise RunError(
@@ -435,16 +434,3 @@ def _file(folder: Path, name: str) -> Path:
     plain = re.sub(r"[^A-Za-z0-9._-]+", "_", name)[:80]
     digest = hashlib.sha256(name.encode()).hexdigest()[:8]
     return folder / _DEVICES / f"{plain}-{digest}.json"
-
-
-def _kept(folder: Path, task: DeviceTask) -> dict[str, Any] | None:
-    """What an earlier start found, if it is whole, and the logs and the mappings beside them are the same."""
-    try:
-        body = json.loads(small_text(_file(folder, task.name)))
-        same = body["device"] == task.name and body["sha256"] == _digests(task)
-        unforeseen = str(body["failed"]).startswith(
-            "unforeseen"
-        )  # a defect of ours, which may be mended by now
-        return body if same and not unforeseen else None
-    except (OSError, ValueError, KeyError, TypeError):
-        return None

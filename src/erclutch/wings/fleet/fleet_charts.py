@@ -22,51 +22,50 @@ def named(devices: tuple[str, ...]) -> str:
     return ", ".join(devices[:_NAMED]) + more or "–"
 
 
-def _panel(series: FleetSeries, over: str) -> Panel:
-    largest = largest_size(series.value)
-    scale = chart_scale(series.unit, largest)
-    x = series.x
-    value = scale.factor * series.value
-    low = scale.factor * series.low
-    high = scale.factor * series.high
-    outlying = np.array([device in series.outliers for device in series.devices], bool)
-
-    gap = np.full_like(low, np.nan)
-    whiskers = np.column_stack([low, high, gap]).ravel()  # NaN parts one from the next
-    marks: list[Any] = [Line(np.repeat(x, 3), whiskers, "whisker")]
-    width = high - low
-    known = width[np.isfinite(width)]
-    reach = _REACH * float(np.median(known)) if known.size else 0.0
-    shown_low = np.clip(low, value - reach, value)
-    shown_high = np.clip(high, value, value + reach)
-    shown = [value, shown_low, shown_high]
-    chart = series.chart
-    if chart is not None:
-        lower = scale.factor * chart.lower
-        upper = scale.factor * chart.upper
-        centre = scale.factor * chart.centre
-        marks = [Shade(lower, upper), ReferenceLine(centre), *marks]
-        shown.append(np.array([lower, upper]))
-    marks.append(Dots(x[~outlying], value[~outlying], "series1", "device", 3.6))
-    if outlying.any():
-        marks.append(Dots(x[outlying], value[outlying], "series0", "stands out", 5.0))
-
-    every = np.concatenate(shown)
-    least = float(np.nanmin(every))
-    most = float(np.nanmax(every))
-    slack = 0.08 * (most - least) or 0.5
-    labels = {"name": "device, in the order of the names", "mtime": "days since the first log"}
-    grey = " Grey: the limits of the control chart." if chart is not None else ""
-    return Panel(
-        Axis(labels.get(over, over), whole=over == "name"),
-        Axis(series.parameter, scale.unit, least - slack, most + slack),
-        marks,
-        f"{series.parameter} of {len(series.devices)} devices.",
-        caption=f"{series.parameter} with 95 % intervals.{grey}",
-    )
-
-
 def fleet_panels(series: Sequence[FleetSeries], over: str) -> list[Panel]:
     """A chart of each number of a model over what the devices are ordered by, the error first."""
-    error_first = sorted(series, key=lambda s: s.parameter != RMSE)
-    return [_panel(one, over) for one in error_first]
+    panels: list[Panel] = []
+    for number in sorted(series, key=lambda number: number.parameter != RMSE):
+        largest = largest_size(number.value)
+        scale = chart_scale(number.unit, largest)
+        x = number.x
+        value = scale.factor * number.value
+        low = scale.factor * number.low
+        high = scale.factor * number.high
+        outlying = np.array([device in number.outliers for device in number.devices], bool)
+
+        gap = np.full_like(low, np.nan)
+        whiskers = np.column_stack([low, high, gap]).ravel()  # NaN parts one from the next
+        marks: list[Any] = [Line(np.repeat(x, 3), whiskers, "whisker")]
+        width = high - low
+        known = width[np.isfinite(width)]
+        reach = _REACH * float(np.median(known)) if known.size else 0.0
+        shown_low = np.clip(low, value - reach, value)
+        shown_high = np.clip(high, value, value + reach)
+        shown = [value, shown_low, shown_high]
+        chart = number.chart
+        if chart is not None:
+            lower = scale.factor * chart.lower
+            upper = scale.factor * chart.upper
+            centre = scale.factor * chart.centre
+            marks = [Shade(lower, upper), ReferenceLine(centre), *marks]
+            shown.append(np.array([lower, upper]))
+        marks.append(Dots(x[~outlying], value[~outlying], "series1", "device", 3.6))
+        if outlying.any():
+            marks.append(Dots(x[outlying], value[outlying], "series0", "stands out", 5.0))
+
+        every = np.concatenate(shown)
+        least = float(np.nanmin(every))
+        most = float(np.nanmax(every))
+        slack = 0.08 * (most - least) or 0.5
+        labels = {"name": "device, in the order of the names", "mtime": "days since the first log"}
+        grey = " Grey: the limits of the control chart." if chart is not None else ""
+        panel = Panel(
+            Axis(labels.get(over, over), whole=over == "name"),
+            Axis(number.parameter, scale.unit, least - slack, most + slack),
+            marks,
+            f"{number.parameter} of {len(number.devices)} devices.",
+            caption=f"{number.parameter} with 95 % intervals.{grey}",
+        )
+        panels.append(panel)
+    return panels

@@ -113,7 +113,6 @@ def write_fleet_report(fleet: Fleet, path: Path) -> Path:
     """
     text = fleet_html(fleet)
     with placed(path) as partial:
-        partial.write_text(
-            text, encoding="utf-8", errors="backslashreplace"
-        )  # names may be no text
+        # Names may be no text.
+        partial.write_text(text, encoding="utf-8", errors="backslashreplace")
     return path

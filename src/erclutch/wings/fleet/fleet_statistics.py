@@ -61,9 +61,8 @@ def outlier_scores(values: Array, low: Array, high: Array) -> Array:
     if values.size < FEWEST:
         return np.full(values.size, np.nan)
     with np.errstate(invalid="ignore"):
-        own = (high - low) / (
-            2.0 * _NORMAL_95
-        )  # standard deviation that a device's own interval says
+        # Standard deviation that a device's own interval says.
+        own = (high - low) / (2.0 * _NORMAL_95)
     own = np.where(np.isfinite(own), own, 0.0)
     away = values - np.median(values)
     of_all = SIGMA_OF_MAD * np.median(np.abs(away))

@@ -87,9 +87,23 @@ def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) ->
     Raises:
         SettingError: no device has a number of this name to be ordered by.
     """
+    # Where each device stands: its place, days since the first log, or a number of its own.
+    if over == "name":
+        orders = [float(place + 1) for place in range(len(devices))]
+    elif over == "mtime":
+        first = min((body["modified"] for body in devices if body["modified"]), default=0.0)
+        orders = [(body["modified"] - first) / _SECONDS_A_DAY for body in devices]
+    elif any(over in body["values"] for body in devices):
+        orders = [float(body["values"].get(over, np.nan)) for body in devices]
+    else:
+        remedy = f"Give --name-pattern with {{{over}}} in it, or --over name, or --over mtime"
+        failed = next((body["failed"] for body in devices if body["failed"]), "")
+        why = f"; {failed}" if failed else ""
+        raise SettingError(f"no log has a number {over!r}{why}", remedy=remedy)
+
     fits: Rows = []
     parameters: Rows = []
-    for order, body in zip(_order_of(devices, over), devices, strict=True):
+    for order, body in zip(orders, devices, strict=True):
         place = {"device": body["device"], "order": order}
         modified = datetime.fromtimestamp(body["modified"], UTC).isoformat(timespec="seconds")
         about = {**place, "logs": "; ".join(body["logs"]), "modified": modified}
@@ -106,9 +120,37 @@ def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) ->
         for model in run["ranking"]:
             fit = _fit_row(run, model)
             fits.append({**about, **fit, "failed": body["failed"]})
+            # A row for each parameter of the model, and one for its error on rows held out.
+            error: dict[str, Any] = {
+                "name": RMSE,
+                "meaning": "error on rows held out",
+                "value": fit["rmse"],
+                "low": fit["rmse_low"],
+                "high": fit["rmse_high"],
+                "at_bound": None,
+                "unit": fit["effort_unit"],
+            }
+            # The largest field that the model was fitted to, and by which power the yield effort follows it there.
+            field = body.get("reference_field")
             exponent = body.get("field_exponents", {}).get(model["name"])
-            rows = _parameter_rows(model, fit, body.get("reference_field"), exponent)
-            parameters += [{**place, **row} for row in rows]
+            for number in (*model["fit"]["parameters"], error):
+                is_at_field = _AT_FIELD in number["meaning"]
+                row = {
+                    **place,
+                    "model": fit["model"],
+                    "recommended": fit["recommended"],
+                    "parameter": number["name"],
+                    "value": number["value"],
+                    "low": number["low"],
+                    "high": number["high"],
+                    "at_bound": number["at_bound"],
+                    "unit": number["unit"],
+                    "at_field": field if is_at_field else None,
+                    "field_exponent": exponent if is_at_field else None,
+                    "rmse": fit["rmse"],
+                    "warnings": fit["notes"],
+                }
+                parameters.append(row)
 
     series = _series_of(parameters, baseline)
     recommended = [row["model"] for row in fits if row["recommended"]]
@@ -117,22 +159,6 @@ def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) ->
     text = "\n".join(lines)
     digest = hashlib.sha256(text.encode()).hexdigest()
     return FleetTables(parameters, fits, series, most_often, digest)
-
-
-def _order_of(devices: Sequence[Mapping[str, Any]], over: str) -> list[float]:
-    """Where each device stands: its place, days since the first log, or a number of its own."""
-    if over == "name":
-        return [float(i + 1) for i in range(len(devices))]
-    if over == "mtime":
-        first = min((body["modified"] for body in devices if body["modified"]), default=0.0)
-        return [(body["modified"] - first) / _SECONDS_A_DAY for body in devices]
-    if not any(over in body["values"] for body in devices):
-        remedy = f"Give --name-pattern with {{{over}}} in it, or --over name, or --over mtime"
-        failed = next((body["failed"] for body in devices if body["failed"]), "")
-        raise SettingError(
-            f"no log has a number {over!r}{f'; {failed}' if failed else ''}", remedy=remedy
-        )
-    return [float(body["values"].get(over, np.nan)) for body in devices]
 
 
 def _fit_row(run: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, Any]:
@@ -174,48 +200,6 @@ _NO_FIT: dict[str, Any] = {
 }
 
 
-def _parameter_rows(
-    model: Mapping[str, Any],
-    fit: Mapping[str, Any],
-    field: float | None,
-    exponent: float | None,
-) -> Rows:
-    """A row for each parameter of a model, and one for its error on rows held out.
-
-    Args:
-        model: as JSON values.
-        fit: its row in the table of fits.
-        field: the reference field, the largest that the model was fitted to.
-        exponent: by which the yield effort follows the field there; None: not known.
-    """
-    error: dict[str, Any] = {
-        "name": RMSE,
-        "meaning": "error on rows held out",
-        "value": fit["rmse"],
-        "low": fit["rmse_low"],
-        "high": fit["rmse_high"],
-        "at_bound": None,
-        "unit": fit["effort_unit"],
-    }
-    return [
-        {
-            "model": fit["model"],
-            "recommended": fit["recommended"],
-            "parameter": number["name"],
-            "value": number["value"],
-            "low": number["low"],
-            "high": number["high"],
-            "at_bound": number["at_bound"],
-            "unit": number["unit"],
-            "at_field": field if _AT_FIELD in number["meaning"] else None,
-            "field_exponent": exponent if _AT_FIELD in number["meaning"] else None,
-            "rmse": fit["rmse"],
-            "warnings": fit["notes"],
-        }
-        for number in (*model["fit"]["parameters"], error)
-    ]
-
-
 def _series_of(parameters: Rows, baseline: int) -> tuple[FleetSeries, ...]:
     """Each number of each model over the devices; its rows get their score, and whether they stand out."""
     groups: dict[tuple[str, str, str], Rows] = {}
@@ -228,13 +212,34 @@ def _series_of(parameters: Rows, baseline: int) -> tuple[FleetSeries, ...]:
         # A device without this number, or without a place in the order (NaN), is left out.
         known = [row for row in rows if row["value"] is not None and row["order"] == row["order"]]
         known.sort(key=itemgetter("order"))
-        known, factors, apart = _at_one_field(known)
-        order = _column(known, "order")
-        value = _column(known, "value") * factors
-        low = _column(known, "low") * factors
-        high = _column(known, "high") * factors
+
+        # Kept are rows whose number can be told for the fleet's usual reference field. A log without the largest
+        # current has its yield effort at the next one: that is no device that stands out.
+        fields = [row["at_field"] for row in known if row["at_field"] is not None]
+        usual = median_low(fields) if fields else 0.0
+        kept: Rows = []
+        factors: list[float] = []  # what carries each number to the usual field
+        apart: dict[str, float] = {}  # other fields, by the device
+        for row in known:
+            field: float | None = row["at_field"]
+            exponent: float | None = row["field_exponent"]
+            factor = 1.0
+            if field is not None and usual and field != usual:
+                away = abs(field / usual - 1.0)
+                if away > (_ONE_FIELD if exponent is None else _NEARBY):
+                    apart[row["device"]] = field
+                    continue
+                factor = float((usual / field) ** (exponent or 0.0)) if field else 1.0
+            kept.append(row)
+            factors.append(factor)
+
+        to_usual = np.array(factors)
+        order = _column(kept, "order")
+        value = _column(kept, "value") * to_usual
+        low = _column(kept, "low") * to_usual
+        high = _column(kept, "high") * to_usual
         scores = outlier_scores(value, low, high)
-        for row, score in zip(known, scores, strict=True):
+        for row, score in zip(kept, scores, strict=True):
             row["score"] = float(score) if np.isfinite(score) else None
             row["outlier"] = bool(abs(score) > OUTLYING)
         series.append(
@@ -242,7 +247,7 @@ def _series_of(parameters: Rows, baseline: int) -> tuple[FleetSeries, ...]:
                 model=model,
                 parameter=parameter,
                 unit=unit,
-                devices=tuple(row["device"] for row in known),
+                devices=tuple(row["device"] for row in kept),
                 x=order,
                 value=value,
                 low=low,
@@ -254,31 +259,6 @@ def _series_of(parameters: Rows, baseline: int) -> tuple[FleetSeries, ...]:
             )
         )
     return tuple(series)
-
-
-def _at_one_field(rows: Rows) -> tuple[Rows, Array, dict[str, float]]:
-    """The rows whose number can be told for the fleet's usual reference field; what carries it there; other fields.
-
-    A log without the largest current has its yield effort at the next one: that is no device that stands out.
-    """
-    fields = [row["at_field"] for row in rows if row["at_field"] is not None]
-    usual = median_low(fields) if fields else 0.0
-    kept: Rows = []
-    factors: list[float] = []
-    apart: dict[str, float] = {}
-    for row in rows:
-        field: float | None = row["at_field"]
-        exponent: float | None = row["field_exponent"]
-        factor = 1.0
-        if field is not None and usual and field != usual:
-            away = abs(field / usual - 1.0)
-            if away > (_ONE_FIELD if exponent is None else _NEARBY):
-                apart[row["device"]] = field
-                continue
-            factor = float((usual / field) ** (exponent or 0.0)) if field else 1.0
-        kept.append(row)
-        factors.append(factor)
-    return kept, np.array(factors), apart
 
 
 def _column(rows: Rows, name: str) -> Array:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,7 +34,7 @@ from erclutch.wings.live.offered_programs import (
 )
 from erclutch.wings.live.orders import Order
 from erclutch.wings.live.session import LiveModel, ServedRig, Session, SessionOptions
-from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
+from erclutch.wings.live.settings import LoopProgram, Mode, Waveform
 from erclutch.wings.rig.twin.excitation import held_peakedness
 from erclutch.wings.rig.twin.parameters import RigParameters
 from erclutch.wings.rig.twin.twin import PERIOD
@@ -249,12 +249,28 @@ def run(
     each = rows // len(programs)  # rows of a program
     settings = rig_settings(rig, programs)
     start: dict[str, Any] = {"seed": seed, "speed": experiment.speed, "locked": experiment.locked}
+    # Of each program: its name, its frames, the other encoder's alpha and the warming; None and nan if not known.
+    parts: list[tuple[str, Any, Array | None, float]] = []
     if real_time:
-        spec = {"kind": "twin", "rig_file": rig_file, **start}
-        parts = list(_in_real_time(settings, model, spec, each))
+        # One after another on the loop's own process and the TWIN's.
+        served = ServedRig("twin", "TWIN", {"kind": "twin", "rig_file": rig_file, **start})
+        with Session(served, settings, model, SessionOptions()) as session:
+            reader = session.reader()
+            for number, program in enumerate(settings.programs):
+                if number:
+                    session.order(Order.PROGRAM, float(number))
+                taken: list[Any] = []
+                while sum(map(len, taken)) < each and session.running:
+                    time.sleep(0.05)
+                    taken.append(reader.read())
+                parts.append((program.name, np.concatenate(taken)[:each], None, math.nan))
     else:
+        # One after another in one process with the TWIN, as fast as they go.
         twin = AcceleratedRun(settings, model.library, rig, **start)
-        parts = list(_accelerated(settings, twin, each))
+        for number, program in enumerate(settings.programs):
+            if number:
+                twin.core.order(Order.PROGRAM, float(number))
+            parts.append((program.name, *twin.frames(each), twin.warming))
     return [_traced(*part, model, saved, experiment) for part in parts]
 
 
@@ -269,37 +285,6 @@ def experiment_of(name: str) -> Experiment:
         remedy = f"{did_you_mean(name, known)}Choose one of {', '.join(known)}"
         raise SettingError(f"there is no experiment {name!r}", remedy=remedy)
     return EXPERIMENTS[name]
-
-
-#: Name of a program, its frames, the other encoder's alpha and the warming; None and nan where nobody knows.
-_Part = tuple[str, Any, Array | None, float]
-
-
-def _accelerated(settings: LoopSettings, run: AcceleratedRun, rows: int) -> Iterator[_Part]:
-    """The programs one after another in one process with the TWIN, so many rows each, as fast as they go."""
-    for number, program in enumerate(settings.programs):
-        if number:
-            run.core.order(Order.PROGRAM, float(number))
-        yield program.name, *run.frames(rows), run.warming
-
-
-def _in_real_time(
-    settings: LoopSettings,
-    model: LiveModel,
-    spec: dict[str, Any],
-    rows: int,
-) -> Iterator[_Part]:
-    """The programs one after another on the loop's own process and the TWIN's, so many rows each."""
-    with Session(ServedRig("twin", "TWIN", spec), settings, model, SessionOptions()) as session:
-        reader = session.reader()
-        for number, program in enumerate(settings.programs):
-            if number:
-                session.order(Order.PROGRAM, float(number))
-            taken: list[Any] = []
-            while sum(map(len, taken)) < rows and session.running:
-                time.sleep(0.05)
-                taken.append(reader.read())
-            yield program.name, np.concatenate(taken)[:rows], None, math.nan
 
 
 def _offline(model: Model, frames: Any, alpha_dot: Array) -> Array:

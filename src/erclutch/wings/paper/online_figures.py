@@ -80,7 +80,30 @@ def describe_online(trace: OnlineTrace, figure: int) -> Plot:
         estimates = {name: values[section] for name, values in trace.estimates.items()}
         panels += compared(x, torque, time, frames["torque"], estimates)
     else:
-        panels += _torque_and_difference(trace, section, x, time)
+        # A model alone: beside the measured torque, or with either of two encoders, and the difference.
+        ((name, estimate),) = trace.estimates.items()
+        online = estimate[section]
+        if trace.other_alpha is None:
+            torques = [
+                Line(time, frames["torque"], "measured", "measured"),
+                Line(time, online, "recommended", name, dashed=True),
+            ]
+            apart = online - frames["torque"]
+            meaning = "estimated less measured"
+        else:
+            other_alpha, with_other = (values[section] for values in trace.other_alpha)
+            torques = [
+                Line(time, online, "series0", "linear encoder"),
+                Line(time, with_other, "series1", "rotary encoder", dashed=True),
+            ]
+            apart = with_other - online
+            meaning = "rotary less linear"
+            angle_apart = 1e3 * (other_alpha - frames["alpha"])  # [mrad]
+            angle = Line(time, angle_apart, "measured", "angle, rotary less linear")
+            panels.append(Panel(x, Axis("(a) angle apart", "mrad"), [angle], share=0.7))
+        difference = Line(time, 1e3 * apart, "series4", meaning)
+        panels.append(Panel(x, Axis("(b) torque", "N m"), torques, share=1.8))
+        panels.append(Panel(x, Axis("(b) apart", "mN m"), [ReferenceLine(0.0), difference]))
 
     columns: dict[str, Array] = {}
     for panel in panels:
@@ -98,39 +121,3 @@ def describe_online(trace: OnlineTrace, figure: int) -> Plot:
         title=f"TWIN, {trace.name}: figure {figure} of the paper",
         legend="above",
     )
-
-
-def _torque_and_difference(
-    trace: OnlineTrace,
-    section: slice,
-    x: Axis,
-    time: Array,
-) -> list[Panel]:
-    """(b) of a model alone: beside the measured torque, or with either of two encoders, and the difference."""
-    frames = trace.frames[section]
-    ((name, estimates),) = trace.estimates.items()
-    online = estimates[section]
-    panels: list[Panel] = []
-    if trace.other_alpha is None:
-        torques = [
-            Line(time, frames["torque"], "measured", "measured"),
-            Line(time, online, "recommended", name, dashed=True),
-        ]
-        apart = online - frames["torque"]
-        meaning = "estimated less measured"
-    else:
-        other_alpha, with_other = (values[section] for values in trace.other_alpha)
-        torques = [
-            Line(time, online, "series0", "linear encoder"),
-            Line(time, with_other, "series1", "rotary encoder", dashed=True),
-        ]
-        apart = with_other - online
-        meaning = "rotary less linear"
-        angle_apart = 1e3 * (other_alpha - frames["alpha"])  # [mrad]
-        angle = Line(time, angle_apart, "measured", "angle, rotary less linear")
-        panels.append(Panel(x, Axis("(a) angle apart", "mrad"), [angle], share=0.7))
-    difference = Line(time, 1e3 * apart, "series4", meaning)
-    panels.append(Panel(x, Axis("(b) torque", "N m"), torques, share=1.8))
-    apart_axis = Axis("(b) apart", "mN m")
-    panels.append(Panel(x, apart_axis, [ReferenceLine(0.0), difference]))
-    return panels

@@ -120,3 +120,16 @@ class Points:
                     problem, where=str(self.path), remedy="Give another --out"
                 ) from error
         self._known[key] = value
+
+
+def make_folder(folder: Path) -> None:
+    """Make the folder of what comes out, if it is not there.
+
+    Raises:
+        RunError: it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = f"cannot be made: {error.strerror}"
+        raise RunError(problem, where=str(folder), remedy="Give another --out") from error

@@ -8,7 +8,7 @@ from time import process_time
 
 import numpy as np
 
-from erclutch.fit.choice.scoring import BandedFigure, block_rows, score
+from erclutch.fit.choice.scoring import block_rows, score
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
 from erclutch.fit.solver.one_thread import one_thread
@@ -106,30 +106,26 @@ def table(
     with one_thread():
         for done, name in enumerate(models, start=1):
             began = process_time()
-            model, parameters = _fitted(train, name, seed, polish)
+            if is_network(name):
+                network = network_from_name(name, train.device)
+                fitted = fit_network(train, network, seed=seed, polish=polish)
+            else:
+                fitted = law_fit(train, name)
             seconds = process_time() - began
-            scores = {run: _score(data, model, seed) for run, data in runs.items()}
-            errors = {run: mse.value for run, mse in scores.items()}
-            bands = {run: (mse.low, mse.high) for run, mse in scores.items()}
+            model = fitted.model
+            errors: dict[str, float] = {}
+            bands: dict[str, tuple[float, float]] = {}
+            for run, data in runs.items():
+                predicted = model.predict(data)
+                block = block_rows([data.effort - predicted])
+                mse = score(data.effort, predicted, block=block, seed=seed).mse
+                errors[run] = mse.value
+                bands[run] = (mse.low, mse.high)
+            parameters = fitted.parameters
             rows.append(Row(name, model.title, errors, bands, seconds, parameters, model))
             if progress is not None:
                 progress(done, len(models), name)
     return rows
-
-
-def _fitted(
-    train: Dataset,
-    name: str,
-    seed: int,
-    polish: bool,
-) -> tuple[Model, int]:
-    """The model of a name, fitted to rows, and its number of parameters."""
-    if is_network(name):
-        structure = network_from_name(name, train.device)
-        network = fit_network(train, structure, seed=seed, polish=polish)
-        return network.model, network.parameters
-    law = law_fit(train, name)
-    return law.model, law.parameters
 
 
 def law_fit(train: Dataset, name: str) -> FitOutcome[TorqueModel]:
@@ -137,13 +133,6 @@ def law_fit(train: Dataset, name: str) -> FitOutcome[TorqueModel]:
     law = law_from_name(name, train.device)
     structure = Structure(train.device, name, law)
     return fit_structure(train, structure, intervals=False)
-
-
-def _score(data: Dataset, model: Model, seed: int) -> BandedFigure:
-    """Mean squared error of a model on some rows, with its band."""
-    predicted = model.predict(data)
-    block = block_rows([data.effort - predicted])
-    return score(data.effort, predicted, block=block, seed=seed).mse
 
 
 def printed(name: str) -> dict[str, float | None]:

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.errors import RunError, SettingError
+from erclutch.errors import SettingError
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.signals.array import Array
@@ -41,7 +41,7 @@ from erclutch.wings.paper.control_errors import (
     share_of_range,
     stands_still,
 )
-from erclutch.wings.paper.sweep_points import Points
+from erclutch.wings.paper.sweep_points import Points, make_folder
 from erclutch.wings.rig.twin.excitation import FieldSettings, torque_sequence
 from erclutch.wings.rig.twin.parameters import RigParameters
 from erclutch.wings.rig.twin.twin import LABEL, PERIOD
@@ -84,10 +84,8 @@ _ROWS = 10_000
 _LOG_ROWS = 120_000
 _FREE_ROWS = 12_000
 _PARTS = 4  # of the log, each with a held and a free output, so that each fold of a fit has both
-_PUSH = (
-    0.05,
-    0.4,
-)  # N m: the motor turns faster than in any run, so a network knows the speeds of a warm device
+#: N m: the motor turns faster than in any run, so a network knows the speeds of a warm device.
+_PUSH = (0.05, 0.4)
 _EACH = 500  # rows of one largest field
 _FASTEST = 150.0  # Hz
 #: Edges of the frequencies in which errors of the chirp are counted, in Hz.
@@ -127,12 +125,7 @@ def kept_runs(
     Raises:
         RunError: the folder cannot be made, or the file not read.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunError(
-            f"cannot be made: {error.strerror}", where=str(folder), remedy="Give another --out"
-        ) from error
+    make_folder(folder)
     # A finished run counts only where all that it depends on is the same, the loop's C too.
     sources = [file.read_bytes() for file in sorted(SOURCES.glob("*.[ch]"))]
     about: dict[str, Any] = {
@@ -201,9 +194,8 @@ def seeded_runs(
     total = seeds * len(INVERSES) * len(known)
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(seeds):
-            fitted = cache(
-                partial(fit, seed, Path(folder))
-            )  # once, and only if a run of the seed is not finished
+            # Fitted once, and only if a run of the seed is not finished.
+            fitted = cache(partial(fit, seed, Path(folder)))
             for model, knows in product(INVERSES, known):
                 key = f"{seed}, {model}, {knows}"
                 made = points.get(

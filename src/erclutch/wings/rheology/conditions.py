@@ -37,9 +37,8 @@ _MOST_LEVELS = 50  # that are the same number in all their rows
 _MOST_GROUPS = 20  # of measured levels
 _APART = 0.05  # of the range, by which measured levels are apart at least
 _WIDEST = 0.02  # of the range, which a measured level spans at most
-_WOBBLE = (
-    0.01  # of its level, by which a regulated temperature wanders and is one level all the same
-)
+#: Share of its level by which a regulated temperature wanders and is one level all the same.
+_WOBBLE = 0.01
 _STEADY = 0.5  # K: a regulated temperature wanders by less
 _WIDEST_IN_KELVIN = 3.0  # which one regulated temperature spans at most
 RATES_OF_A_SWEEP = 3  # at least
@@ -93,9 +92,8 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
         return _sweeps(table, plan)
 
     names = list(parting)
-    levels_of_rows = np.column_stack(
-        [parting[name] for name in names]
-    )  # shape (rows, parting columns)
+    # Shape (rows, parting columns).
+    levels_of_rows = np.column_stack([parting[name] for name in names])
     known = np.all(levels_of_rows >= 0, axis=1)
     conditions: list[Condition] = []
     for levels in np.unique(levels_of_rows[known], axis=0):
@@ -155,9 +153,8 @@ def _differ(
 ) -> bool:
     """Whether the stresses of two sweeps, as rows, are apart by more than one fluid's are at the same rates."""
     for curve in plan.curves:
-        points: list[
-            tuple[Array, Array]
-        ] = []  # ln(rate), ln(stress or viscosity), sorted by the rate
+        # ln(rate), ln(stress or viscosity), sorted by the rate.
+        points: list[tuple[Array, Array]] = []
         for rows in (first, second):
             rate = np.abs(table.columns[curve.rate.name][rows])
             value = np.abs(table.columns[curve.stress.name][rows])
@@ -229,8 +226,9 @@ def _parting(table: Table, plan: FlowPlan) -> dict[str, NDArray[np.intp]]:
         if meaning == "unknown":
             known = values[np.isfinite(values)]
             are_whole = bool(np.all(known == np.round(known)))
-            if all(map(_is_one_sweep, rates)):
-                continue  # such as the number of repetitions of each point
+            steps = [np.diff(np.abs(rate[np.isfinite(rate)])) for rate in rates]
+            if all(each.size > 0 and (np.all(each > 0) or np.all(each < 0)) for each in steps):
+                continue  # one sweep: such as the number of repetitions of each point
             if are_whole and not _is_set(values, levels):
                 continue  # counted and not measured, such as the first row of each step in another table
         parting[name] = levels
@@ -297,9 +295,8 @@ def _meaning(table: Table, name: str) -> str:
     try:
         is_set = unit is not None and (units.is_temperature(unit) or units.fits(unit, _SET))
     except UnitError:
-        return (
-            "no condition"  # such as a pressure in PSIg, which nobody sets: a rheometer measured it
-        )
+        # Such as a pressure in PSIg, which nobody sets: a rheometer measured it.
+        return "no condition"
     if is_set:
         return "condition"
     if not unit and _TEMPERATURE.search(plain_name(name)):
@@ -340,9 +337,3 @@ def _flickers(levels: NDArray[np.intp], rate: Array) -> bool:
     for number, own in zip(level, log_rate, strict=True):
         nearest.append(float(np.abs(log_rate[level != number] - own).min(initial=np.inf)))
     return float(np.median(nearest)) > _SAME_RATE
-
-
-def _is_one_sweep(rate: Array) -> bool:
-    """Whether the rates of a table go one way from its first row to its last."""
-    steps = np.diff(np.abs(rate[np.isfinite(rate)]))
-    return steps.size > 0 and bool(np.all(steps > 0) or np.all(steps < 0))

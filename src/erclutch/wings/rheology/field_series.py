@@ -122,8 +122,11 @@ def with_fields(
             best = rank
             source = f"column {name!r}"
             told = of_curves
-    if not told:
-        told = _by_labels([curve.label for curve in curves])
+    # Labels such as ``tau_1kV`` or ``0.5 A`` hold the fields, if each of them holds one.
+    in_labels = [_IN_A_LABEL.findall(curve.label) for curve in curves]
+    if not told and all(len(fields) == 1 for fields in in_labels):
+        for ((number, unit),) in in_labels:
+            told.append(Level(number_of(number), FIELD_UNITS.get(unit) or unit, is_set=True))
     if len({level.number for level in told}) < 2 or len({level.unit for level in told}) > 1:
         return [*curves], []
     strongest = max(abs(level.number) for level in told)
@@ -134,24 +137,14 @@ def with_fields(
     return with_field, [f"fields of the curves: by {source} [{told[0].unit}]"]
 
 
-def _by_labels(labels: Sequence[str]) -> list[Level]:
-    """The fields that labels such as ``tau_1kV`` or ``0.5 A`` hold; none where one of them holds none or several."""
-    told: list[Level] = []
-    for label in labels:
-        numbers = _IN_A_LABEL.findall(label)
-        if len(numbers) != 1:
-            return []
-        ((number, unit),) = numbers
-        told.append(Level(number_of(number), FIELD_UNITS.get(unit) or unit, is_set=True))
-    return told
-
-
 def series_of(fitted: Sequence[tuple[FlowCurve, Sequence[FlowFit]]]) -> FieldSeries | None:
     """The yield stress against the field; None for curves without fields.
 
     Args:
         fitted: the curves of a file, each with the fits of the same laws.
     """
+    from scipy.special import stdtrit
+
     if not fitted or not all(curve.field_unit for curve, _ in fitted):
         return None
     by_law: dict[str, list[FlowFit]] = {}
@@ -159,9 +152,8 @@ def series_of(fitted: Sequence[tuple[FlowCurve, Sequence[FlowFit]]]) -> FieldSer
         for fit in fits:
             by_law.setdefault(fit.law, []).append(fit)
     # Over all curves at once: in one curve alone an end that is left out and tells an exponent would decide.
-    errors: dict[
-        str, float
-    ] = {}  # standard deviation of log10(stress) about the law, over all curves
+    # Standard deviation of log10(stress) about the law, over all curves.
+    errors: dict[str, float] = {}
     for law, fits in by_law.items():
         squares = sum(
             curve.rate.size * fit.log_rmse**2 for (curve, _), fit in zip(fitted, fits, strict=True)
@@ -181,35 +173,30 @@ def series_of(fitted: Sequence[tuple[FlowCurve, Sequence[FlowFit]]]) -> FieldSer
 
     curves = [curve for curve, _ in fitted]
     by_field = sorted(zip(curves, by_law[law], strict=True), key=lambda pair: pair[0].field)
-    return FieldSeries(law, curves[0].field_unit, tuple(by_field), _growth(by_field))
 
-
-def _growth(by_field: Sequence[tuple[FlowCurve, FlowFit]]) -> Growth | None:
-    """The power law through the yield stresses above no field, by least squares of logarithms; None for too few."""
-    from scipy.special import stdtrit
-
+    # The power law through the yield stresses above no field, by least squares of logarithms.
+    growth = None
     shown = [
         (curve.field, yield_stress_of(fit).value) for curve, fit in by_field if fit.yield_shown
     ]
     points: Array = np.array([pair for pair in shown if pair[0] > 0.0]).reshape(-1, 2)
     fields = int(np.unique(points[:, 0]).size)
-    if fields < _FEWEST_FIELDS:
-        return None
-    log_field: Array = np.log(points[:, 0])
-    log_stress: Array = np.log(points[:, 1])
-    away = log_field - log_field.mean()
-    square = away @ away
-    exponent = float(away @ log_stress / square)
-    offset = float(log_stress.mean() - exponent * log_field.mean())
-
-    residual = log_stress - offset - exponent * log_field
-    spare = residual.size - 2
-    error = float(np.sqrt(residual @ residual / spare / square))
-    half_width = float(np.asarray(stdtrit(spare, 0.975))) * error
-    return Growth(
-        factor=float(np.exp(offset)),
-        exponent=exponent,
-        low=exponent - half_width,
-        high=exponent + half_width,
-        fields=fields,
-    )
+    if fields >= _FEWEST_FIELDS:
+        log_field: Array = np.log(points[:, 0])
+        log_stress: Array = np.log(points[:, 1])
+        away = log_field - log_field.mean()
+        square = away @ away
+        exponent = float(away @ log_stress / square)
+        offset = float(log_stress.mean() - exponent * log_field.mean())
+        residual = log_stress - offset - exponent * log_field
+        spare = residual.size - 2
+        error = float(np.sqrt(residual @ residual / spare / square))
+        half_width = float(np.asarray(stdtrit(spare, 0.975))) * error
+        growth = Growth(
+            factor=float(np.exp(offset)),
+            exponent=exponent,
+            low=exponent - half_width,
+            high=exponent + half_width,
+            fields=fields,
+        )
+    return FieldSeries(law, curves[0].field_unit, tuple(by_field), growth)

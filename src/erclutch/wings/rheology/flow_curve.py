@@ -205,11 +205,26 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = ()) -> list[FlowFit]:
     """
     names = laws or flow_laws()
     fits = [fit_flow_curve(curve, name) for name in names]
-    residuals = [_held_out(curve, name) for name in names]
     plateau = plateau_of(curve.rate, curve.stress, curve.rounding)
+    points = curve.rate.size
+    stretches = np.array_split(np.argsort(curve.rate, kind="stable"), min(_STRETCHES, points))
+    longest_stretch = max(held.size for held in stretches)
+    # Each law with its residuals of ln(stress) at each rate, by a fit without the stretch of rates around that rate;
+    # None: too few points.
     judged: list[tuple[FlowFit, Array | None]] = []
-    for fit, residual in zip(fits, residuals, strict=True):
-        validated = np.inf if residual is None else float(rms(residual) / np.log(10.0))
+    for name, fit in zip(names, fits, strict=True):
+        law = FlowLaw.of(name, curve.rate)
+        residual = None
+        validated = np.inf
+        if points - longest_stretch >= law.unknowns + 1:
+            residual = np.empty(points)
+            for held in stretches:
+                train = np.setdiff1d(np.arange(points), held)
+                effort = Effort.of_validation(len(law.shapes))
+                minimum = law.fit(curve.rate[train], curve.stress[train], effort)
+                predicted = law.stress(curve.rate[held], minimum.point)
+                residual[held] = np.log(curve.stress[held]) - np.log(predicted)
+            validated = float(rms(residual) / np.log(10.0))
         shown = _shows(fit, plateau)
         judged.append((replace(fit, validated=validated, yield_shown=shown), residual))
     judged.sort(key=lambda pair: (pair[0].validated, pair[0].aicc, pair[0].log_rmse))
@@ -230,24 +245,6 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = ()) -> list[FlowFit]:
             as_good.append(fit)
     chosen = min(as_good, key=lambda fit: (len(fit.estimates), fit.validated))
     return [chosen, *(fit for fit, _ in judged if fit is not chosen)]
-
-
-def _held_out(curve: FlowCurve, law_name: str) -> Array | None:
-    """Residuals of ln(stress) at each rate by a fit without the stretch of rates around it; None: too few points."""
-    law = FlowLaw.of(law_name, curve.rate)
-    points = curve.rate.size
-    stretches = min(_STRETCHES, points)
-    longest_stretch = -(-points // stretches)
-    if points - longest_stretch < law.unknowns + 1:
-        return None
-    residuals = np.empty(points)
-    for held in np.array_split(np.argsort(curve.rate, kind="stable"), stretches):
-        train = np.setdiff1d(np.arange(points), held)
-        effort = Effort.of_validation(len(law.shapes))
-        minimum = law.fit(curve.rate[train], curve.stress[train], effort)
-        predicted = law.stress(curve.rate[held], minimum.point)
-        residuals[held] = np.log(curve.stress[held]) - np.log(predicted)
-    return residuals
 
 
 def yield_text(fit: FlowFit) -> str:

@@ -204,9 +204,8 @@ class _Gathered:
         self.curves += curves
         self.fields += [levels_in(condition.table)] * len(curves)
         for note in left_out:
-            is_behind_its_test = note.startswith(
-                f"{test}: "
-            )  # the label of a test's only curve is the test
+            # The label of a test's only curve is the test.
+            is_behind_its_test = note.startswith(f"{test}: ")
             self.notes.append(("" if is_behind_its_test else test, note))
 
     def as_file(self) -> FlowFile:
@@ -223,16 +222,15 @@ class _Gathered:
                 "the file holds no flow curve", remedy="Give shear rates and shear stresses"
             )
         curves, of_fields = with_fields(self.curves, self.fields)
-        tests_of: dict[
-            str, list[str]
-        ] = {}  # by the note: what is told of several tests is said once
+        # By the note: what is told of several tests is said once.
+        tests_of: dict[str, list[str]] = {}
         for test, note in self.notes:
             tests_of.setdefault(note, []).append(test)
-        said: list[str] = []
+        sentences: list[str] = []
         for note, (first, *others) in tests_of.items():
             more = f" and {len(others)} more" if others else ""
-            said.append(f"{first}{more}: {note}" if first else note)
-        return FlowFile(tuple(curves), (*said, *of_fields))
+            sentences.append(f"{first}{more}: {note}" if first else note)
+        return FlowFile(tuple(curves), (*sentences, *of_fields))
 
 
 def _chosen(
@@ -356,8 +354,8 @@ def curves_of(
             label = test or Path(table.name).stem
         elif test:
             label = f"{test}: {label}"
-        rate, stress, told = points_of(curve, table, label)
-        notes += [f"{label}: {note}" for note in told]
+        rate, stress, left_out = points_of(curve, table, label)
+        notes += [f"{label}: {note}" for note in left_out]
 
         # Half a last digit of the stress at the lowest rate, as the file writes it.
         lowest = int(np.argmin(rate))

@@ -41,12 +41,10 @@ from erclutch.signals.array import Array
 
 _STIFF = 1e-9  # width of the sign, in normalised rates: all rates are positive, so the sign is no parameter
 _FAINTEST = 1e-6  # of the smallest stress: the least that a gain may add
-_LEAST_INDEX = (
-    0.02  # a gel's stress may hardly grow with the rate: lower than the flow index of a clutch
-)
-_LARGEST_INDEX = (
-    6.0  # a jamming paste turns up at its highest rates: higher than the flow index of a clutch
-)
+#: A gel's stress may hardly grow with the rate: lower than the flow index of a clutch.
+_LEAST_INDEX = 0.02
+#: A jamming paste turns up at its highest rates: higher than the flow index of a clutch.
+_LARGEST_INDEX = 6.0
 _HUGE = 1e200  # Pa: more than a column at the edge of its shapes counts for
 #: Unit of a parameter, by its dimension in stress and in rate.
 _UNITS = {
@@ -136,9 +134,8 @@ class FlowLaw:
         highest = float((rate / reference).max())
         shapes: list[ShapeParameter] = []
         for shape in law.shape[1:]:  # without that of the transition
-            if shape.dimension == Dimension(
-                slip=-1
-            ):  # a time: as wide as the normalised rates, 1 to the highest
+            # A time: as wide as the normalised rates, 1 to the highest.
+            if shape.dimension == Dimension(slip=-1):
                 shape = replace(shape, lower=1e-3 / highest, upper=1e3)
             elif shape.name == "m":
                 shape = replace(shape, lower=_LEAST_INDEX, upper=_LARGEST_INDEX)
@@ -199,9 +196,8 @@ class FlowLaw:
         """The best points of a scan of the shape, with the gains that minimise the relative residual there."""
         x = rate / self.reference
         field = np.ones_like(x)
-        size = float(
-            stress.max()
-        )  # [Pa], that a gain of 1 stands for: a column of small numbers counts as dead
+        # The stress in Pa that a gain of 1 stands for: a column of small numbers counts as dead.
+        size = float(stress.max())
 
         def relative_columns(shape: Sequence[Any]) -> list[Any]:
             return [

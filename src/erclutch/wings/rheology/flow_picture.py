@@ -44,11 +44,11 @@ def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries 
         fitted: curves with their chosen laws; those of a series stand in it.
         series: of the same curves.
     """
-    shown = list(series.curves) if series else list(fitted)
-    last = max(len(shown) - 1, 1)
+    drawn = list(series.curves) if series else list(fitted)
+    last = max(len(drawn) - 1, 1)
     marks: list[Mark] = []
     rows: list[tuple[object, ...]] = []
-    for place, (curve, fit) in enumerate(shown):
+    for place, (curve, fit) in enumerate(drawn):
         style = f"level{round(_SHADES * place / last)}" if series else f"series{place % _SERIES}"
         label = f"{curve.field:.4g} {curve.field_unit}" if series else curve.label
         order = np.argsort(curve.rate, kind="stable")
@@ -58,7 +58,7 @@ def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries 
             Line(curve.rate[order], fit.predicted[order], style, label, dashed=is_repeated)
         )
         field = curve.field if curve.field_unit else ""
-        for rate, stress, by_law in zip(curve.rate, curve.stress, fit.predicted, strict=True):
+        for rate, stress, predicted in zip(curve.rate, curve.stress, fit.predicted, strict=True):
             rows.append(
                 (
                     curve.label,
@@ -67,7 +67,7 @@ def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries 
                     float(rate),
                     float(stress),
                     fit.law,
-                    float(by_law),
+                    float(predicted),
                 ),
             )
 
@@ -76,53 +76,49 @@ def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries 
         Axis("shear rate", "1/s", log=True),
         Axis("shear stress", "Pa", log=True),
         marks,
-        f"Shear stress over shear rate of {len(shown)} curves, with {law} through the points.",
+        f"Shear stress over shear rate of {len(drawn)} curves, with {law} through the points.",
         f"points, and {law}",
     )
-    beside = [] if series is None else _yield_panel(series)
-    panels = [flow, *beside]
-    is_crowded = len(shown) > _MOST_INSIDE
-    names_above = (
-        0 if series or not is_crowded else len(shown)
-    )  # a line each: a field's are short and share lines
+    panels = [flow]
+
+    # Beside it the yield stresses with their intervals, and the power law through them; not for fewer than two.
+    points: list[tuple[float, float, float, float]] = []  # field, yield stress, its interval
+    for curve, fit in series.curves if series else ():
+        by_law = yield_stress_of(fit)
+        if fit.yield_shown:
+            points.append((curve.field, by_law.value, by_law.low, by_law.high))
+    if series is not None and len(points) > 1:
+        numbers: Array = np.array(points)
+        fields, yields, lows, highs = (numbers[:, column] for column in range(4))
+        of_yield: list[Mark] = []
+        for at, lowest, highest in zip(fields, lows, highs, strict=True):
+            # A band between the fields would tell of fields that nobody measured.
+            if np.isfinite([lowest, highest]).all():
+                interval = np.array([lowest, highest])
+                of_yield.append(Line(np.array([at, at]), interval, "measured"))
+        of_yield.append(Dots(fields, yields, "measured", f"by {series.law}", 2.4))
+        if series.growth is not None:
+            exponent = series.growth.exponent
+            line: Array = np.linspace(0.0, float(fields.max()), 60)
+            power_law: Array = series.growth.factor * line**exponent
+            of_yield.append(Line(line, power_law, "recommended", f"field^{exponent:.3g}"))
+        yields_over_field = Panel(
+            Axis("field", series.unit),
+            Axis("yield stress", "Pa"),
+            of_yield,
+            f"Yield stress over field, by {series.law} for all curves.",
+            "yield stress",
+        )
+        panels.append(yields_over_field)
+
+    is_crowded = len(drawn) > _MOST_INSIDE
+    # A name above has a line of its own; those of fields are short and share lines.
+    names_above = len(drawn) if is_crowded and not series else 0
     return Plot(
         panels,
         PlotTable(_HEADER, rows),
         _HEIGHT + _NAME_ABOVE * names_above,
-        PAGE if beside else COLUMN,
+        PAGE if len(panels) > 1 else COLUMN,
         len(panels),
         legend="above" if is_crowded else "inside",
     )
-
-
-def _yield_panel(series: FieldSeries) -> list[Panel]:
-    """The yield stresses with their intervals, and the power law through them; none for fewer than two."""
-    points: list[tuple[float, float, float, float]] = []  # field, yield stress, its interval
-    for curve, fit in series.curves:
-        stress = yield_stress_of(fit)
-        if fit.yield_shown:
-            points.append((curve.field, stress.value, stress.low, stress.high))
-    if len(points) < 2:
-        return []
-    numbers: Array = np.array(points)
-    field, stress, low, high = (numbers[:, column] for column in range(4))
-    marks: list[Mark] = []
-    for at, lowest, highest in zip(field, low, high, strict=True):
-        if np.isfinite(
-            [lowest, highest]
-        ).all():  # a band between the fields would tell of fields that nobody measured
-            marks.append(Line(np.array([at, at]), np.array([lowest, highest]), "measured"))
-    marks.append(Dots(field, stress, "measured", f"by {series.law}", 2.4))
-    if series.growth is not None:
-        line: Array = np.linspace(0.0, float(field.max()), 60)
-        power_law: Array = series.growth.factor * line**series.growth.exponent
-        marks.append(Line(line, power_law, "recommended", f"field^{series.growth.exponent:.3g}"))
-    return [
-        Panel(
-            Axis("field", series.unit),
-            Axis("yield stress", "Pa"),
-            marks,
-            f"Yield stress over field, by {series.law} for all curves.",
-            "yield stress",
-        )
-    ]

@@ -137,8 +137,8 @@ def plan_of(
     for rate_name, value_name in zip(rate_of_each, values, strict=True):
         # A column that was asked for as a stress may be a viscosity, by its unit, or by its name without one.
         unit = _unit_asked(value_name, asked) or unit_of(table, value_name)
-        said = said_by_unit(unit) if unit else said_by_name(value_name)
-        quantity: Quantity = "viscosity" if not stresses or said == "viscosity" else "stress"
+        role = said_by_unit(unit) if unit else said_by_name(value_name)
+        quantity: Quantity = "viscosity" if not stresses or role == "viscosity" else "stress"
         curves.append(
             CurvePlan(
                 label=value_name,
@@ -357,14 +357,14 @@ def _notes(curves: Sequence[CurvePlan], guessed: Sequence[str]) -> tuple[str, ..
     for curve in curves:
         columns[curve.stress] = "viscosity" if curve.times_rate else "stress"
     for column, quantity in columns.items():
-        said = f"{_CALLED[quantity]}: column {column.name!r} [{column.unit}]"
+        sentence = f"{_CALLED[quantity]}: column {column.name!r} [{column.unit}]"
         if column.name in guessed:
-            said += ", without unit or a known name: taken for a stress in Pa because it grows with the rate"
+            sentence += ", without unit or a known name: taken for a stress in Pa because it grows with the rate"
         elif column.reason.startswith("no unit"):
-            said += f", {column.reason}"
+            sentence += f", {column.reason}"
         elif column.factor != 1.0:
-            said += f", x {column.factor:g} to {SI[quantity]}"
-        notes.append(said)
+            sentence += f", x {column.factor:g} to {SI[quantity]}"
+        notes.append(sentence)
     if any(curve.times_rate for curve in curves):
         notes.append("stress = viscosity x shear rate")
     return tuple(notes)

@@ -22,9 +22,8 @@ _MOST_ON_THE_WAY = 0.05  # of the points
 _FEW_POINTS = 5  # of which one with a wrong sign is an oversight
 _STEADY = 0.1  # of its last stress, by which a step of one rate may begin off it
 _FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
-ONE_FLUID = (
-    0.15  # ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be
-)
+#: ln of the ratio of two stresses at one rate: so far apart two runs of one fluid may be.
+ONE_FLUID = 0.15
 RESTING = 1e-3  # of the largest rate: a rate below it is noise about a rest
 
 
@@ -77,9 +76,8 @@ def points_of(
         raise LogError(problem, where=f"{table.name}, {label}", remedy="Check the columns")
 
     rate = table.columns[curve.rate.name][is_point] * curve.rate.factor  # [1/s]
-    stress = (
-        table.columns[curve.stress.name][is_point] * curve.stress.factor
-    )  # [Pa], or a viscosity in Pa s
+    # Stresses in Pa, or viscosities in Pa s.
+    stress = table.columns[curve.stress.name][is_point] * curve.stress.factor
     if curve.times_rate:
         # Viscosities that are all positive are magnitudes, so their stresses are magnitudes too.
         are_magnitudes = (stress > 0).all()
@@ -101,10 +99,10 @@ def points_of(
         raise LogError(problem, where=where, remedy="Give a test in steady rotation")
     if against.any():
         first = int(np.argmax(against))
-        values = (
+        pair = (
             f"the shear rate {points.rate[first]:g} 1/s and the stress {points.stress[first]:g} Pa"
         )
-        problem = f"row {int(points.rows[first]) + 1} of the table has {values}"
+        problem = f"row {int(points.rows[first]) + 1} of the table has {pair}"
         raise LogError(problem, where=where, remedy="Remove the point, or give magnitudes")
 
     held = rates_held(points.rate)
@@ -126,11 +124,11 @@ def points_of(
         )
     steps = np.diff(points.rate)
     if np.any(steps > 0) and np.any(steps < 0):
-        told = "the rate rises and falls: both sweeps are fitted as one curve"
+        both_ways = "the rate rises and falls: both sweeps are fitted as one curve"
         ratio = _way_back_over_way_there(points.rate, points.stress)
         if abs(np.log(ratio)) > ONE_FLUID:
-            told += f", though the way back has {ratio:.2g} times the stress of the way there"
-        notes.append(told)
+            both_ways += f", though the way back has {ratio:.2g} times the stress of the way there"
+        notes.append(both_ways)
     return points.rate, points.stress, notes
 
 

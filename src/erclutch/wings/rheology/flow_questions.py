@@ -204,9 +204,8 @@ def require_fitting_units(table: Table, curve: CurvePlan, viscosity: str) -> Non
     known &= (rate > 0) & (stress > 0) & (shown > 0)
     if not known.any():
         return
-    of_one = (
-        shown[known] * rate[known] / stress[known]
-    )  # viscosity at a stress and a rate of 1, in the file's units
+    # Viscosity at a stress and a rate of 1, in the file's units.
+    of_one = shown[known] * rate[known] / stress[known]
     usual = np.median(of_one)
     scatter = np.median(np.abs(np.log(of_one / usual)))
     if scatter > np.log1p(_AGREE):

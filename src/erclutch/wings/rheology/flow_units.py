@@ -15,9 +15,8 @@ SI: Mapping[Quantity, str] = {"rate": "1/s", "stress": "Pa", "viscosity": "Pa*s"
 
 #: A shear rate counts no events: 1 Hz of an oscillation is 2 pi rad/s of nothing sheared.
 _NO_RATE = re.compile(r"hz|cps|rpm", re.IGNORECASE)
-_SECOND = (
-    "[cс](?:[eе][kк])?"  # in Russian, whose letters look like Latin ones and are mixed with them
-)
+#: A second in Russian, whose letters look like Latin ones and are mixed with them.
+_SECOND = "[cс](?:[eе][kк])?"
 #: Spellings that mean nothing, or another unit, outside of rheology: a cP in small letters is a cup, a D a debye.
 _SPELLED: Mapping[Role, Mapping[str, str]] = {
     "rate": {

@@ -18,9 +18,8 @@ _HOLDS = re.compile(
 )
 _SECONDS = ("s", "ms", "min", "h")
 ONE_RATE = 1.2  # times the lowest rate: what stays below is measured at one rate
-_ONE_STRESS = (
-    1.002  # times the lowest stress: what stays below was controlled, as no fluid keeps its stress
-)
+#: Times the lowest stress: what stays below was controlled, as no fluid keeps its stress.
+_ONE_STRESS = 1.002
 _FEWEST_STRESSES = 5  # points
 _MOST_OF_A_TEST = 0.95  # of its time: a motor reaches its rate within the rest
 

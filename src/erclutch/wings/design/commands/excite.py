@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from erclutch.wings.design.courses import Commands
     from erclutch.wings.design.information import Criterion, Region
     from erclutch.wings.design.limits import DeviceKind, RigLimits
-    from erclutch.wings.design.run_design import Expectation, LawOfRun
+    from erclutch.wings.design.run_design import LawOfRun
 
 COMMAND = {
     "help": "Write what to log next: field and motion within your rig's limits, for a good log in little time.",
@@ -170,9 +170,8 @@ def _designed(
     signed = device == "pair"
     one_way = options.one_way or signed
     known = options.limits({} if law is None else law.limits, pair=signed)
-    Bounds.of(
-        known, rate, seconds
-    )  # refuses what leaves no sequence, before a file's name is taken
+    # Refuses what leaves no sequence, before a file's name is taken.
+    Bounds.of(known, rate, seconds)
     may_write_file(out, force)
     expected = None
     if law is None:
@@ -218,7 +217,21 @@ def _designed(
             f"Criterion {criterion} asks what the law does not know; --criterion fill asks for empty cells"
         )
     if law is not None and expected is not None:
-        _tell_expected(law, expected)
+        # Intervals and band before and after, as the law expects them.
+        lines: list[list[str]] = []
+        half_widths = expected.half_widths(law.estimates)
+        for estimate, (before, after) in zip(law.estimates, half_widths, strict=True):
+            row = [estimate.name, terminal.number(estimate.value)]
+            for size in (before, after):
+                row.append("not identified" if size == float("inf") else terminal.number(size, 3))
+            lines.append([*row, estimate.unit])
+        title = f"What {law.name} expects: half width of the 95 % interval"
+        terminal.tell(terminal.table(title, ["", "value", "now", "with the log", ""], lines))
+        effort_unit = law.rows.units.effort.replace("?", "")
+        terminal.tell(
+            f"What the numbers leave open of the effort: +-{expected.band_before:.3g} now, +-{expected.band_after:.3g} "
+            f"{effort_unit} with the log; the residual's standard deviation is {expected.noise:.3g} {effort_unit}"
+        )
         lessons = lessons_of(law.model, law.rows)
         if lessons.repeat:
             count = len(lessons.teach) + len(lessons.repeat)
@@ -252,24 +265,6 @@ def _coverage(
             cells.known(sequence.field, sequence.speed)
             shares[f"{name}_with_run"] = cells.share()
     return shares
-
-
-def _tell_expected(law: LawOfRun, expected: Expectation) -> None:
-    """Intervals and band before and after, as the law expects them."""
-    rows: list[list[str]] = []
-    half_widths = expected.half_widths(law.estimates)
-    for estimate, (before, after) in zip(law.estimates, half_widths, strict=True):
-        row = [estimate.name, terminal.number(estimate.value)]
-        for size in (before, after):
-            row.append("not identified" if size == float("inf") else terminal.number(size, 3))
-        rows.append([*row, estimate.unit])
-    title = f"What {law.name} expects: half width of the 95 % interval"
-    terminal.tell(terminal.table(title, ["", "value", "now", "with the log", ""], rows))
-    unit = law.rows.units.effort.replace("?", "")
-    terminal.tell(
-        f"What the numbers leave open of the effort: +-{expected.band_before:.3g} now, +-{expected.band_after:.3g} "
-        f"{unit} with the log; the residual's standard deviation is {expected.noise:.3g} {unit}"
-    )
 
 
 def _tell(

@@ -120,9 +120,8 @@ def _advice(logs: tuple[Path, ...], reading: LogOptions) -> list[str]:
 
     recordings: list[Recording] = []
     paths: list[Path] = []
-    with suppress(
-        LogError
-    ):  # a folder of folders holds no log itself, and its devices are told apart
+    # A folder of folders holds no log itself, and its devices are told apart.
+    with suppress(LogError):
         paths = expand(logs)
     for path in paths if len(paths) <= _MOST_LOGS else ():
         with suppress(ErclutchError):  # the table has the reason

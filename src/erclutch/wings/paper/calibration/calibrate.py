@@ -134,6 +134,8 @@ def calibrate(
     Raises:
         SettingError: an unknown parameter, one given twice, or none.
     """
+    from scipy.stats import norm
+
     space = _Space(rig, paths)
     settings = {
         "target": target.name,
@@ -160,7 +162,21 @@ def calibrate(
             slopes = one_sided_quotients(all_residuals, best)
 
     after = target.residuals(space.rig_at(best))
-    parameters = space.calibrated(best, _widths(slopes, after, target.ordered))
+    # Half widths of 95 % intervals, linearised; the last rows of the slopes are the prior's.
+    quantile = float(norm.ppf(0.975))
+    if target.ordered:
+        # The samples and the prior are two measurements of one value.
+        by_samples = uncertainty(slopes[: after.size], after, ordered=True)
+        with np.errstate(divide="ignore"):
+            of_samples = 1.0 / (by_samples.quantile * by_samples.errors)
+            of_prior = 1.0 / (quantile * PRIOR)
+            widths = 1.0 / np.sqrt(of_samples**2 + of_prior**2)
+    else:
+        # Each residual has a standard deviation of one, so the covariance is the inverse of the squared triangle.
+        triangle = np.linalg.qr(slopes, mode="r")
+        inverse = np.linalg.pinv(triangle)
+        widths = quantile * np.sqrt(np.sum(inverse**2, axis=1))
+    parameters = space.calibrated(best, widths)
     entries = {
         found.path: (found.value, found.start, found.low, found.high) for found in parameters
     }
@@ -172,24 +188,6 @@ def calibrate(
         after=float(after @ after),
         evaluations=wide_count + local_count,
     )
-
-
-def _widths(slopes: Array, residual: Array, ordered: bool) -> Array:
-    """Half widths of 95 % intervals, linearised; the last rows of the slopes are the prior's."""
-    from scipy.stats import norm
-
-    quantile = float(norm.ppf(0.975))
-    if not ordered:
-        # Each residual has a standard deviation of one, so the covariance is the inverse of the squared triangle.
-        triangle = np.linalg.qr(slopes, mode="r")
-        inverse = np.linalg.pinv(triangle)
-        return quantile * np.sqrt(np.sum(inverse**2, axis=1))
-    # The samples and the prior are two measurements of one value.
-    by_samples = uncertainty(slopes[: residual.size], residual, ordered=True)
-    with np.errstate(divide="ignore"):
-        of_samples = 1.0 / (by_samples.quantile * by_samples.errors)
-        of_prior = 1.0 / (quantile * PRIOR)
-        return 1.0 / np.sqrt(of_samples**2 + of_prior**2)
 
 
 @contextmanager
@@ -211,9 +209,8 @@ def _side_by_side(
 
         def of_figures(points: Sequence[Array]) -> list[Array]:
             keys = [sha256(point.tobytes()).hexdigest()[:16] for point in points]
-            tasks = dict(
-                zip(keys, points, strict=True)
-            )  # a point that is asked for twice is one task
+            # A point that is asked for twice is one task.
+            tasks = dict(zip(keys, points, strict=True))
             residuals = partial(space.listed_residuals, target=target)
             figures = known.fill(pool, residuals, tasks, lambda done, key: None)
             by_key = dict(zip(tasks, figures, strict=True))

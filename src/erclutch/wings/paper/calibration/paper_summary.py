@@ -117,7 +117,23 @@ def summarise(
     thin: int = 1,
 ) -> Summary:
     """Run the twin, fit the paper's laws to its training runs, and score them on all runs; means over the seeds."""
-    of_seeds = [_errors(rig, seed, seconds, thin) for seed in seeds]
+    of_seeds: list[dict[str, dict[str, float]]] = []  # errors by run and law
+    for seed in seeds:
+        runs: dict[str, Dataset] = {}
+        for number, name in enumerate(("training", "zero-field", "zero-motion")):
+            is_training = name == "training"
+            length = seconds if is_training else seconds / 1.5
+            twin_run = prepare(name, rig=rig, seconds=length, seed=seed + 1000 * number)
+            every = thin if is_training else 2
+            runs[name] = thinned(rows_of(twin_run), every)
+        of_seed: dict[str, dict[str, float]] = {name: {} for name in runs}
+        for law in PAPER:
+            model = law_fit(runs["training"], law).model
+            for name, data in runs.items():
+                off = data.effort - model.predict(data)
+                of_seed[name][law] = float(np.mean(off**2))
+        of_seeds.append(of_seed)
+
     means: dict[str, dict[str, float]] = {}
     for run, laws in of_seeds[0].items():
         means[run] = {}
@@ -125,29 +141,6 @@ def summarise(
             errors = [errors_by_run[run][law] for errors_by_run in of_seeds]
             means[run][law] = float(np.mean(errors))
     return Summary(means, warming(rig, seeds[0]))
-
-
-def _errors(
-    rig: RigParameters,
-    seed: int,
-    seconds: float,
-    thin: int,
-) -> dict[str, dict[str, float]]:
-    """Errors by run and law of one training run."""
-    runs: dict[str, Dataset] = {}
-    for number, name in enumerate(("training", "zero-field", "zero-motion")):
-        is_training = name == "training"
-        length = seconds if is_training else seconds / 1.5
-        run = prepare(name, rig=rig, seconds=length, seed=seed + 1000 * number)
-        every = thin if is_training else 2
-        runs[name] = thinned(rows_of(run), every)
-    errors: dict[str, dict[str, float]] = {name: {} for name in runs}
-    for law in PAPER:
-        model = law_fit(runs["training"], law).model
-        for name, data in runs.items():
-            off = data.effort - model.predict(data)
-            errors[name][law] = float(np.mean(off**2))
-    return errors
 
 
 def thinned(data: Dataset, step: int) -> Dataset:

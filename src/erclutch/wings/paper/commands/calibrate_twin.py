@@ -157,10 +157,8 @@ def open_parameters(rig: RigParameters, with_log: bool) -> tuple[str, ...]:
 
     Without a log also how commands are drawn, and ALSO_OPEN.
     """
-    of_log = (
-        "excitation.",
-        "thermal.",
-    )  # a log holds its own commands, and its heat is too slow to show
+    # A log holds its own commands, and its heat is too slow to show.
+    of_log = ("excitation.", "thermal.")
     paths: list[str] = []
     for section, entries in rig.entries.items():
         for key, entry in entries.items():

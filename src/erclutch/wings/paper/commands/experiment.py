@@ -135,10 +135,11 @@ def _over_seeds(
         hand_points,
         hand_runs,
     )
+    from erclutch.wings.paper.sweep_points import make_folder
     from erclutch.wings.paper.torque_control import control_runs, kept_runs
 
     rig = load_rig(rig_file)
-    out.mkdir(parents=True, exist_ok=True)
+    make_folder(out)
     reserve(out / name, nothing)  # its figure, its numbers and what it resumes from
     with terminal.progress(name) as bar:
         if name == "control":
@@ -227,9 +228,8 @@ def _impedance_table(runs: list[ControlRun], seeds: int) -> Table:
     rows: list[list[str]] = []
     for model, knows in product(INVERSES, KNOWN):
         of_seeds = _figures_of(runs, model, knows)
-        stiffness = np.array(
-            [figures["stiffness"] for figures in of_seeds], np.float64
-        )  # (seeds, frequencies)
+        # Shape (seeds, frequencies).
+        stiffness = np.array([figures["stiffness"] for figures in of_seeds], np.float64)
         damping = np.array([figures["damping"] for figures in of_seeds], np.float64)
         stiffness_shares = (stiffness[:, :5] / STIFFNESS).mean(axis=0)
         damping_shares = (damping / DAMPING).mean(axis=0)

@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.cli.quantities import SECONDS
-from erclutch.errors import RunError, SettingError, require
+from erclutch.errors import SettingError, require
 from erclutch.files import may_fill
 from erclutch.files.places import nothing, reserve
 from erclutch.wings.paper.published import APPROACHES
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from erclutch.runs.cluster import TaskPool
     from erclutch.wings.paper.sweep_points import Points
     from erclutch.wings.paper.sweeps import RunsRecipe
-    from erclutch.wings.paper.tables import Row
 
 COMMAND = {
     "help": "Print the paper's tables and draw its sweeps, on the digital TWIN or on your log.",
@@ -101,7 +100,9 @@ def reproduce(
         reading: How to read your logs.
     """
     from erclutch.runs.cluster import task_pool
+    from erclutch.wings.paper.commands.experiment import run_online
     from erclutch.wings.paper.section_figures import COMPARED, draw_estimates, draw_training_section
+    from erclutch.wings.paper.sweep_points import make_folder
     from erclutch.wings.paper.sweeps import RunsRecipe
     from erclutch.wings.paper.tables import table
     from erclutch.wings.rig.twin.scenarios import prepare
@@ -112,23 +113,19 @@ def reproduce(
         problem = f"{what} shows the live loop on the TWIN, and a log is no rig"
         raise SettingError(problem, remedy="Leave out --log, or run erclutch live on your rig")
     may_fill(out)
-    _make_folder(out)
+    make_folder(out)
     reserve(out / what, nothing)  # its figures, its numbers and the points that it resumes from
 
     if what in _ONLINE:
-        from erclutch.wings.paper.commands.experiment import run_online
-
-        run_online(
-            [_ONLINE[what]], None, rig_file, out, {"seconds": seconds, "seed": seed}, int(what[3:])
-        )
+        options = {"seconds": seconds, "seed": seed}
+        run_online([_ONLINE[what]], None, rig_file, out, options, int(what[3:]))
         return
     seconds = _TRAINING if seconds is None else seconds
     if what == "fig3":
         if log:
             recording = reading.read(log)[0]
         else:
-            length = min(seconds, 20.0)  # [s]
-            run = prepare("training", rig=load_rig(rig_file), seed=seed, seconds=length)
+            run = prepare("training", rig=load_rig(rig_file), seed=seed, seconds=min(seconds, 20.0))
             recording = run.recording()
         terminal.say(*draw_training_section(recording, out))
         return
@@ -137,7 +134,13 @@ def reproduce(
         others = {"test": test_log}
         if what == "table3":
             others = {"zero-field": zero_field, "zero-motion": zero_motion}
-        recipe = _recipe_of_logs(what, log, others, reading)
+        own = (
+            ("log", tuple(path.resolve() for path in log)),
+            ("others", tuple((name, path.resolve()) for name, path in others.items() if path)),
+            ("what", what),
+            ("reading", reading),
+        )
+        recipe = RunsRecipe(_own_runs, own)
     else:
         of_twin = (("what", what), ("rig", rig_file), ("seed", seed), ("seconds", seconds))
         recipe = RunsRecipe(_twin_runs, of_twin)
@@ -157,39 +160,6 @@ def reproduce(
         terminal.say(*draw_estimates(test, rows, out, origin))
     else:
         _table(what, runs, origin, out, seed, polish, json)
-
-
-def _make_folder(folder: Path) -> None:
-    """Make a folder for what is drawn.
-
-    Raises:
-        RunError: it cannot be made.
-    """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        remedy = "Give another --out"
-        raise RunError(
-            f"cannot be made: {error.strerror}", where=str(folder), remedy=remedy
-        ) from error
-
-
-def _recipe_of_logs(
-    what: str,
-    log: Sequence[Path],
-    others: Mapping[str, Path | None],
-    reading: LogOptions,
-) -> RunsRecipe:
-    """How runs are made of logs, as a value: each process that a sweep starts makes them anew."""
-    from erclutch.wings.paper.sweeps import RunsRecipe
-
-    own = {
-        "log": tuple(path.resolve() for path in log),
-        "others": tuple((name, path.resolve()) for name, path in others.items() if path),
-        "what": what,
-        "reading": reading,
-    }
-    return RunsRecipe(_own_runs, tuple(own.items()))
 
 
 def _runs_of(recipe: RunsRecipe) -> tuple[dict[str, Dataset], str]:
@@ -224,9 +194,9 @@ def _own_runs(
     from erclutch.logs.held_out import hold_out
 
     data = reading.dataset(reading.read(log))
-    given = {name: reading.dataset(reading.read([path])) for name, path in others}
-    if given:
-        return {"training": data, **given}
+    other_runs = {name: reading.dataset(reading.read([path])) for name, path in others}
+    if other_runs:
+        return {"training": data, **other_runs}
     if what == "table3":
         problem = "table3 needs runs without field or with the output held"
         raise SettingError(problem, remedy="Give --zero-field or --zero-motion")
@@ -244,6 +214,7 @@ def _table(
     json: bool,
 ) -> None:
     from erclutch.report.plots.paper_style import placed, save_numbers
+    from erclutch.wings.paper.beside_the_paper import in_latex, on_screen
     from erclutch.wings.paper.tables import printed, table
 
     # Table III has figures of some approaches alone.
@@ -271,7 +242,7 @@ def _table(
     latex = out / f"{what}.tex"
     shown = list(runs) if what == "table2" else list(runs)[1:]
     with placed(latex) as unfinished:
-        unfinished.write_text(_latex(rows, shown, origin), encoding="utf-8")
+        unfinished.write_text(in_latex(rows, shown, origin), encoding="utf-8")
     if json:
         _say_json(origin, header, lines, [numbers, latex])
         return
@@ -281,7 +252,7 @@ def _table(
     terminal.tell(
         f"{origin}: {lengths}. Mean squared errors; paper: as Huang and Ishikawa print them."
     )
-    screen.print(_beside_the_paper(what, rows, shown, origin, screen.width))
+    screen.print(on_screen(what, rows, shown, origin, screen.width))
     seconds = sum(row.seconds for row in rows)
     terminal.tell(f"{len(rows)} models in {seconds:.1f} CPU s")
     terminal.say(numbers, latex)
@@ -306,96 +277,6 @@ def _say_json(
     )
 
 
-def _beside_the_paper(
-    what: What, rows: list[Row], shown: list[str], origin: str, width: int
-) -> Any:
-    """The table; on a narrow screen bands, seconds and ratios are left out, in this order."""
-    from erclutch.wings.paper.tables import printed
-
-    cells = {"model": [_title_of(row) for row in rows]}
-    for run in shown:
-        bands: list[str] = []
-        for row in rows:
-            low, high = row.bands[run]
-            bands.append(f"{low:.1e} - {high:.1e}")
-        cells[f"{run}\n{origin}"] = [f"{row.errors[run]:.3e}" for row in rows]
-        cells[f"{run}\n95 % band"] = bands
-        cells[f"{run}\npaper"] = [_or_dash(printed(row.name).get(run), "{:.3e}") for row in rows]
-
-    # Table II has ratios of its training run alone, so their heading names no run.
-    ratios: list[str] = []  # headings, the least needed first
-    for run in shown[:1] if what == "table2" else shown:
-        ours, papers = _to_bingham(rows, run)
-        heading = "to Bingham" if what == "table2" else f"{run}\nto Bingham"
-        cells[f"{heading}\n{origin}"] = [f"{ratio:.3f}" for ratio in ours]
-        cells[f"{heading}\npaper"] = [_or_dash(ratio, "{:.3f}") for ratio in papers]
-        ratios = [f"{heading}\npaper", f"{heading}\n{origin}", *ratios]
-    cells["CPU s"] = [f"{row.seconds:.2f}" for row in rows]
-
-    less_needed = [f"{run}\n95 % band" for run in shown]
-    less_needed += ["CPU s", *ratios]
-    number = "II" if what == "table2" else "III"
-    return terminal.narrowed(
-        f"Table {number}: {origin} beside the paper", cells, less_needed, width
-    )
-
-
-def _title_of(row: Row) -> str:
-    """What the paper calls a model, or what we do."""
-    approach = APPROACHES.get(row.name)
-    return row.title if approach is None else approach.title
-
-
-def _to_bingham(rows: list[Row], run: str) -> tuple[list[float], list[float | None]]:
-    """Errors on a run over that of the first model, which is Bingham's: ours, and the paper's."""
-    from erclutch.wings.paper.tables import printed
-
-    bingham = rows[0]
-    papers_bingham = printed(bingham.name).get(run)
-    ours: list[float] = []
-    papers: list[float | None] = []
-    for row in rows:
-        ours.append(row.errors[run] / bingham.errors[run])
-        papers_error = printed(row.name).get(run)
-        if papers_error is None or not papers_bingham:
-            papers.append(None)
-        else:
-            papers.append(papers_error / papers_bingham)
-    return ours, papers
-
-
-def _latex(rows: list[Row], runs: list[str], origin: str) -> str:
-    """The table for a paper: errors with 95 % bands, the paper's own, and their ratios to Bingham."""
-    from erclutch.report.printed_table import PRINTERS, Interval, PaperTable
-    from erclutch.wings.paper.tables import printed
-
-    header = ["Model"]
-    lines: list[list[str | int | Interval]] = [[_title_of(row)] for row in rows]
-    for run in runs:
-        header += [
-            f"{run}, {origin}",
-            f"{run}, low",
-            f"{run}, high",
-            f"{run}, paper",
-            "to Bingham",
-            "paper",
-        ]
-        ratios, papers_ratios = _to_bingham(rows, run)
-        for line, row, ratio, papers_ratio in zip(lines, rows, ratios, papers_ratios, strict=True):
-            papers_error = printed(row.name).get(run)
-            line.append((row.errors[run], *row.bands[run]))
-            line.append("" if papers_error is None else f"{papers_error:.4e}".replace("e-0", "e-"))
-            line.append(f"{ratio:.3f}")
-            line.append("" if papers_ratio is None else f"{papers_ratio:.3f}")
-    caption = f"Mean squared errors with 95 % bands on {origin} data, beside those that Huang and Ishikawa print."
-    return PRINTERS["latex"](PaperTable(header, lines, caption))
-
-
-def _or_dash(value: float | None, form: str) -> str:
-    """A number in a form such as ``{:.3f}``; a dash where there is none."""
-    return "-" if value is None else form.format(value)
-
-
 def _memory(
     runs: dict[str, Dataset],
     origin: str,
@@ -406,6 +287,7 @@ def _memory(
     json: bool,
 ) -> None:
     from erclutch.report.plots.paper_style import save_numbers
+    from erclutch.wings.paper.beside_the_paper import or_dash
     from erclutch.wings.paper.memory_table import PAST, memory_table, noise_floor
 
     points = _points("memory", runs, out, {"seed": seed, "polish": polish})
@@ -441,7 +323,7 @@ def _memory(
             errors: list[str] = []
             for name in titles:
                 error = models[name][run][0] if name in models else None
-                errors.append(_or_dash(error, "{:.2e}"))
+                errors.append(or_dash(error, "{:.2e}"))
             heading = variant.replace(" ", "\n", 1)
             cells[heading] = errors
         screen.print(terminal.narrowed(f"{origin}, {run}", cells, (), screen.width))

@@ -171,10 +171,8 @@ def _tell_series(series: FieldSeries, name: str) -> None:
     title = f"Yield stress against field, by {series.law} for all curves"
     if name:
         title = f"{name}: {title[0].lower()}{title[1:]}"
-    shown = terminal.table(
-        title, [f"field [{series.unit}]", "yield stress [Pa]", "curve"], rows, left=0
-    )
-    terminal.tell(shown)
+    columns = [f"field [{series.unit}]", "yield stress [Pa]", "curve"]
+    terminal.tell(terminal.table(title, columns, rows, left=0))
     if series.growth is not None:
         growth = series.growth
         exponent = f"{growth.exponent:.3g} ({growth.low:.3g} - {growth.high:.3g})"

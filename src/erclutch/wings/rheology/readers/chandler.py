@@ -22,15 +22,15 @@ _SAMPLE = "Raw Data"  # the section of the sample
 _FEWEST = 3  # columns of a table
 
 
-def _blocks(content: str) -> list[Block]:
-    """The tables of the sample; a test that was stopped and begun again has several."""
+def _read(source: LogSource) -> Table:
+    """The table of the sample; a test that was stopped and begun again has several."""
     blocks: list[Block] = []
     section = ""
     names: list[str] = []
     units: list[str] = []
     rows: list[list[str]] = []
     delimiter = ","
-    for number, line in enumerate([*content.splitlines(), ""], start=1):
+    for number, line in enumerate([*decode(source.data).splitlines(), ""], start=1):
         heading = _HEADING.fullmatch(line)
         row = cells(line, delimiter)
         is_filled = sum(map(bool, row)) >= _FEWEST
@@ -51,11 +51,6 @@ def _blocks(content: str) -> list[Block]:
             units = row
         elif is_filled and any(map(is_numeric, row)):
             rows.append(row[: len(names)])
-    return blocks
-
-
-def _read(source: LogSource) -> Table:
-    blocks = _blocks(decode(source.data))
     if not blocks:
         problem = f"the export has no rows under its heading {_SAMPLE!r}: what it holds is the calibration"
         raise LogError(problem, remedy="Export the raw data of the test")

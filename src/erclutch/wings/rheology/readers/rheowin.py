@@ -39,9 +39,8 @@ def _blocks(content: str) -> list[Block]:
             delimiter = delimiter_of(line)
         row = cells(line, delimiter)
         point = _POINT.fullmatch(row[0]) if row else None
-        looks_measured = (
-            sum(map(is_numeric, row)) > 1
-        )  # two numbers at least, with either decimal mark
+        # Two numbers at least, with either decimal mark.
+        looks_measured = sum(map(is_numeric, row)) > 1
         if point is None and names and ("|" in line or looks_measured):
             raise LogError(
                 f"line {number} is no row of a segment", remedy="Correct or delete that line"
@@ -57,9 +56,8 @@ def _blocks(content: str) -> list[Block]:
         if point is not None:
             ends_empty = delimiter == ";" and row[-1] == ""
             values = row[1:-1] if ends_empty else row[1:]
-            if ends_empty and len(values) < len(
-                names
-            ):  # a name that fell apart would move all names behind it
+            # A name that fell apart would move all names behind it.
+            if ends_empty and len(values) < len(names):
                 problem = f"line {number} has {len(values)} values below {len(names)} names"
                 raise LogError(problem, remedy="Correct that line, or the line of names above it")
             rows.append(values)
