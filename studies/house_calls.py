@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -36,12 +37,17 @@ class Calls:
     def _method(self, name: str, file: str) -> str:
         """The only method of that name among the classes that a file has or imports, or nothing."""
         holders = set(self._names[file].values())
-        homes = [
-            home
-            for home in self._homes
-            if home.endswith(f".{name}") and home.rpartition(".")[0] in holders
-        ]
+        called_so = self._by_last_name.get(name, ())
+        homes = [home for home in called_so if home.rpartition(".")[0] in holders]
         return homes[0] if len(homes) == 1 else ""
+
+    @cached_property
+    def _by_last_name(self) -> dict[str, list[str]]:
+        """Functions and methods by the last part of their full name."""
+        homes: dict[str, list[str]] = defaultdict(list)
+        for home in self._homes:
+            homes[home.rpartition(".")[2]].append(home)
+        return homes
 
     @cached_property
     def _modules(self) -> dict[str, str]:
@@ -54,7 +60,9 @@ class Calls:
         meaning: dict[str, dict[str, str]] = {}
         for module in self.modules:
             own = {
-                f.rpartition(".")[2]: f for f in self._homes if f.rpartition(".")[0] == module.name
+                n.name: f"{module.name}.{n.name}"
+                for n in module.tree.body
+                if isinstance(n, ast.FunctionDef)
             }
             classes = {
                 n.name: f"{module.name}.{n.name}"

@@ -52,6 +52,12 @@ def test_no_file_is_long(house: Any) -> None:
     assert house.longest_file[0] <= 450, house.longest_file
 
 
+def test_a_logs_way_is_short_past_the_rules_of_reading(house: Any) -> None:
+    stays = house.way_of_a_log
+    assert len(stays) <= 56, stays
+    assert len(stays) - len(set(stays)) <= 25, stays
+
+
 def test_tests_need_no_study() -> None:
     """What both need stands in tests/support; `studies` are not shipped with the tests."""
     own = {"test_house.py", "test_mutate.py"}  # these test the study itself

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -206,6 +206,17 @@ class SeenColumns:
             column for column in open_ones if column.spoken.ends_in_time and column.shape.rises
         ]
         return rising[0].name if len(rising) == 1 else None
+
+    def of_one_side(self, names: Sequence[str], partners: Iterable[str]) -> list[str]:
+        """The one column on the side of the gear where all of its partners are; all columns where it is not one."""
+        sides = {self.columns[name].side for name in partners if name in self.columns}
+        if len(sides) != 1 or "" in sides:
+            return [*names]
+        beside_partners: list[str] = []
+        for name in names:
+            if name in self.columns and self.columns[name].side in sides:
+                beside_partners.append(name)
+        return beside_partners if len(beside_partners) == 1 else [*names]
 
     @cached_property
     def stamps(self) -> Array | None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from erclutch.errors import printable, shell_word
 from erclutch.logs.table import WordColumn
+from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,3 +56,12 @@ def parting_note(column: str, parting: WordColumn) -> str:
     """What is said of a column whose words part the rows."""
     choice = shell_word(f"{column}={parting.words[0]}")
     return f"column {column} parts the rows by {len(parting.words)} words: --variable {choice} takes those of one"
+
+
+def times_begun_anew(stamps: Array, column: WordColumn) -> int:
+    """How often stamps go back from row to row; 0 where they do so within a word too."""
+    for number in range(len(column.words)):
+        of_word = stamps[column.of_row == number]
+        if not np.all(np.diff(of_word) >= 0.0):
+            return 0
+    return int(np.count_nonzero(np.diff(stamps) < 0.0))

@@ -32,8 +32,8 @@ _COUNTS = frozenset(
 _STATES = ("flags", "events", "status", "state")
 
 
-def take_further_columns(draft: Draft) -> None:
-    """Take optional signals, the user's inputs and spare columns; only a wrong name of an input is a question."""
+def take_optional_signals(draft: Draft) -> None:
+    """Take the columns that are called like a signal that the device may have and does not need."""
     for signal in OPTIONAL[draft.device]:
         if signal in draft.signals or signal in draft.declined:
             continue
@@ -45,9 +45,10 @@ def take_further_columns(draft: Draft) -> None:
             unit = column.unit_for(SIGNALS[signal].si_units)
             draft.take(signal, column.name, unit, 1.0, "guessed from its name", "likely")
 
-    for (
-        choice
-    ) in draft.told.inputs:  # as logged; they travel with the signals under a name of their own
+
+def take_inputs(draft: Draft) -> None:
+    """Take the columns that the user wants as further inputs of models, as logged; a wrong name is a question."""
+    for choice in draft.told.inputs:  # they travel with the signals under a name of their own
         try:
             name, unit, factor = locate(draft.table, choice, "input")
         except MappingError as error:
@@ -65,7 +66,12 @@ def take_further_columns(draft: Draft) -> None:
         )
         draft.notes.append(f"further input <- column {name}, as logged ({choice.source})")
 
-    # Columns of finite numbers that change and that nothing has taken; `fit.choice.ladder` says what they are good for.
+
+def note_spare_columns(draft: Draft) -> None:
+    """Note columns of finite numbers that change and that nothing has taken, and a temperature that no law uses.
+
+    `fit.choice.ladder` says what they are good for.
+    """
     not_spare = {*draft.taken, *draft.table.truths, *_STATES}
     if draft.table.device is not None:
         not_spare |= {*NOT_MEASURED}

@@ -22,7 +22,7 @@ from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import has_short_name, sensor_options, usual_unit
 from erclutch.logs.planning.missing_values import must_be_said
 from erclutch.logs.planning.no_field import is_a_mark, maybe_field
-from erclutch.logs.planning.row_order import IN_NO_ORDER
+from erclutch.logs.planning.points import IN_NO_ORDER
 from erclutch.logs.planning.stated_field import differ_by_field
 from erclutch.signals.recording import SIGNALS
 

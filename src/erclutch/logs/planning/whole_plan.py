@@ -33,7 +33,11 @@ from erclutch.logs.planning.field_doubts import (
     leave_out_the_supply_of_a_drive,
 )
 from erclutch.logs.planning.first_look import make_differences, see_columns
-from erclutch.logs.planning.further_columns import take_further_columns
+from erclutch.logs.planning.further_columns import (
+    note_spare_columns,
+    take_inputs,
+    take_optional_signals,
+)
 from erclutch.logs.planning.given_numbers import take_given_numbers
 from erclutch.logs.planning.guesses import guess_what_is_needed
 from erclutch.logs.planning.missing_values import drop_few_missing_values
@@ -51,13 +55,15 @@ from erclutch.logs.planning.open_units import (
     ask_about_powers_of_ten,
     ask_about_ranges_of_sensors,
 )
+from erclutch.logs.planning.parted_rows import ask_about_groups, ask_about_woven_devices
+from erclutch.logs.planning.points import say_what_is_a_map, take_points
 from erclutch.logs.planning.proposals import propose_answers
 from erclutch.logs.planning.rheometer_columns import (
     doubt_a_shear_rate_beside_a_torque,
     doubt_an_oscillation,
     pass_over_oscillations,
 )
-from erclutch.logs.planning.row_order import ask_about_groups, ask_about_order, take_points
+from erclutch.logs.planning.row_order import ask_about_order
 from erclutch.logs.planning.sense_of_effort import doubt_an_effort_without_its_sense
 from erclutch.logs.planning.sense_of_speed import doubt_a_speed_without_its_sense
 from erclutch.logs.readers.lying_tables import WIDEST
@@ -114,11 +120,15 @@ STEPS = (
     Step("whether the file states the field, or has none", settle_the_field),
     # What the rows are.
     Step("whether the rows are points in no time", take_points, needs_all_rows=True),
+    Step("whether the rows are a map of efforts at rest", say_what_is_a_map, needs_all_rows=True),
     Step("whether rows without a number are dropped", drop_few_missing_values, needs_all_rows=True),
     Step("whether the time runs forward", ask_about_order, needs_all_rows=True),
+    Step("whether rows of devices take turns", ask_about_woven_devices, needs_all_rows=True),
     Step("whether the rows are of one device", ask_about_groups, needs_all_rows=True),
     # What is left, and what belongs together.
-    Step("which further columns are of use", take_further_columns),
+    Step("which signals that the device may have are there", take_optional_signals),
+    Step("which columns the user wants as inputs", take_inputs),
+    Step("which other columns may be of use", note_spare_columns),
     Step("by which lead a position on a screw is an angle", turn_screw),
     Step("whether the slip is the rate of the position", hold_slip_against_position),
     Step("whether a position is an angle that wraps", ask_about_a_wrapped_angle),

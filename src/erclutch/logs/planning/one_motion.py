@@ -1,0 +1,107 @@
+"""Of several columns that may be the slip, or the position, one is chosen: the effort tells it, or the columns do.
+
+The effort tells the speed that makes a power with it. A travel beside a position is no second column.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from erclutch.logs.columns.candidates import DIGITS, candidates
+from erclutch.logs.columns.names import plain
+from erclutch.logs.columns.seen_columns import KINDS, UNITS_OF_KIND, SeenColumn, SeenColumns
+from erclutch.logs.columns.two_courses import move_alike
+
+#: What the length between the marks of a specimen is called in the headers of testing machines.
+_GAUGE_LENGTH = re.compile(
+    r"ga(?:u)?ge length|\bL0\b|messl(?:ä|ae)nge|longueur (?:initiale|utile|entre rep(?:è|e)res)|base de mesure|"
+    r"longitud (?:inicial|calibrada)|標点距離|标距",
+    re.IGNORECASE,
+)
+_FEW = 3  # speeds: of more, a robot's rest and are asked about with its efforts
+_ALIKE = 0.03  # of the largest speed, by which two sensors of one motion differ at most
+#: What a speed is called by that was measured in one way of several.
+_SENSORS = frozenset(
+    {
+        "electrical",
+        "optical",
+        "encoder",
+        "hall",
+        "laser",
+        "tacho",
+        "magnetic",
+        "resolver",
+        "sensor",
+        "gyro",
+        "esc",
+        "el",
+    }
+)
+
+
+def one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tuple[list[str], str]:
+    """The speed that makes a power with the effort, whatever column that is; else all, or that on the effort's side."""
+    efforts, _ = candidates(seen, "effort", [*taken, *speeds])
+    kinds = {seen.columns[name].kind for name in efforts}
+    kind = kinds.pop() if len(kinds) == 1 else ""
+    if kind:
+        fits = {name: seen.columns[name].fits(UNITS_OF_KIND[kind]) for name in speeds}
+        of_that_kind = [name for name in speeds if fits[name]]
+        if len(of_that_kind) == 1 and None not in fits.values():
+            return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
+    # The speeds of axes that were not used never change.
+    resting = [name for name in speeds if seen.columns[name].shape.constant]
+    if len(speeds) <= _FEW and len(resting) == len(speeds) - 1:
+        moving = [name for name in speeds if name not in resting]
+        return seen.of_one_side(moving, efforts), f", and {', '.join(resting)} never changes"
+    if len(speeds) > 1 and _are_of_sensors(seen, speeds):
+        first, *others = speeds
+        why = f", and {', '.join(others)} agrees with it to {_ALIKE:.0%}"
+        return seen.of_one_side([first], efforts), why
+    return seen.of_one_side(speeds, efforts), ""
+
+
+def _are_of_sensors(seen: SeenColumns, speeds: list[str]) -> bool:
+    """Whether speeds are of sensors of one motion: their names differ by a word for the sensor, and the numbers agree.
+
+    Numbers alone do not suffice: two shafts that are coupled turn alike, and slip by what they differ.
+    """
+    words = [{*seen.columns[name].spoken.stem_words} for name in speeds]
+    shared = set[str].intersection(*words)
+    if any(not own - shared or not own - shared <= _SENSORS for own in words):
+        return False
+    first, *others = (seen.columns[name] for name in speeds)
+    largest = np.nanmax(np.abs(first.values))
+    for other in others:
+        gap = np.abs(other.values - first.values)
+        if other.unit != first.unit or not np.nanmax(gap) <= _ALIKE * largest:
+            return False
+    return True
+
+
+def one_position(
+    seen: SeenColumns, positions: list[str], taken: Sequence[str]
+) -> tuple[list[str], str]:
+    """The position whose gauge length the header gives, from which a specimen is stretched; else as for a slip."""
+    # A travel beside an absolute position says the same from another zero.
+    kept: list[SeenColumn] = []
+    for name in positions:
+        position = seen.columns[name]
+        in_that_unit = [other for other in kept if other.unit == position.unit]
+        if not any(move_alike(position.values, other.values, DIGITS) for other in in_that_unit):
+            kept.append(position)
+    positions = [position.name for position in kept]
+    if len(positions) == 1:
+        return positions, ""
+    keys: list[str] = []
+    for key, text in seen.table.metadata.items():
+        if text and _GAUGE_LENGTH.search(key):
+            keys.append(plain(key))
+    with_a_length = [name for name in positions if any(plain(name) in key for key in keys)]
+    if len(with_a_length) == 1:
+        return with_a_length, ", and the header gives the gauge length for it"
+    efforts, _ = candidates(seen, "effort", [*taken, *positions])
+    return seen.of_one_side(positions, efforts), ""

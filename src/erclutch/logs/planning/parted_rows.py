@@ -1,0 +1,208 @@
+"""The rows of a table may be of several devices or tests: a column of words or numbers parts them; the user says which.
+
+Rows of devices take turns in time, as in a log of a bus; a word may part points, or rows whose time begins anew.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from erclutch.errors import MappingError, UnitError, listed, shell_word
+from erclutch.logs.columns.names import words_of
+from erclutch.logs.columns.row_groups import EACH
+from erclutch.logs.columns.shapes import are_whole
+from erclutch.logs.columns.word_columns import times_begun_anew
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.table import WordColumn
+from erclutch.signals import units
+
+#: Words for the parts of one measurement, whose rows are one log whichever part they are of.
+_PARTS = frozenset(
+    (
+        *(
+            "trial",
+            "test",
+            "run",
+            "direction",
+            "cycle",
+            "phase",
+            "state",
+            "status",
+            "step",
+            "rep",
+            "repetition",
+        ),
+        *(
+            "segment",
+            "mode",
+            "sweep",
+            "load",
+            "flag",
+            "valid",
+            "event",
+            "comment",
+            "remark",
+            "note",
+            "versuch",
+        ),
+        *(
+            "lauf",
+            "richtung",
+            "zustand",
+            "schritt",
+            "essai",
+            "sens",
+            "etat",
+            "prueba",
+            "ensayo",
+            "sentido",
+        ),
+        "estado",
+    )
+)
+#: Columns that tell one device or fluid from another; a model is of one of them.
+_KINDS = frozenset(
+    (
+        *(
+            "material",
+            "sample",
+            "specimen",
+            "fluid",
+            "oil",
+            "grease",
+            "batch",
+            "company",
+            "supplier",
+            "maker",
+        ),
+        *("motor", "damper", "device", "unit", "model", "product"),
+    )
+)
+_SELDOM = 0.01  # of the rows
+_TAKE_TURNS = 0.6  # share of the rows that are of another device than the row before
+_MOST_DEVICES = 64  # on a bus
+#: What the number of a device on a bus is called.
+_OF_A_DEVICE = frozenset(
+    {"id", "joint", "motor", "servo", "axis", "node", "device", "actuator", "channel", "address"}
+)
+
+
+def ask_about_woven_devices(draft: Draft) -> None:
+    """Ask which device is meant where rows of several take turns."""
+    table = draft.table
+    if not table.path:
+        return
+    if any(
+        each.problem.startswith("no column")
+        for name, each in draft.questions.items()
+        if name != "field"
+    ):
+        return
+    woven = _woven_devices(draft)
+    if woven is not None:
+        name, column = woven
+        problem = (
+            f"rows of {len(column.words)} take turns, by column {name}: {listed(column.words, 6)}"
+        )
+        motion = next((each for each in ("slip", "position") if each in draft.signals), "")
+        moves = table.columns.get(draft.signals[motion].column) if motion else None
+        word = column.words[0]
+        if moves is not None:  # the device whose motion has the largest range
+            ranges = [float(np.ptp(moves[column.of_row == n])) for n in range(len(column.words))]
+            word = column.words[int(np.argmax(ranges))]
+        one = f"--variable {shell_word(f'{name}={word}')}"
+        remedy = (
+            f"Take one, such as {one}, or each as a log: --variable {shell_word(f'{name}={EACH}')}"
+        )
+        draft.ask("variable", MappingError(problem, remedy=remedy), one)
+
+
+def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
+    """The column of words or numbers that tells which device a row is of, where rows of several take turns in time.
+
+    So are logs of a bus, and tables of the joints of a robot, a row a joint: a stamp repeats for each of them.
+    """
+    clock = draft.clock
+    stamps = None if clock is None or clock.kind == "points" else draft.seen.stamps
+    if clock is not None and clock.kind == "column":
+        stamps = draft.table.columns.get(clock.column)
+    if stamps is None or not np.isfinite(stamps).all():
+        return None
+    parting = dict(draft.table.words)
+    for column in draft.seen.without(draft.taken):
+        last = "".join(column.spoken.stem_words[-1:])
+        values = column.values
+        if last not in _OF_A_DEVICE or not np.isfinite(values).all() or not are_whole(values):
+            continue
+        numbers, of_row = np.unique(values, return_inverse=True)
+        if 1 < numbers.size <= _MOST_DEVICES:
+            words = tuple(f"{number:.15g}" for number in numbers)
+            parting[column.name] = WordColumn(words, of_row.astype(np.int32))
+    for name, column in parting.items():
+        devices = len(column.words)
+        rows = column.of_row.size
+        turns = np.count_nonzero(np.diff(column.of_row)) / max(rows - 1, 1)
+        known = column.of_row[column.of_row >= 0]
+        shares = np.bincount(known, minlength=devices) / rows  # of the rows, by device
+        if turns < _TAKE_TURNS or devices > _MOST_DEVICES or shares.min() < 0.5 / devices:
+            continue
+        each_goes_on = True
+        for number in range(devices):
+            steps = np.diff(stamps[column.of_row == number])
+            each_goes_on = each_goes_on and bool(np.all(steps > 0.0))
+        if each_goes_on and np.all(np.diff(stamps) >= 0.0):
+            return name, column
+    return None
+
+
+def ask_about_groups(draft: Draft) -> None:
+    """Ask which rows are meant where a column of words parts points, or where time runs within its words only.
+
+    Rows of one course of time are one log, whatever is written beside them; so are the trials of one measurement.
+    """
+    table = draft.table
+    if not table.path or "variable" in draft.questions:
+        return
+    if any(
+        each.problem.startswith("no column")
+        for name, each in draft.questions.items()
+        if name != "field"
+    ):
+        return
+    clock = draft.clock
+    if clock is not None:
+        are_points = clock.kind == "points"
+        stamps = table.columns.get(clock.column)
+    else:
+        # Rows with a speed and no time are taken as points: so the command says that answers the question.
+        are_points = "slip" in draft.signals or "slip" in draft.questions
+        stamps = None
+    for name, column in table.words.items():
+        begins = 0 if are_points or stamps is None else times_begun_anew(stamps, column)
+        if (not are_points and not begins) or _are_levels(column):
+            continue
+        # A clock that begins anew now and then is followed without a word of the user.
+        called = {*words_of(name)}
+        if not called.isdisjoint(_PARTS) and begins <= _SELDOM * column.of_row.size:
+            continue
+        problem = (
+            f"column {name} parts the rows into {len(column.words)}: {listed(column.words, 6)}"
+        )
+        first = f"--variable {shell_word(f'{name}={column.words[0]}')}"
+        each = f"--variable {shell_word(f'{name}={EACH}')}"
+        remedy = f"Take one, such as {first}, or each as a log: {each}"
+        option = each if called.isdisjoint(_KINDS) else first
+        draft.ask("variable", MappingError(problem, remedy=remedy), option)
+        return
+
+
+def _are_levels(column: WordColumn) -> bool:
+    """Whether the words are quantities, such as 2.5A: levels of something that was set, of one device."""
+    for word in column.words:
+        try:
+            _, unit = units.quantity(word)
+        except UnitError:
+            return False
+        if unit is not None and not units.is_unit(unit):
+            return False
+    return True
