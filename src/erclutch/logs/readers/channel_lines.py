@@ -16,18 +16,52 @@ _DIGIT = re.compile(r"\d")
 _NAMES = ("name", "signal", "symbolname", "variable", "channel", "kanal")
 _UNITS = ("unit", "units", "einheit")
 #: What is said of each channel below the names.
-_PROPERTIES = frozenset((
-    "unit", "units", "einheit", "interp", "interpolation", "type", "datatype", "data type",
-    "description", "path", "block path", "blockpath", "source", "port", "portindex", "port index",
-    "signal name", "color", "sample time",
-))  # fmt: skip
+_PROPERTIES = frozenset(
+    (
+        "unit",
+        "units",
+        "einheit",
+        "interp",
+        "interpolation",
+        "type",
+        "datatype",
+        "data type",
+        "description",
+        "path",
+        "block path",
+        "blockpath",
+        "source",
+        "port",
+        "portindex",
+        "port index",
+        "signal name",
+        "color",
+        "sample time",
+    )
+)
 _CHANNEL_UNITS = frozenset(
     {"vertical units", "vertical unit", "y units", "y unit", "channel units", "vert units"}
 )
 #: Units that are no names.
-_UNITS_ALONE = frozenset((
-    "s", "sec", "ms", "us", "µs", "min", "Nm", "kN", "rpm", "mm", "mA", "mV", "kV", "1/min", "U/min",
-))  # fmt: skip
+_UNITS_ALONE = frozenset(
+    (
+        "s",
+        "sec",
+        "ms",
+        "us",
+        "µs",
+        "min",
+        "Nm",
+        "kN",
+        "rpm",
+        "mm",
+        "mA",
+        "mV",
+        "kV",
+        "1/min",
+        "U/min",
+    )
+)
 _LABELS = frozenset(
     {"label", "labels", "channel label", "channel labels", "channel name", "channel names"}
 )

@@ -20,10 +20,32 @@ from erclutch.logs.readers.channel_lines import (
 from erclutch.signals import units
 
 #: Units that are no names; t, V, F may be names.
-_CLEAR_UNITS = frozenset((
-    "s", "sec", "Sec", "SEC", "ms", "us", "µs", "min", "Nm", "kN", "lbf", "rpm", "mm", "cm",
-    "kV", "mV", "mA", "kPa", "MPa", "bar", "deg", "rad",
-))  # fmt: skip
+_CLEAR_UNITS = frozenset(
+    (
+        "s",
+        "sec",
+        "Sec",
+        "SEC",
+        "ms",
+        "us",
+        "µs",
+        "min",
+        "Nm",
+        "kN",
+        "lbf",
+        "rpm",
+        "mm",
+        "cm",
+        "kV",
+        "mV",
+        "mA",
+        "kPa",
+        "MPa",
+        "bar",
+        "deg",
+        "rad",
+    )
+)
 #: Clear units as old loggers write them; S and MIN may be names, and MA is no mA for sure.
 _CAPITALS = {
     unit.upper(): unit
@@ -36,10 +58,22 @@ _NO_FACTOR = re.compile(
     re.IGNORECASE,
 )
 #: What the line of units is called that some loggers write above the names.
-_UNIT_LINE = frozenset((
-    "unit", "units", "einheit", "einheiten", "unite", "unité", "unités", "unidad", "unidade",
-    "単位", "单位", "單位",
-))  # fmt: skip
+_UNIT_LINE = frozenset(
+    (
+        "unit",
+        "units",
+        "einheit",
+        "einheiten",
+        "unite",
+        "unité",
+        "unités",
+        "unidad",
+        "unidade",
+        "単位",
+        "单位",
+        "單位",
+    )
+)
 _COLUMN = r"(?:col(?:umn)?|ch(?:annel)?|field|var(?:iable)?|spalte|colonne|columna)?"
 _TYPE = re.compile(
     r"[fiu]\d{1,2}|(?:real|u?int|float)\d{1,2}|l?real|d?int|float|double|integer", re.IGNORECASE

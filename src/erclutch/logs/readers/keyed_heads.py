@@ -16,13 +16,27 @@ from erclutch.logs.readers.dialect import LINE_END
 _HEAD = 1 << 15  # characters that hold all such lines
 _FEWEST_ROWS = 2
 _NAMES = (
-    "tracename", "kanal", "kanalname", "channel", "channelname", "signal", "signalname", "name",
-)  # fmt: skip
+    "tracename",
+    "kanal",
+    "kanalname",
+    "channel",
+    "channelname",
+    "signal",
+    "signalname",
+    "name",
+)
 _UNITS = ("vunit", "unit", "units", "einheit", "yunit", "yeinheit", "yunitlabel")
 _STEPS = (
-    "hresolution", "deltax", "dx", "sampleinterval", "samplinginterval", "xincrement", "xdelta",
-    "abtastzeit", "dt",
-)  # fmt: skip
+    "hresolution",
+    "deltax",
+    "dx",
+    "sampleinterval",
+    "samplinginterval",
+    "xincrement",
+    "xdelta",
+    "abtastzeit",
+    "dt",
+)
 _STEP_UNITS = ("hunit", "xunit", "xeinheit")
 #: How a line begins whose key may be one of the names: most lines of a log are rows, which begin otherwise.
 _MAY_NAME = re.compile(rf"[\W_]*[{''.join({name[0] for name in _NAMES})}]", re.IGNORECASE)

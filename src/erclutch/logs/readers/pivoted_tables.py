@@ -29,10 +29,19 @@ _LARGEST_TURNED = 1 << 20  # characters of a table that is turned
 _CORNER = re.compile(r"(.+?[\])]|.+?\s)\s*[\\/]\s*(\S.*)")
 _BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]")
 #: What a spreadsheet calls the column behind the others of a pivot.
-_TOTALS = frozenset((
-    "grand total", "total", "gesamtergebnis", "total general", "total général", "totale",
-    "общий итог", "总计", "総計",
-))  # fmt: skip
+_TOTALS = frozenset(
+    (
+        "grand total",
+        "total",
+        "gesamtergebnis",
+        "total general",
+        "total général",
+        "totale",
+        "общий итог",
+        "总计",
+        "総計",
+    )
+)
 #: Units of what is set for a column: a field or a temperature.
 _SET = ("V", "V/m", "A", "T", "A/m")
 
