@@ -187,6 +187,23 @@ def test_a_timeseries_like_struct_and_a_structure_with_time(tmp_path: Path, save
     assert list(table.columns) == ["time", "speed"]
 
 
+@pytest.mark.usefixtures("read_here")
+@pytest.mark.parametrize("factor", [1, 2])
+def test_a_path_that_a_controldesk_recording_has_twice_is_lost_only_where_its_numbers_are_the_same(
+    tmp_path: Path, factor: int
+) -> None:
+    path = tmp_path / "rec.mat"
+    named = [("Speed", SLIP), ("Speed", factor * SLIP), ("Torque", FORCE)]
+    signals = [{"Name": f'"Model Root"/"{name}"', "Data": values} for name, values in named]
+    scipy.io.savemat(path, {"rec": {"X": {"Data": TIME}, "Y": structs(signals)}})
+    columns = read_table(path).columns
+    if factor == 1:
+        assert [*columns] == ["time", "Speed", "Torque"]
+        return
+    first, second = (values for name, values in columns.items() if "Speed" in name)
+    np.testing.assert_array_equal(second, 2 * first)
+
+
 @both
 @pytest.mark.usefixtures("read_here")
 def test_a_controldesk_recording(tmp_path: Path, save: Save) -> None:

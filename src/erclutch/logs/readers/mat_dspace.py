@@ -15,7 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from erclutch.logs.readers.found_recordings import Found
+from erclutch.logs.readers.found_recordings import Found, told_apart
 from erclutch.logs.readers.vectors import columns_of, vector
 
 _GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
@@ -52,8 +52,14 @@ def dspace(fields: dict[str, Any], signals: list[dict[str, Any]]) -> Found:
         recording.columns["time"] = time
         recording.units["time"] = _text(axis.get("Unit")) or "s"
 
-    labels = _short_names([str(signal["Name"]) for signal in kept])
-    for label, signal in zip(labels, kept, strict=True):
+    # A signal that two plots show may be there twice.
+    once: list[dict[str, Any]] = []
+    for signal in kept:
+        same_name = [other for other in once if other["Name"] == signal["Name"]]
+        if not any(np.array_equal(other["Data"], signal["Data"]) for other in same_name):
+            once.append(signal)
+    labels = told_apart(_short_names([str(signal["Name"]) for signal in once]))
+    for label, signal in zip(labels, once, strict=True):
         columns = columns_of(label, signal["Data"], rows)
         if not columns:
             recording.notes.append(f"signal {label} has no {rows or ''} samples: left out")
