@@ -123,10 +123,6 @@ _QUANTITIES = {
 }
 
 
-def _in_a_mapping(key: str) -> str:
-    return f'constants.{key} = "0.5 A"' if key == "field" else f"constants.{key}"
-
-
 def names_a_folder(pattern: str) -> bool:
     """Whether a pattern is of the folder too; a unit such as kV/mm has a slash of its own."""
     return "/" in FIELD.sub("", pattern)
@@ -226,12 +222,13 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
     matches = (re.fullmatch(expression, stem) for stem in stems)
     first_match = next((match for match in matches if match is not None), None)
     if first_match is None:
+        example = ' = "0.5 A"' if keys[0] == "field" else ""
         raise MappingError(
             f"the file's name does not match the pattern '{pattern}'",
             remedy=(
                 "Rename the file or correct the name pattern ({...} stands for a number, x or p for its decimal "
-                f"point), or give the number of this log: --constant, or {_in_a_mapping(keys[0])} in a mapping file "
-                "beside it"
+                f"point), or give the number of this log: --constant, or constants.{keys[0]}{example} in a mapping "
+                "file beside it"
             ),
         )
 

@@ -30,7 +30,7 @@ def offer_the_current_of_a_drive(draft: Draft) -> None:
     if "effort" not in draft.missing or draft.questions["effort"].option:
         return
     field = draft.signals.get("field")
-    is_guessed = field is not None and field.reason.startswith("guessed")
+    is_guessed = draft.guessed("field") is not None
     taken = {*draft.taken} - {field.column if field is not None and is_guessed else ""}
     currents = [column for column in draft.seen.without(taken) if _is_called_so(column)]
     pair = _of_one_joint(draft, currents)

@@ -21,14 +21,9 @@ _NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
 
 def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:
     """Doubt a guessed force beside turns where the header states the arm of a lever: their product is the torque."""
-    effort = draft.signals.get("effort")
+    effort = draft.guessed("effort")
     motion = draft.signals.get("slip") or draft.signals.get("position")
-    if (
-        effort is None
-        or motion is None
-        or not effort.column
-        or not effort.reason.startswith("guessed")
-    ):
+    if effort is None or motion is None:
         return
     if effort.si != "N" or motion.si not in ("rad/s", "rad"):
         return
@@ -70,8 +65,8 @@ def doubt_effort_without_power(draft: Draft) -> None:
 
 def doubt_a_torque_in_a_unit_of_force(draft: Draft) -> None:
     """Doubt a guessed effort whose name is that of a torque and whose unit is one of force, or the other way round."""
-    effort = draft.signals.get("effort")
-    if effort is None or not effort.column or not effort.reason.startswith("guessed"):
+    effort = draft.guessed("effort")
+    if effort is None:
         return
     form = draft.seen.columns[effort.column].spoken.forms["effort"]
     if effort.si not in _EFFORTS_BY_NAME:

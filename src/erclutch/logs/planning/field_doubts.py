@@ -46,14 +46,9 @@ def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
 
     A faint current may be what leaks through an electrorheological fluid, and tells the field.
     """
-    field = draft.signals.get("field")
+    field = _guessed_voltage(draft)
     effort = draft.signals.get("effort")
-    if (
-        field is None
-        or effort is None
-        or not effort.column
-        or not _is_guessed_voltage(draft, field)
-    ):
+    if field is None or effort is None or not effort.column:
         return
     output = draft.table.columns[field.column]
     measured = draft.table.columns[effort.column]
@@ -69,8 +64,8 @@ def leave_out_the_number_of_a_motor(draft: Draft) -> None:
 
     A current of a drive goes with its torque, and others of the log change: the current motor is the second one.
     """
-    field = draft.signals.get("field")
-    if field is None or not field.reason.startswith("guessed") or field.si not in OF_A_SUPPLY:
+    field = draft.guessed("field")
+    if field is None or field.si not in OF_A_SUPPLY:
         return
     column = draft.seen.columns[field.column]
     level = float(column.values[0]) if column.values.size else 0.5
@@ -90,9 +85,9 @@ def leave_out_the_number_of_a_motor(draft: Draft) -> None:
 
 def doubt_the_current_of_a_drive(draft: Draft) -> None:
     """Doubt a guessed field with the sign and the course of the effort: the current of the motor that makes it."""
-    field = draft.signals.get("field")
+    field = draft.guessed("field")
     effort = draft.signals.get("effort")
-    if field is None or field.si not in OF_A_SUPPLY or not field.reason.startswith("guessed"):
+    if field is None or field.si not in OF_A_SUPPLY:
         return
     seen = draft.seen.columns[field.column]
     if effort is None:
@@ -158,14 +153,9 @@ def is_current_of_a_drive(column: SeenColumn, efforts: Iterable[Array]) -> bool:
 
 def leave_out_the_supply_of_a_drive(draft: Draft) -> None:
     """Take a guessed voltage back that keeps one level, too low for a fluid, beside the current of a drive."""
-    field = draft.signals.get("field")
+    field = _guessed_voltage(draft)
     effort = draft.signals.get("effort")
-    if (
-        field is None
-        or effort is None
-        or not effort.column
-        or not _is_guessed_voltage(draft, field)
-    ):
+    if field is None or effort is None or not effort.column:
         return
     voltage = draft.seen.columns[field.column]
     largest = float(np.nanmax(np.abs(voltage.values), initial=0.0)) * abs(field.factor)
@@ -194,8 +184,8 @@ def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
 
     A field may be raised while a device moves one way, so a motion that never turns back tells nothing.
     """
-    field = draft.signals.get("field")
-    if field is None or field.sureness == "doubtful" or not _is_guessed_voltage(draft, field):
+    field = _guessed_voltage(draft)
+    if field is None or field.sureness == "doubtful":
         return
     if draft.seen.columns[field.column].spoken.forms["field"] == "field":
         return  # its name says it
@@ -219,8 +209,8 @@ def doubt_the_sensor_of_the_motion(draft: Draft) -> None:
 
 def doubt_the_command_of_a_drive(draft: Draft) -> None:
     """Doubt a column that is just called a command, beside commands of a motion: a drive's, which drives no coil."""
-    field = draft.signals.get("field")
-    if field is None or not field.reason.startswith("guessed"):
+    field = draft.guessed("field")
+    if field is None:
         return
     if draft.seen.columns[field.column].spoken.forms["field"] not in _COMMANDS:
         return
@@ -236,8 +226,8 @@ def doubt_the_command_of_a_drive(draft: Draft) -> None:
 
 def doubt_the_monitor_of_an_amplifier(draft: Draft) -> None:
     """Doubt a guessed voltage of some volts that is called a monitor or a high voltage: 1 V of it stands for more."""
-    field = draft.signals.get("field")
-    if field is None or field.sureness == "doubtful" or not _is_guessed_voltage(draft, field):
+    field = _guessed_voltage(draft)
+    if field is None or field.sureness == "doubtful":
         return
     column = draft.seen.columns[field.column]
     largest = float(np.nanmax(np.abs(column.values), initial=0.0))
@@ -251,11 +241,11 @@ def doubt_the_monitor_of_an_amplifier(draft: Draft) -> None:
     draft.doubt("field", doubt, f"{label} --scale {shell_word(f'field={output}/V')}")
 
 
-def _is_guessed_voltage(draft: Draft, field: SignalPlan) -> bool:
-    """Whether the field was guessed, and is a voltage by its unit or, without a unit, by its name."""
-    if not field.reason.startswith("guessed"):
-        return False
+def _guessed_voltage(draft: Draft) -> SignalPlan | None:
+    """The field that was guessed, if it is a voltage by its unit or, without a unit, by its name."""
+    field = draft.guessed("field")
+    if field is None:
+        return None
     column = draft.seen.columns[field.column]
-    if column.fits(("V",)):
-        return True
-    return not column.unit and column.spoken.forms["field"] in VOLTAGES
+    is_called_so = not column.unit and column.spoken.forms["field"] in VOLTAGES
+    return field if column.fits(("V",)) or is_called_so else None

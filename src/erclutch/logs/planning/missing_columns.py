@@ -142,9 +142,13 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
     si_units = SIGNALS[signal].si_units
     for column in free:
         weight = _WEIGHTS.get(column.unit or column.spoken.end or "")
-        if signal == "effort" and _is_weight(column):
-            weight = _WEIGHTS[column.unit or column.name.rpartition("_")[2]]
-            return f"--effort {shell_word(f'{column.name} [{weight}]')}"
+        # A scale shows a weight that changes while it is pulled: ``Weight_g``.
+        front, _, end = column.name.rpartition("_")
+        called = column.spoken.plain_stem if column.unit else plain(front)
+        shown = _WEIGHTS.get(column.unit or end)
+        is_of_a_scale = called in _SCALES and shown is not None and not column.shape.constant
+        if signal == "effort" and is_of_a_scale:
+            return f"--effort {shell_word(f'{column.name} [{shown}]')}"
         if signal == "effort" and weight and _is_called(column, signal):
             if column.spoken.end:  # a unit that ends a name is none to be given another
                 scale = shell_word(f"effort=1 {weight}/{column.spoken.end}")
@@ -173,13 +177,6 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
             scale = shell_word(f"{signal}=NUMBER {measured or '1'}/{unit_of_sensor}")
             return f"--{signal} {shell_word(column.name)} --scale {scale}"
     return ""
-
-
-def _is_weight(column: SeenColumn) -> bool:
-    """Whether a column is the weight that a scale shows while it is pulled: ``Weight_g`` that changes."""
-    name, _, end = column.name.rpartition("_")
-    called, unit = (column.spoken.plain_stem, column.unit) if column.unit else (plain(name), end)
-    return called in _SCALES and unit in _WEIGHTS and not column.shape.constant
 
 
 def _counted(column: SeenColumn, signal: str) -> str:

@@ -284,7 +284,12 @@ def _column_option(
         if signal == "field":
             against.append(not column.spoken.says(_COILS))
         if partners:
-            against.append(min(_apart(seen, name, partner) for partner in partners))
+            # How far a motion is from an effort: of another kind, then by the parts of the names that both share.
+            apart: list[tuple[bool, int]] = []
+            for partner in partners:
+                is_of_one_kind = bool(column.kind) and column.kind == seen.columns[partner].kind
+                apart.append((not is_of_one_kind, -len(parts & _parts(partner))))
+            against.append(min(apart))
         if motion is not None:
             # The torque of another joint may follow the motion better than its own, under a weight.
             numbers = {part for part in _parts(motion.name) if part.isdecimal()}
@@ -376,11 +381,3 @@ def _parts(name: str) -> set[str]:
     name = _COPY.sub("", name)
     parts = {*re.findall(r"\d+|[^\W\d_]+", name.lower())}
     return parts | {part[1] for part in parts if _COMPONENT.fullmatch(part)}
-
-
-def _apart(seen: SeenColumns, motion: str, effort: str) -> tuple[bool, int]:
-    """How far a motion is from an effort: of another kind, then by the parts of their names that they share."""
-    kind = seen.columns[motion].kind
-    is_of_another_kind = not kind or kind != seen.columns[effort].kind
-    shared = _parts(motion) & _parts(effort)
-    return is_of_another_kind, -len(shared)

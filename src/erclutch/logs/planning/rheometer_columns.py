@@ -28,8 +28,8 @@ def pass_over_oscillations(draft: Draft) -> None:
 def doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:
     """Doubt a guessed slip that is a shear rate beside a torque or a force, which make no power together."""
     effort = draft.signals.get("effort")
-    slip = draft.signals.get("slip")
-    if effort is None or slip is None or not slip.column or not slip.reason.startswith("guessed"):
+    slip = draft.guessed("slip")
+    if effort is None or slip is None:
         return
     is_called_a_rate = said_by_name(slip.column) == "rate"
     is_rate = is_called_a_rate and draft.seen.columns[slip.column].fits(("1/s",))
@@ -40,14 +40,9 @@ def doubt_a_shear_rate_beside_a_torque(draft: Draft) -> None:
 
 def doubt_an_oscillation(draft: Draft) -> None:
     """Doubt a guessed effort beside the moduli of an oscillation: a rheometer gives the sizes of its sines."""
-    effort = draft.signals.get("effort")
+    effort = draft.guessed("effort")
     swings = of_oscillation(draft.seen.columns)
-    if (
-        effort is not None
-        and effort.column
-        and effort.reason.startswith("guessed")
-        and len(swings) > 1
-    ):
+    if effort is not None and len(swings) > 1:
         draft.doubt(
             "effort", f"which is of an oscillation of a rheometer, beside {', '.join(swings[:3])}"
         )

@@ -22,9 +22,9 @@ def doubt_an_effort_without_its_sense(draft: Draft) -> None:
     Such an effort was logged as its size. A weight or a preload is of one sign too, but does not fall to nought at
     both ends of a motion.
     """
-    effort = draft.signals.get("effort")
+    effort = draft.guessed("effort")
     slip = draft.signals.get("slip")
-    if effort is None or slip is None or not effort.reason.startswith("guessed"):
+    if effort is None or slip is None:
         return
     speed = draft.table.columns.get(slip.column)
     measured = draft.table.columns.get(effort.column)

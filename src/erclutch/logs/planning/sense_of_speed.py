@@ -20,9 +20,9 @@ _OFTEN = 0.2  # of the rows that move
 
 def doubt_a_speed_without_its_sense(draft: Draft) -> None:
     """Doubt a guessed slip that never turns, where a column of words says in which sense the device moves."""
-    slip = draft.signals.get("slip")
+    slip = draft.guessed("slip")
     effort = draft.signals.get("effort")
-    if slip is None or effort is None or not slip.reason.startswith("guessed"):
+    if slip is None or effort is None:
         return
     speed = draft.table.columns.get(slip.column)
     measured = draft.table.columns.get(effort.column)
