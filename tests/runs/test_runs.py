@@ -77,6 +77,10 @@ def test_the_same_log_and_settings_give_the_same_bytes(
     for workers in (1, 2, 2):
         settings = Settings(models=("quadratic", "bingham"), workers=workers, blocks=2)
         again = compare(build_dataset(recording), settings)
+        assert any(entry.name.count("+") > 1 for entry in again.entries), (
+            "no law has several stages"
+        )
+        assert all(len(entry.folds) == 2 for entry in again.entries)
         folders.append(write_run(tmp_path / f"run{len(folders)}", again, [recording]))
     first = bytes_of(folders[0])
     assert len(first) >= 8
