@@ -1,7 +1,7 @@
 """Of several columns that may be a signal one is chosen, where the other columns settle which it is; else it is asked.
 
-Each signal has a file of what settles it: `one_field`, `one_motion`, `one_effort`. Counts beside volts are no second
-column of any.
+Each signal has a file of what settles it: `field_of_a_circuit`, `one_motion`, `one_effort`. Counts beside volts are no
+second column of any.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from erclutch.logs.columns.seen_columns import SeenColumns
 from erclutch.logs.columns.two_courses import go_straight
 from erclutch.logs.columns.two_shafts import is_of_clutch
 from erclutch.logs.columns.vocabulary import NOT_MEASURED
+from erclutch.logs.planning.field_of_a_circuit import one_of_a_circuit
 from erclutch.logs.planning.one_effort import one_effort
-from erclutch.logs.planning.one_field import one_of_a_circuit
 from erclutch.logs.planning.one_motion import one_position, one_slip
 
 #: Words for the device itself. A clutch is driven too: its motor's speed is that of one of its sides.
