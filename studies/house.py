@@ -369,7 +369,8 @@ def counts(house: House) -> dict[str, str]:
         "arrows up or aside": f"{len(house.arrows_up)}",
         "tokens a line of code": f"{density.tokens:.1f}",
         "comments a line of code": f"{density.comments:.1%}",
-        "private functions named once in their file": f"{density.called_once:.0%}",
+        "private functions named once in their file": f"{density.named_once:.0%}",
+        "  with one caller there, and not handed on as a value": f"{density.called_once:.0%}",
         "longest file": f"{house.longest_file[0]} ({house.longest_file[1]})",
         **_length_of_way("a log's way", house.way_of_a_log),
         **_length_of_way("with all rules followed", house.way_through_all_rules),
@@ -461,7 +462,7 @@ def densities(house: House) -> list[list[str]]:
             f"{density.lines:,}",
             f"{density.tokens:.1f}",
             f"{density.comments:.1%}",
-            f"{density.called_once:.0%} of {density.private}",
+            f"{density.named_once:.0%} of {density.private}",
             f"{density.longest[0]} ({density.longest[1]})",
         ]
         for name, modules, density in rooms

@@ -89,7 +89,9 @@ class Density:
         tokens: of code, a line of code.
         comments: a line of code.
         private: private functions at the top of a module.
-        called_once: share of them that are named once at most in their module.
+        named_once: share of them that are named once at most in their module.
+        called_once: share of them that have one caller there; the others that are named once are handed on as values:
+            a row of a table, a callback, what is registered.
         longest: lines of the longest file, and its place.
     """
 
@@ -97,6 +99,7 @@ class Density:
     tokens: float
     comments: float
     private: int
+    named_once: float
     called_once: float
     longest: tuple[int, str]
 
@@ -110,7 +113,7 @@ class Density:
             tokenize.DEDENT,
             tokenize.ENDMARKER,
         }
-        tokens = comments = lines = private = once = 0
+        tokens = comments = lines = private = once = called_once = 0
         for module in modules:
             code_lines: set[int] = set()
             for token in tokenize.generate_tokens(io.StringIO(module.text).readline):
@@ -121,17 +124,22 @@ class Density:
                     code_lines.add(token.start[0])
             lines += len(code_lines)
             named = Counter(node.id for node in ast.walk(module.tree) if isinstance(node, ast.Name))
+            calls = [node.func for node in module.nodes if isinstance(node, ast.Call)]
+            called_here = Counter(call.id for call in calls if isinstance(call, ast.Name))
             for node in module.tree.body:
                 if isinstance(node, ast.FunctionDef) and node.name.startswith("_"):
                     private += 1
-                    once += named[node.name] <= 1
+                    if named[node.name] <= 1:
+                        once += 1
+                        called_once += called_here[node.name] == 1
         longest = max((module.text.count("\n"), str(module.path)) for module in modules)
         return Density(
             lines=lines,
             tokens=tokens / max(lines, 1),
             comments=comments / max(lines, 1),
             private=private,
-            called_once=once / max(private, 1),
+            named_once=once / max(private, 1),
+            called_once=called_once / max(private, 1),
             longest=longest,
         )
 
