@@ -17,9 +17,8 @@ import tempfile
 from collections.abc import Sequence
 
 _PYTEST = (sys.executable, "-m", "pytest")
-_PROCESSORS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-#: A worker waits a tenth of the time, for a process or a page: one more than processors leaves none of them idle.
-_IN_PARALLEL = ("-n", str((_PROCESSORS or 1) + 1), "--dist", "loadgroup")
+#: A worker more than processors was tried: it makes what a session shares once more, and takes what it saves in waits.
+_IN_PARALLEL = ("-n", "auto", "--dist", "loadgroup")
 #: What pytest returns where all has passed, where a test has failed, and where there is no test of these marks.
 _PASSED, _FAILED, _NO_TEST = 0, 1, 5
 
