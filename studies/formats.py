@@ -61,9 +61,9 @@ def finder(reader: str) -> Callable[[str], Table]:
     if hasattr(module, "find") and module.READER.windows is None:
         return lambda path: module.find(path, None)
 
-    own = next(
-        getattr(module, name) for name in ("_read", f"read_{reader}") if hasattr(module, name)
-    )
+    # A reader that starts a child has what runs there under a name of its own.
+    names = [name for name in ("_read", f"read_{reader}") if hasattr(module, name)]
+    own = getattr(module, names[0]) if names else module.READER.read
     windows = getattr(
         module, f"{reader}_windows", module.READER.windows
     )  # not those that start a child
