@@ -520,10 +520,3 @@ def test_a_topic_of_long_lists_beside_one_of_numbers_is_left_out(tmp_path: Path,
         LogError, match=f"topic /{kind}: the field numbers has 2,000 numbers, above 500"
     ):
         read_table(tmp_path / "bag", variable=f"/{kind}")
-
-
-@pytest.mark.parametrize("reader", sorted({reader for reader, *_ in FORMATS.values()}))
-def test_the_study_of_damaged_logs_knows_how_to_call_each_reader(reader: str) -> None:
-    from studies.formats import finder
-
-    assert callable(finder(reader))
