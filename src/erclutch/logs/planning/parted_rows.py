@@ -92,11 +92,7 @@ def ask_about_woven_devices(draft: Draft) -> None:
     table = draft.table
     if not table.path:
         return
-    if any(
-        each.problem.startswith("no column")
-        for name, each in draft.questions.items()
-        if name != "field"
-    ):
+    if _lacks_a_column(draft):
         return
     woven = _woven_devices(draft)
     if woven is not None:
@@ -155,6 +151,14 @@ def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
     return None
 
 
+def _lacks_a_column(draft: Draft) -> bool:
+    """Whether a signal besides the field has no column: then the log is asked for it first."""
+    for name, question in draft.questions.items():
+        if name != "field" and question.problem.startswith("no column"):
+            return True
+    return False
+
+
 def ask_about_groups(draft: Draft) -> None:
     """Ask which rows are meant where a column of words parts points, or where time runs within its words only.
 
@@ -163,11 +167,7 @@ def ask_about_groups(draft: Draft) -> None:
     table = draft.table
     if not table.path or "variable" in draft.questions:
         return
-    if any(
-        each.problem.startswith("no column")
-        for name, each in draft.questions.items()
-        if name != "field"
-    ):
+    if _lacks_a_column(draft):
         return
     clock = draft.clock
     if clock is not None:

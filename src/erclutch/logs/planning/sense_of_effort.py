@@ -22,20 +22,15 @@ def doubt_an_effort_without_its_sense(draft: Draft) -> None:
     Such an effort was logged as its size. A weight or a preload is of one sign too, but does not fall to nought at
     both ends of a motion.
     """
-    effort = draft.guessed("effort")
-    slip = draft.signals.get("slip")
-    if effort is None or slip is None:
+    both = draft.slip_and_effort()
+    if both is None or draft.guessed("effort") is None:
         return
-    speed = draft.table.columns.get(slip.column)
-    measured = draft.table.columns.get(effort.column)
-    if speed is None or measured is None:
-        return
-    if (
-        takes_both_signs(speed)
-        and not takes_both_signs(measured)
-        and _falls_at_turns(speed, measured)
-    ):
-        doubt = f"which has no sign and falls to 0 wherever {slip.column} turns, as a size does"
+    speed, measured = both
+    goes_to_and_fro = takes_both_signs(speed)
+    has_a_sign = takes_both_signs(measured)
+    if goes_to_and_fro and not has_a_sign and _falls_at_turns(speed, measured):
+        motion = draft.signals["slip"].column
+        doubt = f"which has no sign and falls to 0 wherever {motion} turns, as a size does"
         draft.doubt("effort", f"{doubt}: give a column whose sign turns")
 
 

@@ -20,21 +20,16 @@ _OFTEN = 0.2  # of the rows that move
 
 def doubt_a_speed_without_its_sense(draft: Draft) -> None:
     """Doubt a guessed slip that never turns, where a column of words says in which sense the device moves."""
-    slip = draft.guessed("slip")
-    effort = draft.signals.get("effort")
-    if slip is None or effort is None:
+    both = draft.slip_and_effort()
+    if both is None or draft.guessed("slip") is None:
         return
-    speed = draft.table.columns.get(slip.column)
-    measured = draft.table.columns.get(effort.column)
-    if speed is None or measured is None:
-        return
+    speed, measured = both
     if takes_both_signs(speed) or not takes_both_signs(measured):
         return
     for name, values in draft.table.columns.items():
-        if DIRECTIONS.isdisjoint(words_of(name)) or np.unique(values[:LOOKED_AT]).size not in (
-            2,
-            3,
-        ):
+        if DIRECTIONS.isdisjoint(words_of(name)):
+            continue
+        if np.unique(values[:LOOKED_AT]).size not in (2, 3):
             continue
         draft.doubt(
             "slip",
@@ -51,11 +46,10 @@ def doubt_a_speed_without_its_sense(draft: Draft) -> None:
         remedy = f"give a column whose sign turns, or --variable {of_one_sense} for the rows of one sense"
         draft.doubt("slip", f"{says}: {remedy}")
         return
-    is_of_one_sense = any(
-        note.startswith("rows where ") for note in draft.table.notes
-    )  # the user chose them by a word
+    # The user chose rows of one sense by a word.
+    is_of_one_sense = any(note.startswith("rows where ") for note in draft.table.notes)
     if not is_of_one_sense and _resists_both_ways(speed, measured):
-        doubt = f"which has no sign and comes to rest, while {effort.column} takes both signs"
+        doubt = f"which has no sign and comes to rest, while {draft.signals['effort'].column} takes both signs"
         draft.doubt("slip", f"{doubt}: give a column whose sign turns, or the position")
 
 
