@@ -66,3 +66,16 @@ def test_a_motor_of_one_sense_with_noise_about_rest_is_read(tmp_path: Path) -> N
     head = "t [s],I [A],speed [rad/s],torque [N*m]"
     np.savetxt(path, rows, delimiter=",", header=head, comments="", fmt="%.5g")
     assert erclutch.read(path).rows == TIME.size
+
+
+def test_a_size_beside_a_position_is_asked_about(tmp_path: Path) -> None:
+    path = tmp_path / "damper.csv"
+    for effort in (np.abs(FRICTION), FRICTION):
+        rows = np.column_stack([TIME, CURRENT, TRAVEL, effort])
+        head = "t [s],I [A],x [m],force [N]"
+        np.savetxt(path, rows, delimiter=",", header=head, comments="", fmt="%.9g")
+        if effort.min() < 0.0:
+            assert erclutch.read(path).rows == TIME.size
+            continue
+        with pytest.raises(MappingError, match="falls to 0 wherever x turns"):
+            erclutch.read(path)

@@ -96,16 +96,6 @@ class Draft:
         chosen = self.signals.get(signal)
         return chosen if chosen is not None and chosen.reason.startswith("guessed") else None
 
-    def slip_and_effort(self) -> tuple[Array, Array] | None:
-        """The columns of slip and effort as logged, each of shape (n,); None where one of them is no column."""
-        slip = self.signals.get("slip")
-        effort = self.signals.get("effort")
-        if slip is None or effort is None:
-            return None
-        speed = self.table.columns.get(slip.column)
-        measured = self.table.columns.get(effort.column)
-        return None if speed is None or measured is None else (speed, measured)
-
     def ask(self, signal: str, error: MappingError, option: str = "") -> None:
         """Keep an error as a question about a signal, with the option that answers it where that is known."""
         of_unit = isinstance(error, UnitError)

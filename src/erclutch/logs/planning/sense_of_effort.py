@@ -22,15 +22,19 @@ def doubt_an_effort_without_its_sense(draft: Draft) -> None:
     Such an effort was logged as its size. A weight or a preload is of one sign too, but does not fall to nought at
     both ends of a motion.
     """
-    both = draft.slip_and_effort()
-    if both is None or draft.guessed("effort") is None:
+    effort = draft.guessed("effort")
+    motion = draft.signals.get("slip") or draft.signals.get("position")
+    if effort is None or motion is None:
         return
-    speed, measured = both
+    course = draft.table.columns.get(motion.column)
+    measured = draft.table.columns.get(effort.column)
+    if course is None or measured is None or course.size < FEW:
+        return
+    speed = course if motion.signal == "slip" else np.gradient(course)  # per row
     goes_to_and_fro = takes_both_signs(speed)
     has_a_sign = takes_both_signs(measured)
     if goes_to_and_fro and not has_a_sign and _falls_at_turns(speed, measured):
-        motion = draft.signals["slip"].column
-        doubt = f"which has no sign and falls to 0 wherever {motion} turns, as a size does"
+        doubt = f"which has no sign and falls to 0 wherever {motion.column} turns, as a size does"
         draft.doubt("effort", f"{doubt}: give a column whose sign turns")
 
 

@@ -20,10 +20,14 @@ _OFTEN = 0.2  # of the rows that move
 
 def doubt_a_speed_without_its_sense(draft: Draft) -> None:
     """Doubt a guessed slip that never turns, where a column of words says in which sense the device moves."""
-    both = draft.slip_and_effort()
-    if both is None or draft.guessed("slip") is None:
+    slip = draft.guessed("slip")
+    effort = draft.signals.get("effort")
+    if slip is None or effort is None:
         return
-    speed, measured = both
+    speed = draft.table.columns.get(slip.column)
+    measured = draft.table.columns.get(effort.column)
+    if speed is None or measured is None:
+        return
     if takes_both_signs(speed) or not takes_both_signs(measured):
         return
     for name, values in draft.table.columns.items():
@@ -49,7 +53,7 @@ def doubt_a_speed_without_its_sense(draft: Draft) -> None:
     # The user chose rows of one sense by a word.
     is_of_one_sense = any(note.startswith("rows where ") for note in draft.table.notes)
     if not is_of_one_sense and _resists_both_ways(speed, measured):
-        doubt = f"which has no sign and comes to rest, while {draft.signals['effort'].column} takes both signs"
+        doubt = f"which has no sign and comes to rest, while {effort.column} takes both signs"
         draft.doubt("slip", f"{doubt}: give a column whose sign turns, or the position")
 
 
