@@ -12,8 +12,7 @@ from mcap import records as kinds
 from mcap.opcode import Opcode
 
 from erclutch.errors import PluginError
-from erclutch.logs.log_file import read_by
-from erclutch.logs.log_reader import LogReader, LogSource, reader_of
+from erclutch.logs.log_reader import LogReader, LogSource, read_by, reader_of
 from erclutch.logs.readers import mcap_records as records
 from erclutch.logs.readers.mcap_records import Contents, DamageError
 from erclutch.logs.table import Table

@@ -306,7 +306,7 @@ def test_sizes_that_are_just_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
     from erclutch import logs
     from erclutch.errors import LogError
-    from erclutch.logs import log_file
+    from erclutch.logs import log_reader
     from erclutch.logs.readers import budget, rosbag
 
     path = tmp_path / "a.csv"
@@ -317,7 +317,7 @@ def test_sizes_that_are_just_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyP
     needed = max(meta.row_group(0).total_byte_size // 8, meta.num_rows * meta.num_columns)
     monkeypatch.setattr(budget, "CELLS_PER_BYTE", 0)
     for module, limit, file, size in (
-        (log_file, "_LARGEST", path, path.stat().st_size),
+        (log_reader, "_LARGEST", path, path.stat().st_size),
         (budget, "CELLS", other, needed),
     ):
         with monkeypatch.context() as patch:

@@ -21,8 +21,7 @@ from erclutch import registry
 from erclutch.errors import ErclutchError, LogError, MappingError
 from erclutch.logs import Table, read, read_table
 from erclutch.logs.columns.labels import name_columns, split_label
-from erclutch.logs.log_file import read_by
-from erclutch.logs.log_reader import GROUP, LogSource
+from erclutch.logs.log_reader import GROUP, LogSource, read_by
 from erclutch.logs.readers.dates import seconds
 from erclutch.logs.readers.text_blocks import text_extent, text_windows
 from erclutch.logs.readers.text_bytes import decode

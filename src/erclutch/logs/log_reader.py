@@ -1,4 +1,4 @@
-"""This module says what a reader of log files is, and which reader a file gets.
+"""This module says what a reader of log files is, which reader a file gets, and how the reader is called.
 
 A reader is a file of ``logs/readers`` that assigns ``READER``, or comes from another package (entry point
 ``erclutch.readers``).
@@ -6,19 +6,26 @@ A reader is a file of ``logs/readers`` that assigns ``READER``, or comes from an
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Container, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
+from erclutch.logs.readers.budget import Budget, size_of, within
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
+from erclutch.signals.array import Array
 
 GROUP = "erclutch.readers"
 #: What to give in place of a file without rows of numbers.
 ROWS_WANTED = "Give a log with one row a sample"
+_LARGEST = 4 << 30  # bytes of a log
 HEAD = 1024  # bytes that a reader may look at to claim a file
 #: What `live --program learn` writes beside its logs: what each round taught. It is no log.
 LEARN_REPORT = "learn.json"
@@ -233,3 +240,78 @@ def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:
         except PluginError as error:
             notes.append(f"a reader was left out: {error}")
     return readers
+
+
+def source_of(log: ReadableLog) -> LogSource:
+    """The bytes of a log and their digest.
+
+    Raises:
+        LogError: no permission; the file is empty or too large.
+    """
+    file = log.path
+    data = b""
+    with placed(file.name):
+        if not log.is_file:
+            # Names and digests of the files of a log, by name.
+            of_files = hashlib.sha256()
+            with readable(file):
+                parts = log.plugin.of_type(LogReader).parts
+                files = file.iterdir() if file.is_dir() else parts(file)
+                inside = sorted(path for path in files if path.is_file())
+                if sum(path.stat().st_size for path in inside) > _LARGEST:
+                    problem = "the files of the folder are larger than 4 GiB"
+                    raise LogError(problem, remedy="Split the log")
+                for path in inside:
+                    with path.open("rb") as content:
+                        own = hashlib.file_digest(content, "sha256").hexdigest()
+                    of_files.update(f"{path.name}\0{own}\0".encode())
+            return LogSource(file, data, of_files.hexdigest())
+        with readable(file):
+            if file.stat().st_size > _LARGEST:
+                raise LogError("the file is larger than 4 GiB", remedy="Split the log")
+            data = file.read_bytes()
+        if not data:
+            raise LogError("the file is empty", remedy=ROWS_WANTED)
+        return LogSource(file, data, hashlib.sha256(data).hexdigest())
+
+
+def names_in(plugin: Plugin, source: LogSource) -> list[str]:
+    """The names of the recordings that a reader sees in a file; none where its format has one recording only."""
+    names_of = plugin.of_type(LogReader).recordings
+    if names_of is None:
+        return []
+    with placed(source.path.name), plugin.working(f"failed on {source.path.name}"):
+        return list(names_of(source))
+
+
+def read_by(plugin: Plugin, source: LogSource) -> Table:
+    """The file as a table by a reader; that of another package is named in its notes, and looked at.
+
+    Raises:
+        LogError: the file is damaged. PluginError: the reader is.
+    """
+    reader: LogReader = plugin.of_type(LogReader)
+    if source.variable and reader.recordings is None:
+        problem = (
+            f"a log of this format is one recording: it has no {source.variable!r} for --variable"
+        )
+        remedy = "Leave it out, or give --variable '' where a run or mapping has it"
+        raise LogError(problem, where=source.name, remedy=remedy)
+    with plugin.working(f"failed on {source.name}"):
+        budget = Budget(len(source.data) or size_of(source.path))
+        with placed(source.name), within(budget.seconds):
+            table: Any = reader.read(source)
+        if not plugin.own:  # a package of somebody else may return anything
+            if not isinstance(table, Table):
+                returned = f"returns a {type(table).__name__}"
+                raise plugin.fault(f"{returned}, it must be a Table of erclutch.logs.table")
+            columns: dict[str, Array] = {}
+            for name, values in table.columns.items():
+                columns[name] = np.asarray(values, np.float64)
+            shapes = {values.shape for values in columns.values()}
+            if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
+                listed = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
+                raise plugin.fault(f"returns columns that are no vectors of one length: {listed}")
+            notes = (*table.notes, f"read by {plugin.name!r} of {plugin.label}")
+            table = replace(table, columns=columns, notes=notes)
+        return replace(table, damage=reader.tells_damage)

@@ -191,6 +191,12 @@ class Plan:
         return next((each for each in self.signals if each.signal == name), None)
 
     @property
+    def sure_field(self) -> str:
+        """The column that is the field without much doubt; "" for none."""
+        field = self.signal("field")
+        return "" if field is None or field.sureness == "doubtful" else field.column
+
+    @property
     def signals_with_columns(self) -> set[str]:
         """Names of the signals that are read from a column."""
         return {each.signal for each in self.signals if each.column}

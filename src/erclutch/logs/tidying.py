@@ -5,12 +5,16 @@ A rule gives the table back as it is where there is nothing to tidy. Nothing of 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
 from typing import NamedTuple
 
+from erclutch.errors import LogError
 from erclutch.logs.clock.channel_times import unwoven, with_times_joined
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.columns.senses import with_senses
+from erclutch.logs.log_reader import ROWS_WANTED
 from erclutch.logs.rows.tidy_rows import untidied
 from erclutch.logs.table import Table
 
@@ -37,3 +41,15 @@ def tidied(table: Table) -> Table:
     for tidying in TIDYINGS:
         table = tidying.rule(table)
     return table
+
+
+def finished(table: Table, notes: Sequence[str], path: str | Path) -> Table:
+    """What a reader gave, behind all rules, with the notes of its opening and the path as the user gave it.
+
+    Raises:
+        LogError: there are no rows of numbers.
+    """
+    if not table.columns or not table.rows:
+        raise LogError("the file has no rows of numbers", remedy=ROWS_WANTED, where=table.name)
+    table = tidied(table)
+    return replace(table, notes=(*table.notes, *notes), path=str(path))

@@ -12,12 +12,13 @@ import numpy as np
 
 from erclutch.errors import AlikeRecordingsError, LogError, listed
 from erclutch.logs.clock.timing import MINIMUM_ROWS
-from erclutch.logs.log_file import read_table, readable_tables, recordings_of_file
+from erclutch.logs.log_file import read_table
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
 from erclutch.logs.planning.stated_field import differ_by_field
 from erclutch.logs.planning.whole_plan import plan_if_any
 from erclutch.logs.readers.found_recordings import JOINT
+from erclutch.logs.several_recordings import readable_tables, recordings_of_file
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
@@ -129,14 +130,15 @@ def _with_the_field(
 ) -> list[str]:
     """The recordings beside the only log that hold a field, where the log has none; as a topic of a current may be."""
     said = told.columns.keys() | told.constants.keys()
-    if not said.isdisjoint({"field", "E", "E1", "E2"}) or _field_of(plan):
+    if not said.isdisjoint({"field", "E", "E1", "E2"}) or plan.sure_field:
         return []
     beside: list[str] = []
     for other in [other for other in tables if other != name][:_MOST_JOINED]:
         together = JOINT.join([name, other])
         joined = readable_tables(path, [together], told.decimal).get(together)
         if joined is not None:
-            field = _field_of(plan_if_any(joined, told, device))
+            of_both = plan_if_any(joined, told, device)
+            field = "" if of_both is None else of_both.sure_field
             if field and field not in tables[name].columns:
                 beside.append(other)
             continue
@@ -146,13 +148,6 @@ def _with_the_field(
             remedy = f"Put the field beside its rows, or leave it out: --variable {shlex.quote(name)} --field none"
             raise LogError(problem, remedy=remedy, where=Path(path).name)
     return beside
-
-
-def _field_of(plan: Plan | None) -> str:
-    """The column that is the field without much doubt; "" for none, and without a plan."""
-    field = None if plan is None else plan.signal("field")
-    is_sure = field is not None and field.column and field.sureness != "doubtful"
-    return field.column if field is not None and is_sure else ""
 
 
 def _are_alike(plans: Sequence[Plan], logs: Mapping[str, Table]) -> bool:

@@ -17,7 +17,6 @@ import numpy as np
 
 from erclutch.errors import ErclutchError, LogError, printable
 from erclutch.logs.columns.seen_columns import seen_columns
-from erclutch.logs.log_file import read_by
 from erclutch.logs.log_reader import (
     HEAD,
     LogReader,
@@ -25,6 +24,7 @@ from erclutch.logs.log_reader import (
     claims_nothing,
     log_suffixes,
     may_be_log,
+    read_by,
     reader_of,
 )
 from erclutch.logs.mapping import ColumnMap
