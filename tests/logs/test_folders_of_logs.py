@@ -56,6 +56,40 @@ def test_logs_that_names_alone_tell_apart_are_asked_about(
     assert "at the same slip" in refused("fit", "logs", cwd=tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("names", "pattern"),
+    [
+        (("current_1.0", "current_1.2", "current_1.4"), "current_{field}"),
+        (("I1.0", "I1.2"), "I{field}"),
+        (("PWM40", "PWM48", "PWM56"), "PWM{field}"),
+        (("brake_1.0", "brake_1.2", "brake_1.4"), "brake_{field}"),
+        (("1p0", "1p2"), "{field}"),
+        (("test1000", "test1200", "test1400"), "test{field}"),
+    ],
+)
+def test_fields_in_names_that_are_near_each_other_are_asked_about(
+    tmp_path: Path, names: tuple[str, ...], pattern: str
+) -> None:
+    efforts = dict(zip(names, (1.0, 1.2, 1.4), strict=False))
+    folder_of(tmp_path / "logs", efforts)
+    last = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == f'What settles it: erclutch inspect logs --name-pattern "{pattern}"'
+    assert "no field is logged" in refused("fit", "logs", cwd=tmp_path)
+    good("inspect", "logs", "--name-pattern", pattern, cwd=tmp_path)
+    good("inspect", "logs", "--field", "none", cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [("brake_1.4", "brake_1.2", "brake_1.0"), ("run1", "run2", "run3"), ("b_1.4", "b_1.2", "b_1")],
+)
+def test_numbers_in_names_that_no_effort_rises_with_are_no_field(
+    tmp_path: Path, names: tuple[str, ...]
+) -> None:
+    folder_of(tmp_path / "logs", dict(zip(names, (1.0, 1.2, 1.4), strict=True)))
+    good("inspect", "logs", cwd=tmp_path)
+
+
 def test_logs_that_a_test_plan_alone_tells_apart_are_asked_about(tmp_path: Path) -> None:
     logs = folder_of(tmp_path / "logs", {"run1": 0.1, "run2": 0.6})
     (logs / "testplan.csv").write_text("run,current_A\n1,0\n2,0.5\n")

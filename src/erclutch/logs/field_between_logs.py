@@ -7,13 +7,14 @@ mixed in a fit.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from erclutch.errors import UnloggedFieldError, shell_word
-from erclutch.logs.columns.name_pattern import pattern_among
+from erclutch.errors import UnloggedFieldError, listed, shell_word
+from erclutch.logs.columns.name_pattern import constants_of, pattern_among
 from erclutch.signals.array import Array
 from erclutch.signals.recording import NO_FIELD
 
@@ -21,6 +22,8 @@ _BINS = 8  # of the size of the slip
 _RESTS = 0.1  # of the largest slip: slower rows may stick
 _FEWEST_ROWS = 5  # of a bin
 _APART = 1.5  # times the effort: more than a warm fluid or another day makes
+_RISES = 1.02  # times the effort from one number in the names to the next: more than noise makes
+_RISES_OF_TWO = 1.1  # times the effort: by chance that of the larger of two numbers is larger, too
 
 
 class CourseOfLog(NamedTuple):
@@ -35,6 +38,7 @@ class CourseOfLog(NamedTuple):
 def require_one_field(logs: Sequence[CourseOfLog]) -> None:
     """Ask for the field where logs that have none have much more effort, one than another, at the same slip.
 
+    A little more is enough where the names tell a number that is called like a field, or that the effort rises with.
     Logs of which the user said that they have no field are not asked about.
 
     Raises:
@@ -55,6 +59,7 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
             if np.count_nonzero(inside) >= _FEWEST_ROWS:
                 courses[number, :, place] = along[inside].mean(), along[inside].std()
 
+    names = [log.name for log in without]
     apart = np.zeros((len(without), len(without)))
     for place, own in enumerate(courses):
         shared = np.isfinite(own[0]) & np.isfinite(courses[:, 0])
@@ -65,15 +70,42 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
         apart[place, known] = of_own[known] / of_others[known]
     more, less = np.unravel_index(int(apart.argmax()), apart.shape)
     times = float(apart[more, less])
-    if times <= _APART:
+    pattern = pattern_among(names)
+    if times > _APART:
+        problem = (
+            f"no field is logged, and at the same slip {names[more]} has {times:.2g} times the effort of "
+            f"{names[less]}: a field that no column holds may tell them apart"
+        )
+        raise UnloggedFieldError(problem, where=names[more], remedy=_remedy(pattern, names[more]))
+    if pattern_among(names, called_so=True):
+        problem = f"no field is logged, and the names tell one: {listed(names)}"
+    elif pattern and _rises_with(_numbers_in(names, pattern), courses[:, 0]):
+        problem = f"no field is logged, and the effort rises with the number in the names: {listed(names)}"
+    else:
         return
-    names = [log.name for log in without]
-    problem = (
-        f"no field is logged, and at the same slip {names[more]} has {times:.2g} times the effort of {names[less]}: "
-        "a field that no column holds may tell them apart"
-    )
-    remedy = _remedy(pattern_among(names), names[more])
-    raise UnloggedFieldError(problem, where=names[more], remedy=remedy)
+    raise UnloggedFieldError(problem, where=names[0], remedy=_remedy(pattern, names[0]))
+
+
+def _numbers_in(names: Sequence[str], pattern: str) -> Array:
+    """The number that each name has for the field, shape (logs,)."""
+    return np.array([constants_of(pattern, name)["field"][0] for name in names])
+
+
+def _rises_with(numbers: Array, courses: Array) -> bool:
+    """Whether the effort at the same slip rises from each number in the names of logs to the next.
+
+    Args:
+        numbers: one a log, (logs,).
+        courses: effort along the slip in bins of its size, shape (logs, bins).
+    """
+    levels = np.unique(numbers)
+    rise = _RISES if levels.size > 2 else _RISES_OF_TWO
+    of_levels = np.array([np.mean(courses[numbers == level], axis=0) for level in levels])
+    for lower, higher in pairwise(of_levels):
+        shared = np.isfinite(lower) & np.isfinite(higher)
+        if not higher[shared].sum() > rise * max(lower[shared].sum(), 0.0):
+            return False
+    return True
 
 
 def _remedy(pattern: str, where: str) -> str:

@@ -113,6 +113,7 @@ _OF_MOTION_OR_HEAT = frozenset(
     )
 )
 _DIGITS_OF_A_DATE = 6  # or more
+_NO_COUNT = 10  # steps from one number to the next that are no count of logs
 _QUANTITIES = {
     "mm": "amplitude",
     "Hz": "frequency",
@@ -152,11 +153,15 @@ def proposed(name: str) -> str:
     return pattern + stem[end:]
 
 
-def pattern_among(names: Sequence[str]) -> str:
+def pattern_among(names: Sequence[str], *, called_so: bool = False) -> str:
     """A pattern for names that differ in one number that may be the field, such as ``PWM25``, ``PWM50``; "" for others.
 
     Numbers that count logs, and such of a motion or a temperature, are none. Of several, one that is called like a
     field or has its unit is taken.
+
+    Args:
+        names: of logs.
+        called_so: whether only a number will do that is called like a field or has its unit.
     """
     found = [list(_IN_WORDS.finditer(name)) for name in names]
     words = {
@@ -173,14 +178,20 @@ def pattern_among(names: Sequence[str]) -> str:
         if len(texts) == 1 or after in _OF_MOTION_OR_HEAT or digits >= _DIGITS_OF_A_DATE:
             continue
         is_called = bool(spoken_name(before).forms["field"]) or before in ("i", "I")
-        if is_called or after in FIELD_UNITS:
+        in_order = sorted(number_of(text) for text in texts)
+        steps = [after - before for before, after in pairwise(in_order)]
+        # b may be a brake, and a lone letter but that of a current says nothing.
+        says_so = is_called and (len(before) > 1 or before in ("i", "I"))
+        if (says_so if called_so else is_called) or after in FIELD_UNITS:
             called.append(place)
-        elif before.lower() not in _COUNTED:
-            in_order = sorted(number_of(text) for text in texts)
-            # Of one thing after another the numbers are 1, 2, 3, or 3, 4.
-            if any(after - before != 1.0 for before, after in pairwise(in_order)):
+        elif before.lower() in _COUNTED:
+            # No run is the 1.2th, and of test1000 and test1200 none counts the tests.
+            if not all(number.is_integer() for number in in_order) or min(steps) >= _NO_COUNT:
                 others.append(place)
-    chosen = called or others
+        elif any(step != 1.0 for step in steps):
+            # Of one thing after another the numbers are 1, 2, 3, or 3, 4.
+            others.append(place)
+    chosen = called or ([] if called_so else others)
     if len(chosen) != 1:
         return ""
     name = names[0]
