@@ -25,6 +25,7 @@ from erclutch.models.stages import shown_stages
         ("quadratic", "Quadratic law in E"),
         ("fnn-10-6", "Network of 10 and 6 neurons"),
         ("rbfn-1/kmeans", "Radial network of 1 neuron, kmeans"),
+        ("bingham+dahl/field+stiffness", "Bingham law with memory and a spring"),
         ("bingham+lag@recalibrated", "Bingham law with a lag, recalibrated"),
         ("law-that-is-not-here+stage-too", "Law-that-is-not-here law with stage-too"),
     ],

@@ -19,6 +19,8 @@ _KINDS = {
     "temperature": "temperature",
     "position": "ripple",
 }
+#: Stages on the slip that are no memory of it, though they have a state.
+_NO_MEMORY = {"stiffness": "a spring"}
 #: A law of one direction says so in its own title.
 _FORWARD = "forward"
 
@@ -93,11 +95,12 @@ def _parts_of(name: str) -> _Parts:
             kind = "a network"
         else:
             try:
-                kind = _KINDS[stage_named(part).place]
+                stage = stage_named(part)
+                kind = _NO_MEMORY.get(stage.name, _KINDS[stage.place])
             except ErclutchError:  # its package is not here
                 kind = part
         by_kind.setdefault(kind, []).append(part)
-    order = ("a network", "lags", "memory", "temperature", "ripple", *by_kind)
+    order = ("a network", "lags", "memory", "a spring", "temperature", "ripple", *by_kind)
     kinds = {kind: tuple(by_kind[kind]) for kind in dict.fromkeys(order) if kind in by_kind}
     if not is_network(first):
         return _Parts(_law(first), kinds, label)
