@@ -211,7 +211,9 @@ def refit_near(
     nearest = _LINEAR
     if shapes:
         start = coordinates(shapes, list(model.shape.values()))
-        nearest = minimise(outer_problem(few), start, tolerance=1e-5, max_iterations=30)
+        # With the curvature, for a dead time beside a lag is a valley in which Gauss and Newton end half-way.
+        problem = with_curvature(outer_problem(few))
+        nearest = minimise(problem, start, tolerance=1e-6, max_iterations=30)
     return _outcome(data, structure, reference, few, nearest, True, False)
 
 
