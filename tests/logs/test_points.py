@@ -198,3 +198,19 @@ def test_a_time_that_stands_still_is_told_with_the_command_that_takes_the_rows_a
     said = good("inspect", "points.csv", cwd=tmp_path, code=1).splitlines()
     assert said[-1] == "What settles it: erclutch inspect points.csv --time none"
     assert "Understood." in good("inspect", "points.csv", "--time", "none", cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("speeds", "levels", "are_points"), [(8, 5, True), (12, 3, True), (3, 2, False)]
+)
+def test_short_sweeps_make_points_where_there_are_too_many_for_chance(
+    tmp_path: Path, speeds: int, levels: int, are_points: bool
+) -> None:
+    current = np.repeat(np.arange(levels) * 0.5, speeds)
+    speed = np.tile(np.linspace(100.0, 800.0, speeds), levels)
+    path = written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", current, speed, current + 1)
+    if are_points:
+        assert any("its rows are points" in note for note in read(path).notes)
+    else:
+        with pytest.raises(MappingError, match="no time column"):
+            read(path)

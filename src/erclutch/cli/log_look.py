@@ -196,12 +196,15 @@ def table_of_first(log: Path, reading: LogOptions) -> Table:
 
 def _few_or_steady(rows: Dataset) -> tuple[str, float | None]:
     """Why no model can be fitted to rows, "" where nothing stands against it; what few rows may hold out at most."""
-    from erclutch.fit.checks.data_check import FEWEST_ROWS, require_change, smaller_share
+    from erclutch.fit.checks.data_check import fewest_rows, require_change, smaller_share
 
     unfit = ""
     share = smaller_share(rows)
     if share == 0.0:
-        unfit = f"{rows.rows} rows are too few: a fit trains on {FEWEST_ROWS} and holds others out. Log more"
+        needed = fewest_rows(rows)
+        unfit = (
+            f"{rows.rows} rows are too few: a fit trains on {needed} and holds others out. Log more"
+        )
     try:
         require_change(rows)
     except CheckError as error:

@@ -21,15 +21,28 @@ def range_of(data: Dataset) -> Range:
         slip=_span([element.slip for element in data.elements]),
         effort=_span([data.effort]),
     )
-    return replace(whole, near=near_cells(whole, data.elements))
+    return replace(whole, near=near_cells(whole, data.elements, swept=data.in_no_time))
 
 
-def near_cells(whole: Range, elements: Sequence[Element]) -> tuple[tuple[int, ...], ...]:
-    """The cells of a range that hold a row, and those beside, of each element; see `Range.near`."""
+def near_cells(
+    whole: Range, elements: Sequence[Element], *, swept: bool = False
+) -> tuple[tuple[int, ...], ...]:
+    """The cells of a range that hold a row, and those beside, of each element; see `Range.near`.
+
+    Args:
+        whole: the range.
+        elements: field and slip of all rows.
+        swept: whether the rows are points of a table, which was taken slip after slip at each field: then the cells
+            between two points of one field are near as well.
+    """
     seen = np.zeros((len(elements), CELLS, CELLS), np.bool_)
     for i, element in enumerate(elements):
         row, column = (cell.astype(np.intp) for cell in whole.cell(element.field, element.slip))
         seen[i, row, column] = True
+    if swept:
+        from_the_left = np.logical_or.accumulate(seen, axis=2)
+        from_the_right = np.logical_or.accumulate(seen[:, :, ::-1], axis=2)[:, :, ::-1]
+        seen = from_the_left & from_the_right
     # A cell is near where one of the nine around it, itself among them, holds a row.
     with_edge = np.pad(seen, ((0, 0), (1, 1), (1, 1)))
     around = sliding_window_view(with_edge, (3, 3), axis=(1, 2))

@@ -10,10 +10,12 @@ has no say.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, largest_size
 from erclutch.signals.device import Element
 
 #: The word that asks for such stretches, and the share of the rows that they are.
@@ -22,6 +24,8 @@ SHARE = 0.3
 _WINDOWS = 20  # of a long log
 _FEWEST_WINDOWS = 7
 _FEWEST_ROWS = 50  # of a window
+_FEWEST_AT_A_FIELD = 4  # points of a table, on average
+_SAME_FIELD = 0.02  # of the largest field: between neighbours of one level
 _GOLDEN = (5**0.5 - 1) / 2
 _LEVELS = 4  # of field, slip and its rate, each by its own quantiles
 
@@ -63,21 +67,45 @@ def covering(elements: Sequence[Element], start: int, stop: int) -> Mask:
 def spread_points(elements: Sequence[Element], start: int, stop: int, share: float) -> Mask:
     """A share of the points [start, stop) of a table, spread over their slips, shape (n,) over all rows.
 
-    A table is sorted by its speeds, so that its last rows are speeds that no other row has. A point of the
-    smallest and of the largest slip each is never held out.
+    A table is sorted by its speeds, so that its last rows are speeds that no other row has. A point of the smallest
+    and of the largest slip at each field is never held out.
     """
     mask = np.zeros(elements[0].field.size, np.bool_)
+    own = [replace(e, field=e.field[start:stop], slip=e.slip[start:stop]) for e in elements]
+    level = field_levels(own)
+    if (int(level.max()) + 1) * _FEWEST_AT_A_FIELD > stop - start:
+        level[:] = 0  # the field was not set but swept
     keys: list[Array] = []
-    for element in elements:
-        keys += [element.field[start:stop], element.slip[start:stop]]
-    by_slip_then_field = np.lexsort(keys)
-    points = start + by_slip_then_field[1:-1]
+    for element in own:
+        keys += [element.field, element.slip]
+    in_order = np.lexsort([*keys, level])
+    inner: list[NDArray[np.intp]] = []
+    for number in range(int(level.max()) + 1):
+        at_a_field = in_order[level[in_order] == number]
+        inner.append(at_a_field[1:-1])
+    points = start + np.concatenate(inner)
     # Steps by the golden ratio never fall in with a period of the table, such as one of three fields.
     place, _ = np.modf(np.arange(1, points.size + 1) * _GOLDEN)
     count = round(share * (stop - start))
     first_places = np.argsort(place)[:count]
     mask[points[first_places]] = True
     return mask
+
+
+def field_levels(elements: Sequence[Element]) -> NDArray[np.intp]:
+    """The number of the field, or pair of fields, of each point, shape (n,), from the lowest.
+
+    A measured field scatters a little about the field that was set.
+    """
+    level = np.zeros(elements[0].field.size, np.intp)
+    for element in elements:
+        order = np.argsort(element.field)
+        apart = np.diff(element.field[order]) > _SAME_FIELD * largest_size(element.field)
+        own = np.empty(order.size, np.intp)
+        own[order] = np.concatenate([[0], np.cumsum(apart)])
+        level = level * (int(own.max()) + 1) + own
+    _, numbers = np.unique(level, return_inverse=True)
+    return numbers.astype(np.intp)
 
 
 def _alike(counts: Array) -> list[int]:

@@ -67,11 +67,11 @@ def _share_of_each_log(dataset: Dataset, share: float) -> Mask:
     """The last rows of each log or of its levels; of levels without a gap a part of each; of points some all over."""
     mask = np.zeros(dataset.rows, np.bool_)
     for log in dataset.source_rows:
-        levels = constant_stretches(dataset, *log)
         if dataset.in_no_time:
-            for start, stop in levels or [log]:
-                mask |= spread_points(dataset.elements, start, stop, share)
-        elif steps_without_a_gap(dataset, *log):
+            mask |= spread_points(dataset.elements, *log, share)
+            continue
+        levels = constant_stretches(dataset, *log)
+        if steps_without_a_gap(dataset, *log):
             # The middle of two levels, the beginning of the next two, and so on: so some steps lie in rows that are
             # fitted and others in rows held out, ups and downs alike. With the end of each level held out, no step
             # would have its rows on both sides, and no lag could be told.

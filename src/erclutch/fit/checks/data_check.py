@@ -30,8 +30,9 @@ SIGN = "sign"
 #: Subject of the finding that all rows have a single field.
 STEADY_FIELD = "field"
 
-#: Rows to train on, below which nothing is fitted.
-FEWEST_ROWS = 50
+#: Rows to train on, below which nothing is fitted. A point of a table is a mean of many such rows.
+_FEWEST_ROWS = 50
+_FEWEST_POINTS = 12
 #: Share of the rows that is held out, where nobody says another; and those that few rows may hold out.
 USUAL_SHARE = 0.3
 _SMALLER_SHARES = (0.25, 0.2, 0.15, 0.1)
@@ -68,9 +69,9 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
         CheckError: too few rows, slip or effort that do not vary, or a field that varies in the rows held out alone.
     """
     train = data.take(~test)
-    if train.rows < FEWEST_ROWS:
+    if train.rows < fewest_rows(train):
         raise CheckError(
-            f"{train.rows} rows to train on, at least {FEWEST_ROWS} are needed",
+            f"{train.rows} rows to train on, at least {fewest_rows(train)} are needed",
             where=data.where,
             remedy="Log for longer, or hold out less with --test",
         )
@@ -96,11 +97,16 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
     return tuple(finding for finding in findings if finding is not None)
 
 
+def fewest_rows(data: Dataset) -> int:
+    """Rows to train on, below which nothing is fitted: fewer where they are points of a table."""
+    return _FEWEST_POINTS if data.in_no_time else _FEWEST_ROWS
+
+
 def smaller_share(data: Dataset) -> float | None:
     """What few rows may hold out at most: None for the usual share, 0 where none leaves enough to train on."""
     for share in (None, *_SMALLER_SHARES):
         held = hold_out(data, share or USUAL_SHARE)
-        if data.rows - int(held.sum()) >= FEWEST_ROWS:
+        if data.rows - int(held.sum()) >= fewest_rows(data):
             return share
     return 0.0
 

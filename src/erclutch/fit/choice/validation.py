@@ -14,6 +14,7 @@ import numpy as np
 
 from erclutch.errors import CheckError
 from erclutch.fit.candidate import Fitted
+from erclutch.fit.choice.points_left_out import fields_left_out, points_left_out
 from erclutch.fit.choice.scoring import BandedFigure, Score, excess, recommend, score
 from erclutch.fit.choice.turned_down import what_speaks_against
 from erclutch.fit.choice.worth import loses, worth_their_freedom
@@ -100,6 +101,12 @@ def cross_validated(train: Dataset, fitted: Fitted, blocks: int) -> tuple[float,
 
 def parts_of_training(train: Dataset) -> LeftOut | None:
     """What is left out in turn; None for rows too few to leave any out."""
+    if train.in_no_time:
+        at_fields, lowest = fields_left_out(train)
+        if at_fields:
+            fields = len(at_fields)
+            return LeftOut("whole fields", at_fields, further=True, fields=fields, lowest=lowest)
+        return LeftOut("points all over", points_left_out(train), further=False)
     logs = groups_of(train)
     masks: list[Mask] = []
     words: list[str] = []

@@ -5,6 +5,8 @@ A map of an effort at rest has no slip either, at no rate.
 
 from __future__ import annotations
 
+from math import lgamma, log
+
 import numpy as np
 
 from erclutch.errors import MappingError
@@ -117,8 +119,10 @@ def _swept_speed(seen: SeenColumns) -> str:
             return column.name
         for words in parting:
             sweeps = [column.values[words.of_row == number] for number in range(len(words.words))]
-            longest = max(sweep.size for sweep in sweeps)
-            if longest >= _FEWEST and all(_goes_one_way(sweep, fewest=3) for sweep in sweeps):
+            # Rows are in order by chance less often the more there are in each of several sweeps.
+            orders = sum(lgamma(sweep.size + 1) - log(2.0) for sweep in sweeps)
+            told = orders >= lgamma(_FEWEST + 1) - log(2.0)
+            if told and all(_goes_one_way(sweep, fewest=3) for sweep in sweeps):
                 return column.name
     return ""
 
