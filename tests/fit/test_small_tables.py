@@ -1,4 +1,4 @@
-"""A bench sheet has a few dozen points, each of them a mean: laws are fitted to it, and whole fields choose among them."""
+"""A bench sheet has a few dozen points, each a mean: laws are fitted to it, and whole fields choose among them."""
 
 from __future__ import annotations
 
