@@ -36,6 +36,8 @@ from pathlib import Path
 from typing import NamedTuple
 from unittest import mock
 
+os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # as a reader's child has it
+
 import numpy as np
 
 import erclutch

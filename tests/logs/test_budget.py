@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import subprocess
 import sys
 import threading
@@ -134,6 +135,28 @@ def test_what_takes_longer_than_its_time_is_told_in_any_thread() -> None:
 
 
 def test_waiting_takes_no_time_of_the_processor_and_leaves_no_thread() -> None:
+    before = _thread._count()  # pyright: ignore[reportAttributeAccessIssue]
     with within(0.02):
         time.sleep(0.1)
-    assert not [thread for thread in threading.enumerate() if thread.name == "erclutch-reader-time"]
+    time.sleep(0.01)
+    assert _thread._count() == before  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_reading_ends_where_a_thread_finds_no_memory_to_begin_with(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """`Thread.start` waits until the thread runs, so for ever."""
+    goes, ended = threading.Event(), threading.Event()
+
+    def read() -> None:
+        goes.wait(60.0)
+        with within(1.0):
+            pass
+        ended.set()
+
+    threading.Thread(target=read, daemon=True).start()
+    monkeypatch.setattr(_thread, "start_new_thread", lambda *_: 0)
+    for name in ("_start_new_thread", "_start_joinable_thread"):  # by the version of Python
+        monkeypatch.setattr(threading, name, lambda *_, **__: 0, raising=False)
+    goes.set()
+    assert ended.wait(10.0)

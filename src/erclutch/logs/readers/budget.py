@@ -6,6 +6,7 @@ damaged or hostile, or its user knows better: the environment ``ERCLUTCH_READER_
 
 from __future__ import annotations
 
+import _thread
 import ctypes
 import os
 import threading
@@ -30,6 +31,7 @@ LONGEST_LIST = 500  # numbers of a list in a cell or a message: a picture has mo
 SECONDS, SECONDS_PER_MIB = 6.0, 5.0  # of processor time
 _MIB = 1 << 20
 _BLOCK = 1 << 20  # bytes
+_GOES = 0.2  # s, in which a thread that watches ends; one that found no memory has never begun
 #: What to do where a limit is met.
 MORE = (
     f"The file may be damaged; if it is sound, allow more by the environment: {RAISED}=8192 (MiB)"
@@ -115,28 +117,37 @@ def within(seconds: float, more: str = MORE) -> Generator[None]:
         yield  # Windows
         return
     thread = threading.get_ident()
-    ended = threading.Event()
+    ended, gone = threading.Event(), threading.Event()
+    one_of_both = threading.Lock()  # what ends first: the time, or what it is for
     clock = time.pthread_getcpuclockid(thread)
     until = time.clock_gettime(clock) + seconds
 
-    def watch() -> None:
+    def interrupt() -> None:
         while (left := until - time.clock_gettime(clock)) > 0.0:
             # No thread has more processor time than the clock on the wall has time.
             if ended.wait(left):
                 return
-        if not ended.is_set():
-            ctypes.pythonapi.PyThreadState_SetAsyncExc(
-                ctypes.c_ulong(thread), ctypes.py_object(_OutOfTime)
-            )
+        with one_of_both:
+            if not ended.is_set():
+                ctypes.pythonapi.PyThreadState_SetAsyncExc(
+                    ctypes.c_ulong(thread), ctypes.py_object(_OutOfTime)
+                )
 
-    watcher = threading.Thread(target=watch, name="erclutch-reader-time", daemon=True)
-    watcher.start()
+    def watch() -> None:
+        try:
+            interrupt()
+        finally:
+            gone.set()
+
+    # `Thread.start` waits until the thread runs: for ever, where the thread finds no memory to begin with.
+    _thread.start_new_thread(watch, ())
     try:
         try:
             yield
         finally:
-            ended.set()
-            watcher.join()
+            with one_of_both:
+                ended.set()
+            gone.wait(_GOES)
     except _OutOfTime:
         problem = f"reading the file takes longer than the {seconds:.3g} s that its size allows"
         raise LogError(problem, remedy=more) from None
