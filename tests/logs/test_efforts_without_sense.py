@@ -79,3 +79,30 @@ def test_a_size_beside_a_position_is_asked_about(tmp_path: Path) -> None:
             continue
         with pytest.raises(MappingError, match="falls to 0 wherever x turns"):
             erclutch.read(path)
+
+
+SQUARE = np.where(np.sin(2 * np.pi * 1.5 * TIME) > 0.0, 0.2, -0.15)
+RESTS = np.where((TIME * 3).astype(int) % 3 == 0, 0.0, SQUARE)
+
+
+@pytest.mark.parametrize("speed", [SQUARE, RESTS], ids=["square", "square with rests"])
+@pytest.mark.parametrize(
+    ("sign", "preload", "is_asked"),
+    [(1.0, 0.0, True), (-1.0, 0.0, True), (0.0, 0.0, False), (0.0, 700.0, False)],
+    ids=["size", "size turned", "signed", "beside a weight"],
+)
+def test_a_size_beside_a_motion_that_turns_at_once_is_asked_about(
+    tmp_path: Path, speed: Array, sign: float, preload: float, is_asked: bool
+) -> None:
+    friction = (20.0 + 300.0 * CURRENT) * np.tanh(speed / 0.01) + 3.0 * NOISE
+    effort = sign * np.abs(friction) if sign else friction + preload
+    path = tmp_path / "damper.csv"
+    rows = np.column_stack([TIME, CURRENT, speed, effort])
+    head = "t [s],I [A],v [m/s],force [N]"
+    np.savetxt(path, rows, delimiter=",", header=head, comments="", fmt="%.5g")
+    if is_asked:
+        with pytest.raises((LogError, MappingError), match="has no sign and"):
+            erclutch.read(path)
+        assert erclutch.read(path, effort="force [N]").rows == TIME.size
+    else:
+        assert erclutch.read(path).rows == TIME.size

@@ -152,6 +152,8 @@ def _without_a_whole_name(
         free: columns that are nothing else.
         si_units: of the signal.
     """
+    if signal == "effort":  # what a model says of the effort is none
+        free = [column for column in free if not column.spoken.is_of_a_model]
     fits = {column.name: column.fits(si_units) for column in free}
     fitting = [column for column in free if fits[column.name] is not False]
     joints = of_joints(seen, signal, fitting)

@@ -58,6 +58,11 @@ _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _QUOTED = re.compile(r'"([^"]{2,})"')
 _AXES = frozenset("xyzr")
 _JOINT = re.compile(r"(?:a|j|ax|axis|joint|dof|achse|gelenk)\d{1,2}")  # MeasuredTorque_A1
+# Compounds of a told or a measured value: Sollmoment, Istdrehzahl, Momentsoll.
+_SOLL_OR_IST = re.compile(
+    r"(?<!\w)(soll|ist)[ _-]?(?=(?:dreh)?moment|kraft|drehzahl|geschw|strom|spannung|weg|winkel|position)|"
+    r"(?<=moment|.kraft|enzahl|ehzahl|.strom|innung|annung|winkel)(soll|ist)(?:wert)?(?!\w)"
+)
 _BORDER = re.compile(
     r"(?<=[a-z])(?=[A-Z])|(?<=(?<![A-Za-z])[XYZ])(?=[A-Z][a-z])"
 )  # angularVelocity, XVelocity
@@ -139,6 +144,11 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
     stem_words = tuple(words_of(stem))
     forms = {signal: _called_as(name, stem, signal) for signal in NAMES}
     heads = {signal: headed(stem, signal) for signal in SINGLE}
+    is_of_a_model = not MODELS.isdisjoint(
+        [plain(name), *stem_words, *map("".join, pairwise(stem_words))]
+    )
+    if is_of_a_model:
+        heads["effort"] = None  # boucwen_force
     may_be = {signal for signal in SINGLE if forms[signal] or heads[signal]}
 
     turned: set[str] = set()
@@ -146,7 +156,8 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         against = NOT_MEASURED | AGAINST.get(signal, frozenset())
         if signal == "effort" and _is_effort_of_a_loop(stem_words):
             against |= LOOPS
-        if not against.isdisjoint(stem_words):
+        is_of_its_model = is_of_a_model and signal == "effort"
+        if is_of_its_model or not against.isdisjoint(stem_words):
             turned.add(signal)
 
     numbered: set[str] = set()
@@ -192,9 +203,7 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         within=frozenset(within),
         turned=frozenset(turned),
         lettered=frozenset(lettered),
-        is_of_a_model=not MODELS.isdisjoint(
-            [plain(name), *stem_words, *map("".join, pairwise(stem_words))]
-        ),
+        is_of_a_model=is_of_a_model,
         is_primed=_is_primed(stem),
         is_time=is_called_time and name != "T",  # a large T is a torque
         ends_in_time=ends_in_time,
@@ -210,7 +219,10 @@ def _is_primed(name: str) -> bool:
 def words_of(name: str) -> list[str]:
     """Words of a name, in small letters: at signs, where a small letter meets a large one, and behind an axis."""
     apart = _BORDER.sub(" ", unicodedata.normalize("NFKD", name))
-    words = re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower().split()
+    letters_alone = re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower()
+    words = _SOLL_OR_IST.sub(r" \1\2 ", letters_alone).split()
+    if "ff" in words and len(words) > 1:
+        words[words.index("ff")] = "feedforward"
     if (
         "des" in words and len(words) > 1
     ):  # short for desired at an end, and an article between two French words

@@ -75,7 +75,7 @@ MEASURED = set_of("measured meas mea msr actual act ist gemessen")
 #: Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
 TOLD = set_of(
     "setpoint set target desired demand demanded commanded command cmd ref reference goal soll consigne consigna "
-    "setpt sollwert ziel objetivo consegna"
+    "setpt sollwert ziel objetivo consegna requested request req feedforward"
 )
 #: What a Chinese or Japanese compound is called by that was told to a supply or a drive.
 EASTERN_TOLD = ("设定", "設定", "目标", "目標", "指令", "给定", "命令", "설정", "목표", "지령")
@@ -101,7 +101,8 @@ OTHER = set_of(
 #: What was computed or bounds a measurement is none.
 NOT_MEASURED = set_of(
     "predicted pred estimated est estimate simulated sim model calc calculated computed theoretical expected limit max "
-    "min std var offset bias residual fit fitted ideal nominal peak design diseno prev previous"
+    "min std var offset bias residual fit fitted ideal nominal peak design diseno prev previous hat prediction "
+    "reconstructed observer"
 )
 #: What the parts of an effort are called that a model adds up.
 PARTS_OF_A_MODEL = set_of(

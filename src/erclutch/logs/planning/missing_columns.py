@@ -9,7 +9,7 @@ from erclutch.logs.columns.labels import COUNTS
 from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.quotients import pressing_loads
 from erclutch.logs.columns.seen_columns import UNITS_OF_KIND, SeenColumn, SeenColumns
-from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED
+from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOLD
 from erclutch.signals.recording import SIGNALS
 
 #: Words for counts at the end of a name; a step there may be one of a test.
@@ -107,11 +107,12 @@ def missing(
             "rubs, the load presses"
         )
     for column in free:
-        speaks = any(
-            spoken_name(word).forms[signal] for word in column.spoken.stem_words if len(word) > 2
-        )
-        if signal == "effort" and speaks and column.spoken.says(NOT_MEASURED):
+        if signal != "field" and _speaks_within(column, signal) and not_measured(column, signal):
             doubt += f"; column {column.name} is none that was measured, by its name"
+            say_so = f"--{signal} {shell_word(seen.table.label(column.name))}"
+            remedy = (
+                f"Log the measured {signal}; or, if that column was measured after all: {say_so}"
+            )
     for name in seen.empty:
         form = spoken_name(name).forms[signal] or ""
         if len(form) > 2:
@@ -119,6 +120,19 @@ def missing(
             break
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
     return MappingError(problem, remedy=remedy)
+
+
+def not_measured(column: SeenColumn, signal: str) -> bool:
+    """Whether a name says of a motion or an effort that it was told, computed or modelled."""
+    is_of_a_model = column.spoken.is_of_a_model and signal == "effort"
+    return is_of_a_model or column.spoken.says(NOT_MEASURED | TOLD)
+
+
+def _speaks_within(column: SeenColumn, signal: str) -> bool:
+    """Whether a word of a name speaks for a signal; a letter does in front of others only (``F_pred``)."""
+    first, *others = column.spoken.stem_words or ("",)
+    words = [word for word in others if len(word) > 2]
+    return any(spoken_name(word).forms[signal] for word in (first, *words))
 
 
 def has_short_name(column: SeenColumn, signal: str) -> bool:

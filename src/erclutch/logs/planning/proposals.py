@@ -19,7 +19,12 @@ from erclutch.logs.columns.two_courses import follows, go_straight
 from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOLD
 from erclutch.logs.plan import Question
 from erclutch.logs.planning.draft import Draft
-from erclutch.logs.planning.missing_columns import has_short_name, sensor_options, usual_unit
+from erclutch.logs.planning.missing_columns import (
+    has_short_name,
+    not_measured,
+    sensor_options,
+    usual_unit,
+)
 from erclutch.logs.planning.missing_values import must_be_said
 from erclutch.logs.planning.no_field import is_a_mark, maybe_field
 from erclutch.logs.planning.points import IN_NO_ORDER
@@ -347,6 +352,8 @@ def _less_likely(free: Iterable[SeenColumn], signal: str) -> list[str]:
     for column in free:
         spoken = column.spoken
         if column.fits(SIGNALS[signal].si_units) is False:
+            continue
+        if signal == "effort" and not_measured(column, signal):
             continue
         if has_short_name(column, signal):
             short.append(column.name)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from erclutch.logs.columns.shapes import FEW, known_rows, takes_both_signs
@@ -14,6 +16,7 @@ _NEARLY_ALL = 0.9  # of the turns
 _SELDOM = 0.1  # of the rows that move
 _FEW_TURNS = 4
 _ROWS_OF_A_TURN = 3
+_ALIKE = 0.15  # of a large effort
 
 
 def doubt_an_effort_without_its_sense(draft: Draft) -> None:
@@ -33,13 +36,38 @@ def doubt_an_effort_without_its_sense(draft: Draft) -> None:
     speed = course if motion.signal == "slip" else np.gradient(course)  # per row
     goes_to_and_fro = takes_both_signs(speed)
     has_a_sign = takes_both_signs(measured)
-    if goes_to_and_fro and not has_a_sign and _falls_at_turns(speed, measured):
+    if not goes_to_and_fro or has_a_sign:
+        return
+    falls = _falls_at_turns(speed, measured)
+    if falls:
         doubt = f"which has no sign and falls to 0 wherever {motion.column} turns, as a size does"
-        draft.doubt("effort", f"{doubt}: give a column whose sign turns")
+    elif falls is None and _is_alike_both_ways(speed, measured):
+        doubt = f"which has no sign and is alike both ways of {motion.column}, as a size is"
+    else:
+        return
+    draft.doubt("effort", f"{doubt}: give a column whose sign turns")
 
 
-def _falls_at_turns(speed: Array, effort: Array) -> bool:
-    """Whether an effort is near nought at nearly each turn of a speed, and seldom in the motions around."""
+def _is_alike_both_ways(speed: Array, effort: Array) -> bool:
+    """Whether an effort is as large in a motion forth as in the next motion back; friction beside a weight is not."""
+    v, f = known_rows(speed, effort)
+    moving = np.flatnonzero(np.abs(v) > _FAST * np.abs(v).max(initial=0.0))
+    senses = np.sign(v[moving])
+    turned = np.flatnonzero(np.diff(senses) != 0) + 1
+    if turned.size < _FEW_TURNS:
+        return False
+    borders = np.concatenate(([0], turned, [moving.size]))
+    strokes = np.array([np.median(f[moving[a:b]]) for a, b in pairwise(borders)])
+    more_forth = -np.diff(strokes) * senses[borders[:-2]]  # than in the stroke behind or in front
+    largest = np.quantile(np.abs(f), _NEARLY_ALL)
+    return bool(abs(np.median(more_forth)) < _ALIKE * largest)
+
+
+def _falls_at_turns(speed: Array, effort: Array) -> bool | None:
+    """Whether an effort is near nought at nearly each turn of a speed, and seldom in the motions around.
+
+    None: the motion turns too fast, from one row to the next, to see the effort fall.
+    """
     v, f = known_rows(speed, effort)
     size = np.abs(f)
     if size.size < FEW or not np.any(v):
@@ -64,4 +92,6 @@ def _falls_at_turns(speed: Array, effort: Array) -> bool:
         fallen += bool(size[before : after + 1].min() <= _NOUGHT * around)
         low += np.count_nonzero(back <= _NOUGHT * around)
         rows += back.size
-    return bool(seen >= _FEW_TURNS and fallen >= _NEARLY_ALL * seen and low <= _SELDOM * rows)
+    if seen < _FEW_TURNS:
+        return None
+    return bool(fallen >= _NEARLY_ALL * seen and low <= _SELDOM * rows)

@@ -15,6 +15,7 @@ from typing import NamedTuple
 from erclutch.errors import ErclutchError, LogError, SettingError, placed
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
+from erclutch.logs.planning.act_or_actuator import doubt_what_act_means
 from erclutch.logs.planning.clock_planning import choose_clock
 from erclutch.logs.planning.current_for_effort import offer_the_current_of_a_drive
 from erclutch.logs.planning.draft import Draft
@@ -134,6 +135,7 @@ STEPS = (
     Step("whether a position is an angle that wraps", ask_about_a_wrapped_angle),
     Step("whether slip times effort is the logged power", hold_power),
     Step("no column is the effort and another signal", refuse_the_effort_twice),
+    Step("whether act means actual or actuator", doubt_what_act_means),
     Step("whether the slip has its sign", doubt_a_speed_without_its_sense),
     Step("whether the effort has its sign", doubt_an_effort_without_its_sense),
     Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),
