@@ -249,19 +249,24 @@ clean:
 
 def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The vectors under every compiler and emulator of this machine."""
+    with tempfile.TemporaryDirectory() as work:
+        yield from verify_in(Path(work), step, folder)
+
+
+def verify_in(work: Path, step: ExportedStep, folder: Path) -> Iterator[Check]:
+    """The same, in a folder that may hold objects of `compile_model` already."""
     vectors = vectors_of(step)
     if not natives() and not foreign():
         raise ExportError(
             "no C compiler is found", where=str(folder), remedy="Install one, for example gcc"
         )
-    with tempfile.TemporaryDirectory() as work:
-        for compiler in natives():
-            for level in _LEVELS:
-                printed = run_check(compiler, folder, Path(work), step, level)
-                yield compare(step, vectors, f"{compiler.name} {level}", printed)
-        for compiler in foreign():
-            printed = run_check(compiler, folder, Path(work), step, "-O2")
-            yield compare(step, vectors, f"{compiler.name} (QEMU)", printed)
+    for compiler in natives():
+        for level in _LEVELS:
+            printed = run_check(compiler, folder, work, step, level)
+            yield compare(step, vectors, f"{compiler.name} {level}", printed)
+    for compiler in foreign():
+        printed = run_check(compiler, folder, work, step, "-O2")
+        yield compare(step, vectors, f"{compiler.name} (QEMU)", printed)
 
 
 def run_check(
@@ -269,16 +274,35 @@ def run_check(
     folder: Path,
     work: Path,
     step: ExportedStep,
-    *flags: str,
+    level: str,
 ) -> str:
     """What the tiny main prints of its results."""
     bench = work / f"{compiler.name}.o"
     if not bench.is_file():  # the same at every level, and quickest with few optimisations
         compiler.build([folder / f"{step.name}_check.c"], bench, "-DPRINT", "-O1", "-c")
     static = ("-static",) if compiler.runner else ()
-    compiler.build([folder / f"{step.name}.c", bench], work / "check", *flags, *static)
+    compiled = _object_in(work, compiler, level)
+    model = compiled if compiled.is_file() else folder / f"{step.name}.c"
+    compiler.build([model, bench], work / "check", level, *static)
     # The tiny main's exit code says whether its own expectations were met; here the printed bits are compared.
     words = [*compiler.runner, str(work / "check")]
     return run(
         words, f"the check compiled by {compiler.name} did not pass", "Export the model again"
     )
+
+
+def compile_model(
+    compiler: Compiler,
+    folder: Path,
+    work: Path,
+    step: ExportedStep,
+    level: str,
+) -> Path:
+    """The exported file as an object, for more programs than the tiny main: most of a compiler's time goes into it."""
+    made = _object_in(work, compiler, level)
+    compiler.build([folder / f"{step.name}.c"], made, level, "-c")
+    return made
+
+
+def _object_in(work: Path, compiler: Compiler, level: str) -> Path:
+    return work / f"{compiler.name}{level}.o"

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -383,15 +383,17 @@ def _printed(
     rows: Array,
     *,
     plain: bool = False,
+    compiled: Path | None = None,
 ) -> str:
-    """What the controller makes of the samples, by a compiler."""
+    """What the controller makes of the samples, by a compiler; its object of the exported file may be there already."""
     n = step.name
     bench = work / "bench.c"
     program = work / "bench"
     text = check_source(step, rows, plain=plain).replace("return bad == 0u ? 0 : 1;", "return 0;")
     bench.write_text(text, encoding="ascii")
     static = ("-static",) if compiler.runner else ()
-    compiler.build([bench, folder / f"{n}.c"], program, "-DPRINT", f"-I{folder}", "-O2", *static)
+    model = compiled or folder / f"{n}.c"
+    compiler.build([bench, model], program, "-DPRINT", f"-I{folder}", "-O2", *static)
     return run(
         [*compiler.runner, str(program)],
         f"{n} compiled by {compiler.name} failed",
@@ -401,7 +403,18 @@ def _printed(
 
 def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The model's vectors and the controller's, under every compiler and emulator of this machine."""
-    yield from c.verify(step, folder)
+    compilers = (*natives(), *foreign())
+    with tempfile.TemporaryDirectory() as work:
+        place = Path(work)
+        objects = [c.compile_model(compiler, folder, place, step, "-O2") for compiler in compilers]
+        yield from c.verify_in(place, step, folder)
+        yield from _verify_control(step, folder, place, dict(zip(compilers, objects, strict=True)))
+
+
+def _verify_control(
+    step: ExportedStep, folder: Path, work: Path, objects: Mapping[Compiler, Path]
+) -> Iterator[Check]:
+    """The controller's vectors by each compiler's object of the exported file."""
     rows = sample_rows(step)
     check = (folder / f"{step.name}_control_check.c").read_text()
     vectors = re.search(r"answers\[.*?= \{\n(.*?)\n\};", check, re.DOTALL)
@@ -414,9 +427,8 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         words = [bits or flags for bits, flags in re.findall(r"0x([0-9a-f]+)|\b(\d+)u", line)]
         if words:
             expected.append(" ".join(words))
-    with tempfile.TemporaryDirectory() as work:
-        for compiler in (*natives(), *foreign()):
-            lines = _printed(compiler, folder, Path(work), step, rows).split("\n")
-            printed = lines[: len(expected)]
-            other = sum(line != wanted for line, wanted in zip(printed, expected, strict=True))
-            yield Check(f"controller, {compiler.name}", len(expected), other, 0.0)
+    for compiler, compiled in objects.items():
+        lines = _printed(compiler, folder, work, step, rows, compiled=compiled).split("\n")
+        printed = lines[: len(expected)]
+        other = sum(line != wanted for line, wanted in zip(printed, expected, strict=True))
+        yield Check(f"controller, {compiler.name}", len(expected), other, 0.0)
