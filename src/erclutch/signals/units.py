@@ -127,7 +127,7 @@ _SPELLINGS = (
     (re.compile(r"-¹"), "^-1"),
     (
         re.compile(
-            r"(?<![\w.])(?:U|r|tr|rev|revs|giri|giros|obr|ot|omw|varv|rot|(?:umdr|Umdr)\.?)(?=\s*/)"
+            r"(?<![\w.])(?:U|r|trs?|rev|revs|giri|giros|obr|ot|omw|varv|rot|(?:umdr|Umdr)\.?)(?=\s*/)"
         ),
         "turn",
     ),
@@ -138,9 +138,9 @@ _SPELLINGS = (
     (re.compile(r"(?<![\w.])rads(?!\w)"), "rad"),  # and rads as a dose
     (re.compile(r"(?<![\w.])(?:dps|DPS)(?!\w)"), "deg/s"),
     (re.compile(r"(?<![\w.])(?:ips|IPS)(?!\w)"), "inch/s"),
-    (re.compile(r"(?<![\w.])(?:RPM|Rpm)(?!\w)"), "rpm"),
+    (re.compile(r"(?<![\w.])(?:RPM|Rpm|Upm|UPM)(?!\w)"), "rpm"),
     (re.compile(r"([A-Za-zµμ°])(-?[1-9])(?!\w)"), r"\1^\2"),
-    (re.compile(r"(?<![\w.])(?:seg|segs|segundos?|Sek|Sekunden|secondes?|secs)(?!\w)\.?"), "s"),
+    (re.compile(r"(?<![\w.])(?:seg|segs|segundos?|[Ss]ek|Sekunden|secondes?|secs)(?!\w)\.?"), "s"),
     (re.compile(r"(?<![\w.])(?:gauss|Gauss|Gs|G)(?!\w)"), "(1e-4*tesla)"),
     (re.compile(r"(?<![\w.])(?:oersted|Oe)(?!\w)"), "(79.57747154594767*A/m)"),
 )

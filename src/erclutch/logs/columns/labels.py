@@ -34,7 +34,7 @@ _OTHER_SPEEDS = (
 # No in_s: time_in_s is no speed. No rps: radians or revolutions. No kN_m, N_mm, lbf_in: a stiffness is written so too.
 _TURNS_A_TIME = "rev_s=turn/s rot_s=turn/s rev_min=rpm rot_min=rpm r_min=rpm 1_min=1/min ft_s=ft/s ft_min=ft/min"
 _FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kA_m=kA/m"
-_OTHERS = "Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% percent=% psi=psi"
+_OTHERS = "Upm=rpm UPM=rpm Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% percent=% psi=psi"
 _TORQUES = (
     "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf ozin=oz*in "
     "oz_in=oz*in inoz=oz*in"
@@ -79,7 +79,7 @@ _BARE = {
     **{unit: unit for unit in set_of("rpm Nm kN mm ms us mNm rad/s mm/s m/s deg/s N*m")},
     **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us", "ms_today": "ms"},
     **{"milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns"},
-    **dict.fromkeys(("RPM", "r/min", "tr/min", "U/min"), "rpm"),
+    **dict.fromkeys(("RPM", "r/min", "tr/min", "U/min", "Upm"), "rpm"),
     **dict.fromkeys(("newton", "newtons"), "N"),
     **dict.fromkeys(("ampere", "amperes"), "A"),
     **dict.fromkeys(("volt", "volts"), "V"),
@@ -277,6 +277,10 @@ def units_behind_names(labels: Sequence[str]) -> dict[str, str]:
         if unit and fronts[front] == 1 and not presses:
             units_of[label] = unit
     is_eastern = any(EASTERN.search(label) for label in units_of)
+    # Beside names that end in units (``pos_mm``, ``force_N``) one symbol has a unit too; a letter may be an index.
+    are_of_names = sum(split_end(label)[1] is not None for label in labels) >= _FEWEST_ALIKE
+    if are_of_names and len(units_of) < _FEWEST_ALIKE:
+        return {label: unit for label, unit in units_of.items() if len(unit) > 1 or is_eastern}
     return units_of if is_eastern or len(units_of) >= _FEWEST_ALIKE else {}
 
 

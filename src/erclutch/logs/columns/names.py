@@ -40,6 +40,8 @@ def plain(name: str) -> str:
 
 
 _NAMES = {signal: frozenset(map(plain, names.split())) for signal, names in NAMES.items()}
+_OTHER_WHOLE = frozenset(map(plain, OTHER))
+_OTHER_WITHIN = tuple(map(plain, EASTERN_OTHERS))
 _TIME = re.compile(
     r"t|time(?:elapsed|passed)?|zeit|uhrzeit|tijd|temps|tiempo|tempo|timestamps?|elapsed(?:time)?|steptime|seconds?|sec|tsec|times|"
     r"(?:ros|bag|rosbag|test|run|total|sample|relative|local|system|log|rec|elapsed|unix|epoch)?time(?:stamp)?s?|"
@@ -231,6 +233,8 @@ def words_of(name: str) -> list[str]:
         ]
         for place in (letters[0], letters[-1]) if letters else ():
             words[place] = "desired" if words[place] == "des" else words[place]
+    if "duty" in words:  # that of a switch goes round, and is no cycle of a test
+        words = [word for word in words if word not in ("cycle", "cycles")]
     return [OF_SEVERAL.get(word, word) for word in words]
 
 
@@ -264,7 +268,7 @@ def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
         return None
     if EASTERN.search(stem):
         name = plain(stem)
-        if any(other in name for other in EASTERN_OTHERS):
+        if any(other in name for other in _OTHER_WITHIN):
             return None
         # The end of a compound names the signal.
         longest_first = sorted(_NAMES[signal], key=len, reverse=True)
@@ -321,10 +325,13 @@ def _german(word: str, signal: str) -> bool:
 def _is_accounted(stem: str) -> bool:
     """Whether a name says what the column is, and that it is no field: another quantity, or one of another signal."""
     if EASTERN.search(stem):
-        others = [*EASTERN_OTHERS]
+        name = plain(stem)
+        if name in _OTHER_WHOLE:
+            return True
+        others = [*_OTHER_WITHIN]
         for signal in SINGLE[1:]:
             others += [word for word in _NAMES[signal] if EASTERN.search(word)]
-        return any(word in plain(stem) for word in others)
+        return any(word in name for word in others)
     spoken = {re.sub(r"\d+$", "", word) for word in words_of(stem)}
     if _SECOND_RATE.fullmatch(plain(stem).rstrip("0123456789")):
         return True

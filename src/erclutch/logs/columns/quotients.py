@@ -6,6 +6,7 @@ The coefficient tells which force rubs and which presses. A machine that would t
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from itertools import permutations
 
@@ -13,10 +14,16 @@ import numpy as np
 
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import FEW, LOOKED_AT, known_rows
+from erclutch.logs.columns.vocabulary import set_of
 from erclutch.signals.array import Array
 
-_FRICTION = frozenset({"cof", "friction", "traction", "mu"})
-_COEFFICIENT = frozenset({"cof", "mu", "coefficient", "reibwert", "reibungszahl"})
+#: Words of a coefficient of friction, and the Chinese, Japanese and Korean ends of its name.
+_FRICTION = set_of(
+    "cof friction traction mu reibwert reibzahl reibungszahl reibungskoeffizient reibkoeffizient frottement friccion "
+    "rozamiento atrito attrito трения tarcia treni wrijving surtunme"
+)
+_EASTERN_COEFFICIENT = re.compile("摩擦(?:系数|係数|因数|因子)|마찰 ?계수")
+_COEFFICIENT = set_of("cof mu coefficient reibwert reibungszahl")
 _MOST_PARTS = 12  # columns with a unit, among whose quotients none is by chance a column
 _DIGITS = 0.05  # of its spread, by which a quotient that was written with some digits is off
 _QUARTERS = (0.25, 0.5, 0.75)
@@ -34,7 +41,7 @@ def rubbing_force(seen: SeenColumns) -> str:
     """
     forces = [column for column in seen.columns.values() if column.unit and column.fits(("N",))]
     for column in seen.columns.values():
-        is_called_so = column.spoken.says(_FRICTION)
+        is_called_so = column.spoken.says(_FRICTION) or _EASTERN_COEFFICIENT.search(column.name)
         if not is_called_so or column.unit not in (None, *NO_UNITS):
             continue
         parts = quotient_of(seen, column)

@@ -5,10 +5,14 @@ All are in small letters, without signs and accents.
 
 from __future__ import annotations
 
+import re
+import unicodedata
+
 
 def set_of(text: str) -> frozenset[str]:
-    """The words of a text as a set."""
-    return frozenset(text.split())
+    """The words of a text as a set, without accents and with Korean syllables apart, as words of names are."""
+    letters = unicodedata.normalize("NFKD", text)
+    return frozenset(re.sub("[\u0300-\u036f]", "", letters).split())
 
 
 # Names in small letters without signs and accents; a column of another unit than the signal's is no candidate.
@@ -17,6 +21,7 @@ NAMES = {
     "amps cur curr strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id "
     "uq ud ia udc fluxdensity magneticfluxdensity magneticflux flux bfield flussdichte induction inducao induccion "
     "磁感应强度 磁通密度 磁束密度 磁场强度 磁場強度 电场强度 電界強度 电流 电压 励磁电流 线圈电流 電流 電圧 "
+    "占空比 デューティ デューティ比 デューティサイクル 듀티 듀티비 듀티사이클 "
     "ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
     "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
     "vs vrel drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita "
@@ -96,7 +101,12 @@ OTHER = set_of(
     "longitud longueur comprimento lunghezza masa masse massa segmento odkształcenie odksztalcenie laps "
     "dehnung stauchung querdehnung zugspannung druckspannung contrainte deformation deformacion deformacao "
     "yield wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt "
-    "давление температура вязкость"
+    "давление температура вязкость деформация цикл циклы циклов нормальная нормальное "
+    "zyklus zyklen lastspiel lastspiele lastwechsel ciclo ciclos cicli cykl cykle cyklus cykly "
+    "サイクル 사이클 횟수 반복수 변형률 응력 온도 압력 마찰계수 수직력 수직하중 "
+    "normale normalna normalny normalkraft normallast anpresskraft "
+    "reibwert reibzahl reibungszahl reibungskoeffizient reibkoeffizient coeficiente coefficiente "
+    "коэффициент wspołczynnik"
 )
 #: What was computed or bounds a measurement is none.
 NOT_MEASURED = set_of(
@@ -187,5 +197,16 @@ EASTERN_OTHERS = (
         "番号",
         "效率",
         "効率",
+    ),
+    *(
+        "摩擦系数",
+        "摩擦因数",
+        "摩擦係数",
+        "应变",
+        "ひずみ",
+        "次数",
+        "计数",
+        "サイクル数",
+        "サイクル回数",
     ),
 )
