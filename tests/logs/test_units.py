@@ -131,9 +131,10 @@ def test_common_units_are_what_pint_says() -> None:
         assert units._evaluate(text, spelled) == units.Unit(text, factor, dimension)
 
 
-def test_a_log_in_si_units_does_not_wait_for_pint() -> None:
+def test_a_log_in_si_units_or_turns_a_minute_does_not_wait_for_pint() -> None:
     wanted = {unit for kind in SIGNALS.values() for unit in kind.si_units} - units._NO_DIMENSION
-    assert wanted <= units.COMMON.keys() | {"%"}
+    turning = {"turn/min", "rev/min", "r/min", "U/min", "1/min", "Hz", "°", "m/s^2", "µs", "min"}
+    assert wanted | turning <= units.COMMON.keys() | {"%"}
 
 
 def test_temperatures_and_lines_of_names_do_not_wait_for_pint(

@@ -176,19 +176,24 @@ _FACTORS = {
     (("ampere", 1.0),): {"A": 1.0, "mA": 1e-3},
     (("ampere", 1.0), ("meter", -1.0)): {"A/m": 1.0},
     (("ampere", -1.0), ("gram", 1.0), ("second", -2.0)): {"T": 1e3},
-    (("radian", 1.0),): {"rad": 1.0, "deg": math.pi / 180.0},
+    (("radian", 1.0),): {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0},
     (("radian", 1.0), ("second", -1.0)): {
         "rad/s": 1.0,
         "deg/s": math.pi / 180.0,
         "rpm": 2.0 * math.pi / 60.0,
+        "turn/min": 2.0 * math.pi / 60.0,
+        "rev/min": 2.0 * math.pi / 60.0,
+        "r/min": 2.0 * math.pi / 60.0,
+        "U/min": 2.0 * math.pi / 60.0,
     },
     (("meter", 1.0),): {"m": 1.0, "mm": 1e-3, "cm": 1e-2},
     (("meter", 1.0), ("second", -1.0)): {"m/s": 1.0, "mm/s": 1e-3, "cm/s": 1e-2},
     (("gram", 1.0), ("meter", 1.0), ("second", -2.0)): {"N": 1e3, "kN": 1e6},
     (("gram", 1.0), ("meter", 2.0), ("second", -2.0)): {"N*m": 1e3, "N m": 1e3, "Nm": 1e3},
     (("gram", 1.0), ("meter", -1.0), ("second", -2.0)): {"Pa": 1e3, "kPa": 1e6, "MPa": 1e9},
-    (("second", -1.0),): {"1/s": 1.0},
-    (("second", 1.0),): {"s": 1.0, "ms": 1e-3, "us": 1e-6},
+    (("second", -1.0),): {"1/s": 1.0, "Hz": 1.0, "1/min": 1.0 / 60.0},
+    (("second", 1.0),): {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0},
+    (("meter", 1.0), ("second", -2.0)): {"m/s^2": 1.0},
 }
 #: Unit -> factor and dimension.
 COMMON = {
