@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from erclutch.wings.live.motion_limits import alpha_count, theta_count
 from erclutch.wings.live.offered_programs import rig_settings, shaft_angle, standard_programs
 from erclutch.wings.live.sensor_limits import free_drive, free_output, sensor_limits
 from erclutch.wings.live.session import LiveModel
-from erclutch.wings.live.settings import LoopSettings
+from erclutch.wings.live.settings import LoopProgram, LoopSettings
 from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
 from erclutch.wings.rig.twin.twin import Twin
 
@@ -143,12 +144,19 @@ class FaultRun:
         return "held" if self.held else "safe"
 
 
+@cache
+def offered(device: DeviceName = "coaxial") -> tuple[LoopProgram, ...]:
+    """What `erclutch live` offers with a model on the default rig; a minute of random fields is drawn once."""
+    return standard_programs(default_rig(), model=True, device=device)
+
+
 def settings_of(
     control: str, model: LiveModel, rig: RigParameters, observer: str = "sensor"
 ) -> LoopSettings:
     """Settings as `erclutch live` makes them."""
     device, name, changes = CONTROLS[control]
-    programs = standard_programs(rig, model=True, device=device)
+    of_default = rig is default_rig()
+    programs = offered(device) if of_default else standard_programs(rig, model=True, device=device)
     program = next(p for p in programs if p.name == name)
     common = {
         "device": device,

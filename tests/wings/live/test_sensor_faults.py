@@ -545,8 +545,7 @@ def test_a_rest_is_no_drift(pair: LiveModel) -> None:
 
 def program_frames(pair: LiveModel, name: str) -> AcceleratedRun:
     """A run of the TWIN under one of the offered programs; a rest is its second."""
-    programs = standard_programs(RIG, model=True)
-    chosen = (next(p for p in programs if p.name == name), REST)
+    chosen = (next(p for p in study.offered() if p.name == name), REST)
     settings = rig_settings(
         RIG, chosen, observer="none", torque_lead=1.5e-3, stroke=shaft_angle(RIG, 0.9)
     )

@@ -15,9 +15,11 @@ from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.logs import log_writer
 from erclutch.logs.log_writer import write_log
 from erclutch.wings.rig.interface import RigCommand
+from erclutch.wings.rig.twin.kernel import advance
 from erclutch.wings.rig.twin.parameters import SECTIONS, default_rig, load_rig
+from erclutch.wings.rig.twin.sampled_rows import sense
 from erclutch.wings.rig.twin.scenarios import COLUMNS, SCENARIOS, SINGLE_COLUMNS, prepare
-from erclutch.wings.rig.twin.twin import Twin
+from erclutch.wings.rig.twin.twin import PERIOD, Twin, substeps
 from tests.support.command import good, run
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -159,6 +161,22 @@ def drive(twin: Twin, rows: int) -> list[tuple[float, ...]]:
 def test_the_same_seed_gives_the_same_run() -> None:
     assert drive(Twin(seed=3, speed=20.0), 300) == drive(Twin(seed=3, speed=20.0), 300)
     assert drive(Twin(seed=3, speed=20.0), 300) != drive(Twin(seed=4, speed=20.0), 300)
+
+
+def test_a_step_by_hand_has_the_bits_of_the_compiled_functions() -> None:
+    """The twin keeps their machine code for its own parameters."""
+    for single in (False, True):
+        twin = Twin(seed=1, single=single, locked=single, speed=3.0)
+        state, row = twin._state.copy(), np.zeros(7)
+        noise = np.random.default_rng(1).standard_normal(2)
+        twin.command(RigCommand(0.3, 0.0, 0.05))
+        twin.step()
+        steps = substeps(twin.rig)
+        advance(state, twin._parts, 0.3, 0.0, 0.05, single, PERIOD / steps, steps)
+        sense(state, twin._parts, noise[1], row)
+        assert state.tobytes() == twin._state.tobytes()
+        read = twin.sense()
+        assert [read.theta, read.alpha_raw, read.alpha_rotary, read.torque] == row[3:7].tolist()
 
 
 def test_ch1_drives_the_table_forward_and_ch2_back() -> None:

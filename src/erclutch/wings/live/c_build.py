@@ -5,6 +5,7 @@ A compiler is ``$CC``, gcc, clang, cc, or the one in the package ``ziglang``, wh
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import os
 import tempfile
@@ -157,3 +158,9 @@ def core_library(compiler: Compiler | None = None) -> Path:
     """The loop's core as a library."""
     sources = [SOURCES / name for name in CORE]
     return build("liberclutch-core.so", sources, shared=True, compiler=compiler)
+
+
+@cache
+def loaded_core() -> ctypes.CDLL:
+    """The library of `core_library`, looked up and loaded once a process."""
+    return ctypes.CDLL(str(core_library()))

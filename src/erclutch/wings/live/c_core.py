@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from erclutch.errors import RunError
 from erclutch.signals.array import Array
-from erclutch.wings.live.c_build import core_library
+from erclutch.wings.live.c_build import loaded_core
 from erclutch.wings.live.layout import COMMAND, CONFIG, FRAME
 from erclutch.wings.live.orders import Order, order_bytes
 from erclutch.wings.live.settings import LoopSettings, config_of
@@ -43,14 +43,9 @@ class _Model:
 
 
 @cache
-def _loaded() -> ctypes.CDLL:
-    return ctypes.CDLL(str(core_library()))
-
-
-@cache
 def step_function() -> Any:
     """``erc_core_step`` with its argument types, for compiled callers; all cores share it."""
-    function = _loaded().erc_core_step
+    function = loaded_core().erc_core_step
     function.restype = None
     function.argtypes = (
         ctypes.c_void_p,  # the core
@@ -78,7 +73,7 @@ class Core:
     """
 
     def __init__(self, settings: LoopSettings, model: Path | None = None) -> None:
-        self._library = _loaded()
+        self._library = loaded_core()
         lib = self._library
         for function in (lib.erc_core_size, lib.erc_core_config_size, lib.erc_core_state):
             function.restype = ctypes.c_uint32

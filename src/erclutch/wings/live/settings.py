@@ -230,7 +230,7 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
     """
     import ctypes
 
-    from erclutch.wings.live.c_build import core_library
+    from erclutch.wings.live.c_build import loaded_core
 
     config = np.zeros((), CONFIG)
     config["magic"] = CONSTANTS["ERC_CONFIG_MAGIC"]
@@ -266,7 +266,7 @@ def config_of(settings: LoopSettings) -> tuple[bytes, Array]:
     whole = sealed(config)
 
     # What settings have to be to each other stands in ``c/erc_config.c`` alone.
-    library = ctypes.CDLL(str(core_library()))
+    library = loaded_core()
     library.erc_config_error.restype = ctypes.c_char_p
     answer: bytes | None = library.erc_config_error(whole, ctypes.c_uint64(len(rows)))
     if answer is not None:

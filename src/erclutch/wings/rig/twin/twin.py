@@ -8,6 +8,7 @@ from collections import Counter
 import numpy as np
 
 from erclutch.wings.rig.interface import Measurement, RigCommand
+from erclutch.wings.rig.twin.jit import for_arguments_like
 from erclutch.wings.rig.twin.kernel import OMEGA, SIZE, WARMTH, advance
 from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
 from erclutch.wings.rig.twin.part_parameters import parts_of, single_clutch
@@ -54,6 +55,13 @@ class Twin:
         self._state[OMEGA] = speed
         self._rows = 0
         self._command = RigCommand()
+        self._command_limit = self.rig.value("supply.command_limit")
+        self._torque_limit = self.rig.value("drive.torque_limit")
+        self._row = np.zeros(7)
+        self._sense = for_arguments_like(sense, self._state, self._parts, 0.0, self._row)
+        self._advance = for_arguments_like(
+            advance, self._state, self._parts, 0.0, 0.0, 0.0, locked, PERIOD, self._steps
+        )
         self._measured = self._read()
 
     @property
@@ -71,12 +79,12 @@ class Twin:
         As the supply would: a field beyond its limit is clipped, of two fields the smaller gives way, and a command
         that is not finite counts as zero; each is counted in `events`.
         """
-        limit = self.rig.value("supply.command_limit")
+        limit = self._command_limit
         first, second = (self._clipped(field, 0.0, limit) for field in (command.E1, command.E2))
         first, second, gave_way = interlocked(first, second)
         if gave_way:
             self.events["both fields"] += 1
-        bound = self.rig.value("drive.torque_limit")
+        bound = self._torque_limit
         self._command = RigCommand(
             first, second, self._clipped(command.motor_torque, -bound, bound)
         )
@@ -85,7 +93,7 @@ class Twin:
         """Let one period pass."""
         now = self._command
         dt = PERIOD / self._steps
-        advance(
+        self._advance(
             self._state,
             self._parts,
             now.E1,
@@ -117,10 +125,9 @@ class Twin:
         return min(max(value, low), high)
 
     def _read(self) -> Measurement:
-        row = np.zeros(7)
         noise = float(self._random.standard_normal())
-        sense(self._state, self._parts, noise, row)
-        return Measurement(self._rows * PERIOD, *(float(v) for v in row[3:7]))
+        self._sense(self._state, self._parts, noise, self._row)
+        return Measurement(self._rows * PERIOD, *self._row[3:7].tolist())
 
 
 def substeps(rig: RigParameters) -> int:
