@@ -67,6 +67,11 @@ from erclutch.logs.planning.rheometer_columns import (
 from erclutch.logs.planning.row_order import ask_about_order
 from erclutch.logs.planning.sense_of_effort import doubt_an_effort_without_its_sense
 from erclutch.logs.planning.sense_of_speed import doubt_a_speed_without_its_sense
+from erclutch.logs.planning.stated_scales import (
+    doubt_counts_and_motors,
+    fill_in_stated_scales,
+    offer_stated_scales,
+)
 from erclutch.logs.readers.lying_tables import WIDEST
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
@@ -108,6 +113,7 @@ STEPS = (
     Step("which column each signal is that nobody named", guess_what_is_needed),
     Step("which of several joints is proposed", propose_one_joint),
     Step("whether a drive's current may stand for the effort", offer_the_current_of_a_drive),
+    Step("which column a stated scale is for", offer_stated_scales),
     Step("whether a unit names the range of a sensor", ask_about_ranges_of_sensors),
     Step("whether a power of ten was multiplied already", ask_about_powers_of_ten),
     # Whether the guessed field is a field: what surely is none goes first.
@@ -139,12 +145,14 @@ STEPS = (
     Step("whether the slip has its sign", doubt_a_speed_without_its_sense),
     Step("whether the effort has its sign", doubt_an_effort_without_its_sense),
     Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),
+    Step("whether counts or a motor want a stated number", doubt_counts_and_motors),
     Step("whether slip and effort make a power", doubt_effort_without_power),
     Step("whether the effort's name and unit are of one kind", doubt_a_torque_in_a_unit_of_force),
     Step("the slip is no shear rate beside a torque", doubt_a_shear_rate_beside_a_torque),
     Step("the effort is no size of an oscillation", doubt_an_oscillation),
     # What only the user can say.
     Step("which options answer what is open", propose_answers),
+    Step("whether the file states a number that they ask for", fill_in_stated_scales),
 )
 
 

@@ -1,0 +1,202 @@
+"""A file may state above its rows what a sensor's numbers mean: counts of a turn, a torque constant, a gear's ratio.
+
+Such a number is put into the option that asks for it, or it is asked whether the column still wants it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from math import pi
+from typing import NamedTuple
+
+from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.columns.candidates import DRIVES
+from erclutch.logs.columns.labels import COUNTS, split_label
+from erclutch.logs.columns.names import words_of
+from erclutch.logs.columns.seen_columns import SeenColumn
+from erclutch.logs.columns.vocabulary import CURRENTS, set_of
+from erclutch.logs.planning.draft import Draft, scaled
+
+_OF_AN_ENCODER = set_of(
+    "count counts cpr ppr pulse pulses tick ticks encoder enc lines impulse inkremente increments"
+)
+_COUNTED = _OF_AN_ENCODER - {"lines"}  # words of a column that counts
+_OF_A_TURN = re.compile(
+    r"(?:counts?|pulses?|ticks?|lines?|impulse|inkremente|increments)\s*(?:/|per|pro)\s*"
+    r"(?:rev|revolution|turn|umdrehung|u)|cpr|ppr",
+    re.IGNORECASE,
+)
+_FIRST_QUANTITY = re.compile(r"([+-]?\d[\d.]*(?:[eE][+-]?\d+)?)\s*([^\d\s;,()][^;,()]*)?")
+_FEWEST_COUNTS = 8  # of a turn
+_OF_A_GEAR = set_of(
+    "gear gearing gearbox getriebe getriebeubersetzung ubersetzung reduction reducer reduktor reductor"
+)
+_QUADRATURE = re.compile(r"quadrature|x ?4\b", re.IGNORECASE)
+_RATIO = re.compile(r"(\d+(?:\.\d+)?)\s*(?::\s*(\d+(?:\.\d+)?))?")
+_PLACE = re.compile(r"NUMBER ([^\"'/]+)/([^\"']+)")
+_MOTIONS = ("slip", "position")
+
+
+class StatedScale(NamedTuple):
+    """What one of a sensor's unit is, as the file states it.
+
+    Attributes:
+        said: the key and the value of the file.
+        number, made: the quantity, such as 0.12 and ``N*m``.
+        sensor: the unit that it stands for, ``count`` for those of an encoder.
+    """
+
+    said: str
+    number: float
+    made: str
+    sensor: str
+
+    def over(self, sensor: str) -> str:
+        """The scale as an option has it."""
+        return f"{self.number:.10g} {self.made}/{sensor}"
+
+
+def doubt_counts_and_motors(draft: Draft) -> None:
+    """Doubt a guessed position of counts, and a motion or an effort in front of a gear whose ratio the file states."""
+    position = draft.guessed("position")
+    turns = [each for each in _stated(draft, "position") if each.sensor == "count"]
+    if position is not None and position.unit is None and len(turns) == 1:
+        column = draft.seen.columns[position.column]
+        if column.spoken.says(_COUNTED):
+            label = shell_word(draft.table.label(column.name))
+            scale = shell_word(f"position={turns[0].over('count')}")
+            doubt = f"in counts, and the file says {turns[0].said}"
+            draft.doubt("position", doubt, f"{label} --scale {scale}")
+    _doubt_a_side_of_a_gear(draft)
+
+
+def _doubt_a_side_of_a_gear(draft: Draft) -> None:
+    """Doubt a guess on the motor's side beside one on the other, where the file states the ratio between them."""
+    ratios = [*_ratios_of_gears(draft)]
+    motion = draft.signals.get("slip") or draft.signals.get("position")
+    effort = draft.signals.get("effort")
+    if len(ratios) != 1 or motion is None or effort is None:
+        return
+    if not motion.column or not effort.column:
+        return
+    said, ratio = ratios[0]
+    sides = {each.signal: not DRIVES.isdisjoint(words_of(each.column)) for each in (motion, effort)}
+    if sides[motion.signal] == sides["effort"]:
+        return  # both in front of the gear, or both behind it
+    chosen = motion if sides[motion.signal] else effort
+    if draft.guessed(chosen.signal) is None:
+        return
+    label = shell_word(draft.table.label(chosen.column))
+    factor = 1.0 / ratio if chosen is motion else ratio
+    scale = shell_word(f"{chosen.signal}={factor:.10g}")
+    doubt = f"in front of a gear, and the file says {said}"
+    doubt += f": give --{chosen.signal} {label} alone if the numbers are of the same side"
+    draft.doubt(chosen.signal, doubt, f"{label} --scale {scale}")
+
+
+def offer_stated_scales(draft: Draft) -> None:
+    """Offer the motor's current for an effort, and counts for a position, where the file states what they mean."""
+    if "effort" in draft.questions and not draft.questions["effort"].option:
+        currents = [
+            column
+            for column in draft.seen.without(draft.taken)
+            if column.spoken.says(CURRENTS) and column.spoken.says(DRIVES)
+        ]
+        _offer(draft, "effort", "effort", currents, "A")
+    if "slip" in draft.questions and not draft.questions["slip"].option:
+        counted = [
+            column
+            for column in draft.seen.without(draft.taken)
+            if column.spoken.says(_COUNTED) and not column.shape.constant
+        ]
+        _offer(draft, "slip", "position", counted, "count")
+
+
+def _offer(
+    draft: Draft, question: str, signal: str, columns: list[SeenColumn], sensor: str
+) -> None:
+    """Answer a question by the one column that a stated scale is for."""
+    scales = [each for each in _stated(draft, signal) if each.sensor == sensor]
+    if len(columns) != 1 or len(scales) != 1:
+        return
+    column = columns[0]
+    own = column.unit if column.unit in COUNTS else None
+    scale = shell_word(f"{signal}={scales[0].over(own or sensor)}")
+    option = f"--{signal} {shell_word(draft.table.label(column.name))} --scale {scale}"
+    asked = draft.questions[question]
+    problem, listed, columns_of_file = asked.problem.partition("; the file has")
+    problem += f"; the file says {scales[0].said}{listed}{columns_of_file}"
+    draft.ask(
+        question,
+        MappingError(problem, remedy=f"If that is of {column.name}, give {option}"),
+        option,
+    )
+
+
+def fill_in_stated_scales(draft: Draft) -> None:
+    """Put what the file states in the place of a scale's number that only the user could have said."""
+    for about, question in [*draft.questions.items()]:
+        place = _PLACE.search(question.remedy) or _PLACE.search(question.option)
+        if place is None:
+            continue
+        signal = question.remedy.partition("=NUMBER")[0].rpartition('"')[2] or about
+        made, sensor = place.groups()
+        is_count = sensor in COUNTS or sensor in ("count", "tick")
+        own = "count" if is_count else sensor
+        fitting = [each for each in _stated(draft, signal) if each.sensor == own]
+        if len(fitting) != 1:
+            continue
+        filled = fitting[0].over(sensor)
+        hole = f"NUMBER {made}/{sensor}"
+        draft.questions[about] = replace(
+            question,
+            problem=f"{question.problem}; the file says {fitting[0].said}",
+            remedy=question.remedy.replace(hole, filled),
+            option=question.option.replace(hole, filled),
+        )
+        draft.examples = [example.replace(hole, filled) for example in draft.examples]
+
+
+def _stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
+    """The scales of a signal that the file states above its rows, each once."""
+    seen: set[tuple[float, str]] = set()
+    for key, text in draft.table.metadata.items():
+        match = _FIRST_QUANTITY.match(text.strip())
+        if match is None:
+            continue
+        number = float(match.group(1).rstrip("."))
+        unit = (match.group(2) or "").strip()
+        said = f"{key} = {match.group().strip()}"
+        stated: StatedScale | None = None
+        if signal in _MOTIONS:
+            is_of_encoder = not _OF_AN_ENCODER.isdisjoint(words_of(split_label(key)[0]))
+            edges = 4 if _QUADRATURE.search(text) else 1  # of a pulse that are counted
+            is_bare = not _QUADRATURE.sub("", unit).strip()
+            counts_turns = _OF_A_TURN.search(unit) or (is_bare and is_of_encoder)
+            if counts_turns and number >= _FEWEST_COUNTS:
+                stated = StatedScale(said, 2 * pi / (edges * number), "rad", "count")
+        if stated is None and unit:
+            try:
+                factor, made, sensor = scaled(f"{number:g} {unit}", signal)
+            except (MappingError, UnitError):
+                continue
+            if made and sensor:
+                stated = StatedScale(said, factor, made, sensor)
+        if stated is not None and (stated.number, stated.sensor) not in seen:
+            seen.add((stated.number, stated.sensor))
+            yield stated
+
+
+def _ratios_of_gears(draft: Draft) -> Iterator[tuple[str, float]]:
+    """What the file says of a gear, and how many turns of the motor are one behind it."""
+    for key, text in draft.table.metadata.items():
+        if _OF_A_GEAR.isdisjoint(words_of(key)):
+            continue
+        match = _RATIO.match(text.strip())
+        if match is None:
+            continue
+        ratio = float(match.group(1)) / float(match.group(2) or 1.0)
+        if ratio > 0.0 and ratio != 1.0:
+            yield f"{key} = {match.group()}", max(ratio, 1.0 / ratio) if match.group(2) else ratio

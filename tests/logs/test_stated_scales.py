@@ -1,0 +1,76 @@
+"""What a file states above its rows of a sensor, a motor or a gear is put into the command, or asked about."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import erclutch
+from tests.support.command import good
+
+pytestmark = pytest.mark.usefixtures("read_here")
+TIME = np.arange(600) / 200
+FIELD = np.repeat([0.0, 0.5, 1.0, 0.25, 0.75, 0.0], 100)
+SPEED = 5 * np.sin(6 * TIME)  # rad/s
+TORQUE = (0.3 + 1.7 * FIELD) * np.tanh(4 * SPEED) + 0.02 * SPEED  # N*m
+COUNTS = np.round(np.cumsum(SPEED) / 200 / (2 * np.pi) * 4096)
+
+
+@pytest.mark.parametrize(
+    ("head", "columns"),
+    [
+        ("# Encoder: 4096 counts/rev", {"encoder_counts": COUNTS, "torque_Nm": TORQUE}),
+        ("# counts_per_rev: 4096", {"position [counts]": COUNTS, "torque [N*m]": TORQUE}),
+        ("# PPR: 1024, quadrature x4", {"encoder": COUNTS, "torque [N*m]": TORQUE}),
+        ("Kt = 0.12 Nm/A; N = 4096 counts/rev", {"counts": COUNTS, "I_motor": TORQUE / 0.12}),
+        ("# Kt: 0.12 Nm/A", {"speed [rad/s]": SPEED, "motor_current [A]": TORQUE / 0.12}),
+        ("# sensitivity: 20 N*m/V", {"speed [rad/s]": SPEED, "torque sensor [V]": TORQUE / 20}),
+        ("# gear ratio: 50", {"motor_speed [rad/s]": 50 * SPEED, "torque [N*m]": TORQUE}),
+        ("Gear ratio;50:1\n", {"speed [rad/s]": SPEED, "motor_torque [N*m]": TORQUE / 50}),
+    ],
+)
+def test_a_number_above_the_rows_stands_in_the_command_that_settles_the_question(
+    tmp_path: Path, head: str, columns: dict[str, np.ndarray]
+) -> None:
+    every = {"time [s]": TIME, "coil_current [A]": FIELD, **columns}
+    path = tmp_path / "log.csv"
+    rows = np.column_stack(list(every.values()))
+    np.savetxt(
+        path, rows, delimiter=",", fmt="%.8g", header=f"{head}\n{','.join(every)}", comments=""
+    )
+    last = good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    _, _, command = last.partition("erclutch ")
+    settled = good(*shlex.split(command), cwd=tmp_path).splitlines()[-1]
+    assert settled.startswith("Understood.")
+    words = shlex.split(command)[2:]
+    given: dict[str, Any] = {}
+    scales: list[str] = []
+    for option, value in zip(words[::2], words[1::2], strict=True):
+        if option == "--scale":
+            scales.append(value)
+        else:
+            given[option.removeprefix("--")] = value
+    read = erclutch.read(path, scale=scales, **given)
+    assert read.signals["effort"] == pytest.approx(TORQUE, abs=1e-4)
+    motion = read.signals.get("slip")
+    if motion is None:
+        assert read.signals["position"] == pytest.approx(np.cumsum(SPEED) / 200, abs=2e-3)
+    else:
+        assert motion == pytest.approx(SPEED, abs=1e-4)
+
+
+def test_a_gear_between_signals_of_one_side_is_no_matter(tmp_path: Path) -> None:
+    every = {
+        "time [s]": TIME,
+        "coil_current [A]": FIELD,
+        "motor_speed [rad/s]": SPEED,
+        "motor_torque [N*m]": TORQUE,
+    }
+    rows = np.column_stack(list(every.values()))
+    head = f"# gear ratio: 50\n{','.join(every)}"
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=head, comments="")
+    good("inspect", "log.csv", cwd=tmp_path)
