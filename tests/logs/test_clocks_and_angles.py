@@ -183,3 +183,26 @@ def test_a_speed_in_hertz_is_proposed_in_turns(tmp_path: Path) -> None:
         tmp_path / "log.csv", "t [s],Speed [Hz],Torque [Nm],I [A]", [TIME, SPEED, FORCE, CURRENT]
     )
     assert plan_of(read_table(path), ColumnMap()).command().endswith('--slip "Speed [turn/s]"')
+
+
+@pytest.mark.parametrize("since_1970", [1.7e9, 1.7e12, 1.7e15])
+@pytest.mark.parametrize("name", ["ts", "recorded", "when"])
+def test_a_time_since_1970_is_known_by_its_numbers(
+    tmp_path: Path, name: str, since_1970: float
+) -> None:
+    stamps = since_1970 + np.round(TIME * since_1970 / 1.7e9 * 1e3) / 1e3
+    columns = [stamps, SPEED * 1e3, FORCE, CURRENT]
+    lines = [",".join(f"{number:.17g}" for number in row) for row in np.column_stack(columns)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([f"{name},v [mm/s],F [N],I [A]", *lines]) + "\n", encoding="utf-8")
+    log = read(path)
+    assert log.period == pytest.approx(0.002, rel=1e-3)
+    assert any("as a time since 1970 has them" in note for note in log.notes)
+
+
+def test_large_numbers_that_do_not_rise_or_have_a_unit_are_no_time(tmp_path: Path) -> None:
+    for name, numbers in (("k", 1.7e9 + 100.0 * SPEED), ("k [N/m]", 1.7e9 + TIME)):
+        columns = [numbers, SPEED * 1e3, FORCE, CURRENT]
+        path = written(tmp_path / "log.csv", f"{name},v [mm/s],F [N],I [A]", columns)
+        with pytest.raises(MappingError, match="no time column"):
+            read(path)

@@ -11,8 +11,8 @@ from scipy.io import savemat
 
 from erclutch.errors import MappingError
 from erclutch.logs import read, read_all, read_table
+from erclutch.logs.columns.fields_in_names import stated_in
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.planning.stated_field import stated_in
 from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.table import Table
 from tests.support.command import good

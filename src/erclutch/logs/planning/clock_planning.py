@@ -22,6 +22,7 @@ from erclutch.logs.planning.unit_of_stamps import (
     as_seconds,
     doubt_of_seconds,
     doubt_of_unit,
+    is_since_1970,
     likely_unit,
 )
 from erclutch.logs.readers.header_pairs import LONGEST_PERIOD
@@ -103,11 +104,12 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
     has_log_time = table.device is not None and table.clock is not None
     if choice is None and not has_log_time:
         guessed = seen.time_column(taken)
-        choice = (
-            None
-            if guessed is None
-            else ColumnChoice(guessed, source="guessed from its name or unit")
-        )
+        guessed_from = "its name or unit"
+        if guessed is None and table.clock is None and header is None:
+            guessed = _time_since_1970(seen, taken)
+            guessed_from = "its numbers, as a time since 1970 has them"
+        if guessed is not None:
+            choice = ColumnChoice(guessed, source=f"guessed from {guessed_from}")
     if choice is not None:
         return _clock_of_stamps(seen, choice, header, is_given=told.time is not None)
 
@@ -283,6 +285,17 @@ def _header_period(table: Table) -> float | None:
         if called in _PERIODS and value < LONGEST_PERIOD:
             return value
     return None
+
+
+def _time_since_1970(seen: SeenColumns, taken: Sequence[str]) -> str | None:
+    """The only column without a unit whose numbers rise in each row and are a time since 1970; else None."""
+    found: list[str] = []
+    for column in seen.without(taken):
+        if column.unit or column.spoken.may_be or not np.isfinite(column.values).all():
+            continue
+        if np.all(column.steps > 0.0) and is_since_1970(column.values):
+            found.append(column.name)
+    return found[0] if len(found) == 1 else None
 
 
 def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:

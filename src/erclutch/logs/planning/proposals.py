@@ -11,6 +11,7 @@ from typing import Any
 from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
 from erclutch.logs.columns.candidates import candidates
+from erclutch.logs.columns.fields_in_names import differ_by_field
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
@@ -28,7 +29,6 @@ from erclutch.logs.planning.missing_columns import (
 from erclutch.logs.planning.missing_values import must_be_said
 from erclutch.logs.planning.no_field import is_a_mark, maybe_field
 from erclutch.logs.planning.points import IN_NO_ORDER
-from erclutch.logs.planning.stated_field import differ_by_field
 from erclutch.signals.recording import SIGNALS
 
 _COMPONENT = re.compile(r"[fmtv][xyz]")
@@ -268,6 +268,8 @@ def _column_option(
         position = _position_instead(seen, taken, likely, partners)
         if position:
             return f"--position {shell_word(seen.table.label(position))}"
+    if not likely and signal == "effort" and len(free) == 1 and _says_nothing(free[0]):
+        likely = [free[0].name]  # what is left over
     if not likely:
         hole = f"COLUMN [{usual_unit(signal) or '-'}]"
         return f"--{signal} {shell_word(hole)}"
@@ -340,6 +342,13 @@ def _position_instead(
     if not numbers or any(numbers & _parts(name) for name in slips):
         return ""
     return next((name for name in positions if numbers & _parts(name)), "")
+
+
+def _says_nothing(column: SeenColumn) -> bool:
+    """Whether neither name nor unit of a column tell what it is."""
+    spoken = column.spoken
+    names_something = spoken.may_be or spoken.within or spoken.is_accounted
+    return not (column.unit or names_something) and _NOT_FIRST.isdisjoint(spoken.stem_words)
 
 
 def _less_likely(free: Iterable[SeenColumn], signal: str) -> list[str]:

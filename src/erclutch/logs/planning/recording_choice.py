@@ -12,10 +12,10 @@ import numpy as np
 
 from erclutch.errors import AlikeRecordingsError, LogError, listed
 from erclutch.logs.clock.timing import MINIMUM_ROWS
+from erclutch.logs.columns.fields_in_names import differ_by_field
 from erclutch.logs.log_file import read_table
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
-from erclutch.logs.planning.stated_field import differ_by_field
 from erclutch.logs.planning.whole_plan import plan_if_any
 from erclutch.logs.readers.found_recordings import JOINT
 from erclutch.logs.several_recordings import readable_tables, recordings_of_file

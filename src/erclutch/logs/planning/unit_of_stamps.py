@@ -56,6 +56,11 @@ def as_seconds(
     return 1.0, 0.0, ", no unit: taken as s"
 
 
+def is_since_1970(stamps: Array) -> bool:
+    """Whether stamps are a time since 1970, in s, ms, us or ns: no other number is as large and grows as little."""
+    return any(_lie_within(stamps * factor, _SINCE_1970) for factor in (1.0, 1e-3, 1e-6, 1e-9))
+
+
 def _lie_within(stamps: Array, ends: tuple[float, float]) -> bool:
     low, high = ends
     return bool(np.all((stamps > low) & (stamps < high)))

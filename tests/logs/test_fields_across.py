@@ -1,0 +1,117 @@
+"""A bench sheet with a column for each field gets rows for each field; nothing else is taken apart. SYNTHETIC."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from openpyxl import Workbook
+
+from erclutch.logs import ColumnMap, plan_of, read, read_table
+from erclutch.signals.array import Array
+
+SPEED = np.linspace(50.0, 600.0, 12)
+FIELDS = (0.0, 0.5, 1.5)
+
+
+def torque(field: float) -> Array:
+    return 0.1 + 0.001 * SPEED + 3.0 * field
+
+
+def written(folder: Path, names: list[str], columns: list[Array], delimiter: str = ",") -> Path:
+    path = folder / "sheet.csv"
+    lines = [delimiter.join(f"{cell:.9g}" for cell in row) for row in zip(*columns, strict=True)]
+    path.write_text("\n".join([delimiter.join(names), *lines]) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Torque @ {} A (Nm)", "Torque_{}A [Nm]", "{} A Torque (Nm)", "Torque (Nm) at {} A", "T {}A"],
+)
+def test_each_field_gets_rows_of_its_own(tmp_path: Path, name: str) -> None:
+    names = ["Speed (rpm)", *(name.format(f"{field:g}") for field in FIELDS)]
+    path = written(tmp_path, names, [SPEED, *map(torque, FIELDS)])
+    options = {"effort": "T [N*m]"} if name.startswith("T ") else {}
+    log = read(path, **options)
+    np.testing.assert_array_equal(log.signals["field"], np.repeat(FIELDS, SPEED.size))
+    np.testing.assert_allclose(log.signals["slip"], np.tile(SPEED, 3) * np.pi / 30)
+    np.testing.assert_allclose(log.signals["effort"], np.concatenate([*map(torque, FIELDS)]))
+    assert any("the names of the columns tell the field" in note for note in log.notes)
+
+
+@pytest.mark.parametrize("heads", [("0 A", "0.5 A", "1.5 A"), ("I=0A", "I=0.5A", "I=1.5A")])
+def test_what_is_called_by_its_field_alone_is_asked_about_with_a_command(
+    tmp_path: Path, heads: tuple[str, ...]
+) -> None:
+    path = written(tmp_path, ["v [m/s]", *heads], [SPEED / 1e3, *map(torque, FIELDS)])
+    plan = plan_of(read_table(path), ColumnMap())
+    assert plan.command().endswith('--time none --effort "value"')
+    log = read(path, time="none", effort="value [N]")
+    np.testing.assert_array_equal(log.signals["field"], np.repeat(FIELDS, SPEED.size))
+
+
+def test_a_position_and_a_force_at_each_field_are_logs_one_after_another(tmp_path: Path) -> None:
+    time = np.arange(400) * 0.01
+    place = np.sin(2.0 * time)
+    columns, names = [time], ["t [s]"]
+    for field in FIELDS:
+        columns += [place * (1.0 + field), 5.0 * (1.0 + field) * np.cos(2.0 * time)]
+        names += [f"x_{field:g}A [mm]", f"F_{field:g}A [N]"]
+    log = read(written(tmp_path, names, columns))
+    np.testing.assert_array_equal(log.signals["field"], np.repeat(FIELDS, time.size))
+    np.testing.assert_allclose(log.signals["position"][time.size :][: time.size], place * 1.5e-3)
+    assert len(log.segments) == 3
+
+
+def test_a_shorter_sweep_has_fewer_rows(tmp_path: Path) -> None:
+    short = torque(1.5)
+    short[-4:] = np.nan
+    path = written(
+        tmp_path, ["Speed [rpm]", "Torque 0A [Nm]", "Torque 1.5A [Nm]"], [SPEED, torque(0.0), short]
+    )
+    assert read(path).rows == 2 * SPEED.size - 4
+
+
+def test_a_sheet_of_a_workbook_is_read_so_too(tmp_path: Path) -> None:
+    book = Workbook()
+    sheet = book.active
+    assert sheet is not None
+    sheet.append(["Speed (rpm)", *(f"Torque {field:g} A (Nm)" for field in FIELDS)])
+    for speed, *torques in zip(SPEED, *map(torque, FIELDS), strict=True):
+        sheet.append([float(speed), *map(float, torques)])
+    book.save(tmp_path / "sheet.xlsx")
+    assert read(tmp_path / "sheet.xlsx").rows == 3 * SPEED.size
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        [
+            "Speed [rpm]",
+            "Torque 1A [Nm]",
+            "Torque 2A [Nm]",
+            "Torque 3A [Nm]",
+        ],  # specimens of a batch A
+        [
+            "Time [s]",
+            "Torque 0A [Nm]",
+            "Torque 0.5A [Nm]",
+            "Torque 1.5A [Nm]",
+        ],  # logs, which are asked about
+        [
+            "Shear rate [1/s]",
+            "Shear stress 0T [Pa]",
+            "Shear stress 0.5T [Pa]",
+            "Shear stress 1.5T [Pa]",
+        ],
+        ["Speed [rpm]", "Torque 0A [Nm]", "Torque 0.5V [Nm]", "Torque 1.5A [Nm]"],
+        ["Current [A]", "Speed 0V [rpm]", "Speed 5V [rpm]", "Torque 0V [Nm]"],
+        ["c1", "0 A", "0.5 A", "1.5 A"],
+    ],
+)
+def test_other_tables_stay_as_they_are(tmp_path: Path, names: list[str]) -> None:
+    table = read_table(written(tmp_path, names, [SPEED, *map(torque, FIELDS)]))
+    assert table.rows == SPEED.size
+    assert "field" not in table.columns
