@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +21,7 @@ def torque(field: float) -> Array:
     return 0.1 + 0.001 * SPEED + 3.0 * field
 
 
-def written(folder: Path, names: list[str], columns: list[Array], delimiter: str = ",") -> Path:
+def written(folder: Path, names: list[str], columns: Sequence[Array], delimiter: str = ",") -> Path:
     path = folder / "sheet.csv"
     lines = [delimiter.join(f"{cell:.9g}" for cell in row) for row in zip(*columns, strict=True)]
     path.write_text("\n".join([delimiter.join(names), *lines]) + "\n", encoding="utf-8")
@@ -33,7 +35,7 @@ def written(folder: Path, names: list[str], columns: list[Array], delimiter: str
 def test_each_field_gets_rows_of_its_own(tmp_path: Path, name: str) -> None:
     names = ["Speed (rpm)", *(name.format(f"{field:g}") for field in FIELDS)]
     path = written(tmp_path, names, [SPEED, *map(torque, FIELDS)])
-    options = {"effort": "T [N*m]"} if name.startswith("T ") else {}
+    options: dict[str, Any] = {"effort": "T [N*m]"} if name.startswith("T ") else {}
     log = read(path, **options)
     np.testing.assert_array_equal(log.signals["field"], np.repeat(FIELDS, SPEED.size))
     np.testing.assert_allclose(log.signals["slip"], np.tile(SPEED, 3) * np.pi / 30)
@@ -55,7 +57,8 @@ def test_what_is_called_by_its_field_alone_is_asked_about_with_a_command(
 def test_a_position_and_a_force_at_each_field_are_logs_one_after_another(tmp_path: Path) -> None:
     time = np.arange(400) * 0.01
     place = np.sin(2.0 * time)
-    columns, names = [time], ["t [s]"]
+    columns: list[Array] = [time]
+    names = ["t [s]"]
     for field in FIELDS:
         columns += [place * (1.0 + field), 5.0 * (1.0 + field) * np.cos(2.0 * time)]
         names += [f"x_{field:g}A [mm]", f"F_{field:g}A [N]"]

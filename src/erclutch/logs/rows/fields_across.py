@@ -20,6 +20,7 @@ from erclutch.signals.array import Array
 
 _FIELD = "field"
 _VALUE = "value"  # what is called by its field alone
+_A_FIELD_ALONE = frozenset({_FIELD})
 _MOTIONS = frozenset({"slip", "position"})
 _AT_ITS_END = re.compile(r"[\s@,;:_(\[=-]+(?:at|for|bei|a|@)?[\s@)\]_-]*$", re.IGNORECASE)
 _COUNTED = re.compile(r"[1-9]\d?[AVT]")  # the first specimen of batch A, or 1 A
@@ -86,7 +87,7 @@ def _is_a_sheet_of_fields(
             return False
     if all(_COUNTED.search(name) for name in names):
         return False
-    if any(spoken_name(name).may_be == {_FIELD} or name in quantities for name in shared):
+    if any(spoken_name(name).may_be == _A_FIELD_ALONE or name in quantities for name in shared):
         return False
     # `erclutch flowcurve` takes the curves of a rheometer as they stand.
     if any(
@@ -97,7 +98,7 @@ def _is_a_sheet_of_fields(
     has_time = has_time or any(spoken_name(name).is_time for name in shared)
     if table.clock is not None or table.words or (has_time and len(by_quantity) < 2):
         return False
-    return not any(spoken_name(name).may_be == {_FIELD} for name in quantities)
+    return not any(spoken_name(name).may_be == _A_FIELD_ALONE for name in quantities)
 
 
 def _quantity(bare: str) -> tuple[str, str | None]:
@@ -107,5 +108,5 @@ def _quantity(bare: str) -> tuple[str, str | None]:
     """
     stem = _AT_ITS_END.sub("", bare).strip(" _-@")
     name, unit = split_label(stem)
-    is_the_field = bool(name) and spoken_name(name).may_be == {_FIELD}
+    is_the_field = bool(name) and spoken_name(name).may_be == _A_FIELD_ALONE
     return (_VALUE, None) if is_the_field or not name else (name, unit)
