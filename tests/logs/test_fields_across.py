@@ -55,7 +55,7 @@ def test_what_is_called_by_its_field_alone_is_asked_about_with_a_command(
 
 
 def test_a_position_and_a_force_at_each_field_are_logs_one_after_another(tmp_path: Path) -> None:
-    time = np.arange(400) * 0.01
+    time: Array = 0.01 * np.arange(400, dtype=np.float64)
     place = np.sin(2.0 * time)
     columns: list[Array] = [time]
     names = ["t [s]"]
