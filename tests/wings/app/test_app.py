@@ -19,6 +19,7 @@ from contextlib import ExitStack, closing, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, ClassVar
 from urllib.parse import parse_qsl
 
@@ -448,6 +449,75 @@ def test_a_folder_with_many_runs_is_shown_at_once(
     page = bytes(bench._overview().body).decode()  # pyright: ignore[reportPrivateUsage]
     assert "Of 220 entries of a kind the newest 200 are shown." in page
     assert page.count('type="checkbox"') == len(looked) == SHOWN
+
+
+def test_a_look_that_took_long_is_made_once_for_all_who_ask_until_a_name_comes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With 10^6 runs a look takes 7 s of a processor, and a page of a run asked for two."""
+    space, looks, looked = Workspace(tmp_path), list[float](), Workspace._looked  # pyright: ignore[reportPrivateUsage]
+    took = [1.0]
+
+    def slow(self: Workspace) -> Any:
+        looks.append(clock[0])
+        clock[0] += took[0]
+        return looked(self)
+
+    clock = [100.0]
+    monkeypatch.setattr(Workspace, "_looked", slow)
+    monkeypatch.setattr("erclutch.wings.app.workspace.time.monotonic", lambda: clock[0])
+    assert (space.logs(), space.runs(), space.results(), len(looks)) == ([], [], [], 1)
+    os.utime(tmp_path, ns=(1, 1))  # a file system whose clock ticks seldom
+    (tmp_path / "a.csv").write_text("1")
+    assert [entry.name for entry in space.logs()] == ["a.csv"]
+    (tmp_path / "a.csv").write_text("12")  # no name came: that is seen when the look is old
+    assert [entry.size for entry in space.logs()] == [1]
+    clock[0] += 4.0
+    assert [entry.size for entry in space.logs()] == [2]
+    took[0] = 0.1
+    clock[0] += 4.0
+    before = len(looks)
+    assert space.logs() == space.logs()
+    assert len(looks) == before + 2, "a quick look is made each time"
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda bench: bench._together(_asked({"name": "a.csv"})),
+        lambda bench: bench._compare(_asked({}), {}),
+        lambda bench: bench._upload(_asked({"name": "a.csv"})),
+        lambda bench: bench._fit(_asked({"name": "a.csv"}), {"run": "r"}),
+    ],
+)
+def test_no_look_at_the_folder_holds_up_other_answers(
+    ask: Callable[[Any], Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The thread of the server answers everybody: it waited for the whole look."""
+    (tmp_path / "a.csv").write_text("1")
+    bench, by = Workbench(tmp_path, Access(1, "token"), tmp_path), set[str]()
+    looked = Workspace._looked  # pyright: ignore[reportPrivateUsage]
+
+    def look(self: Workspace) -> Any:
+        by.add(threading.current_thread().name)
+        return looked(self)
+
+    monkeypatch.setattr(Workspace, "_looked", look)
+    monkeypatch.setattr(Workbench, "_begin", lambda *_: None)
+    with suppress(WorkspaceError):
+        asyncio.run(ask(bench))
+    assert by
+    assert threading.main_thread().name not in by
+
+
+def _asked(path: dict[str, str]) -> Any:
+    """A request for a path, with nothing else in it."""
+
+    async def stream() -> AsyncIterator[bytes]:
+        yield b"1"
+
+    url = SimpleNamespace(query="log.b.csv=on")
+    return SimpleNamespace(path_params=path, url=url, stream=stream)
 
 
 @pytest.mark.slow

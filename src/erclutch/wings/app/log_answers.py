@@ -75,7 +75,7 @@ class LogAnswers(Desk):
             about=about,
             reading=actions.READING,
             fitting=actions.FITTING,
-            score=score if self._is_run(score) else "",
+            score=score if score and await run_in_threadpool(self._is_run, score) else "",
             **offered,
             **_lines({**form, "run": offered["run"]}, name),
         )
@@ -105,7 +105,8 @@ class LogAnswers(Desk):
         """Whether logs can be fitted together, in a sentence where they cannot."""
         name = self._space.path(request.path_params["name"]).name
         form = fields(request.url.query)
-        others = [log for log in self._known() if f"log.{log}" in form and log != name]
+        known = await run_in_threadpool(self._known)
+        others = [log for log in known if f"log.{log}" in form and log != name]
         if not others:
             return JSONResponse({"problem": ""})
         job = await self._look(name, actions.chosen_of(form), f"/log/{quoted(name)}", *others)
@@ -208,7 +209,8 @@ class LogAnswers(Desk):
 
     async def _fit(self, request: Request, form: Form) -> Response:
         name = self._space.path(request.path_params["name"]).name
-        others = [other for other in self._known() if f"log.{other}" in form and other != name]
+        known = await run_in_threadpool(self._known)
+        others = [other for other in known if f"log.{other}" in form and other != name]
         logs = [name, *(self._space.path(other).name for other in others)]
         run = plain_name(form.get("run", "").strip())
         if self._taken(run) and run == form.get("suggested"):

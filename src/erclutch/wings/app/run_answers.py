@@ -30,9 +30,10 @@ class RunAnswers(Desk):
 
         name = request.path_params["name"]
         run = await run_in_threadpool(read_run, self._space.run(name))
-        logs = [entry.name for entry in self._space.logs()]
+        logs = [entry.name for entry in await run_in_threadpool(self._space.logs)]
         sources = [log["name"] for log in run.body["logs"] if log["name"] in logs]
         about = await run_in_threadpool(self._about_run, name, sources)
+        exports = await run_in_threadpool(self._exports, name)
         return self._page(
             "run",
             title=name,
@@ -48,7 +49,7 @@ class RunAnswers(Desk):
             # What can be done with it.
             targets=names("erclutch.targets"),
             singles=actions.SINGLE_TARGETS,
-            exports=self._exports(name),
+            exports=exports,
             logs=logs,
             query=actions.query_of(run.body),
             not_live=_not_live(run.body["units"]),
@@ -172,7 +173,8 @@ class RunAnswers(Desk):
         return self._begin(request, f"{model} live on the digital TWIN", words)
 
     async def _compare(self, request: Request, form: Form) -> Response:
-        ticked = [entry.name for entry in self._space.runs() if f"run.{entry.name}" in form]
+        runs = await run_in_threadpool(self._space.runs)
+        ticked = [entry.name for entry in runs if f"run.{entry.name}" in form]
         chosen = [self._space.path(run).name for run in ticked]
         if len(chosen) < 2:
             raise WorkspaceError(

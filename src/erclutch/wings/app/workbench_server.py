@@ -147,7 +147,7 @@ class Workbench(LogAnswers, RunAnswers):
         if job.whole and job.state == "done":
             return RedirectResponse(job.back, 303)
         made = job.result if job.state == "done" and job.result else None
-        kind = None if made is None else self._kind(made)
+        kind = None if made is None else await run_in_threadpool(self._kind, made)
         if "lines" not in request.query_params:  # the verdict, not the terminal
             if kind == "run" and job.words[0] == "fit":
                 return RedirectResponse(f"/run/{quote(str(made))}?job={job.number}", 303)

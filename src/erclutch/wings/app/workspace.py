@@ -9,6 +9,8 @@ import json
 import os
 import re
 import secrets
+import threading
+import time
 from collections.abc import AsyncIterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from dataclasses import fields as dataclass_fields
@@ -29,6 +31,8 @@ _ABOUT = ".erclutch-about.json"  # what was said of the logs
 _MOST_INSIDE = 20_000  # files of a folder
 #: The newest entries of a kind that are shown, and looked into: each run that is costs a millisecond.
 SHOWN = 200
+#: A look that took so long, in s, stands for the next ones: for so many times what it took, while no name came or went.
+_LONG, _STANDS = 0.2, 4.0
 _COMMANDS = b"# COMMANDS:"
 _WRITTEN = (".html", ".pdf", ".png", ".svg", ".json", ".zip")
 
@@ -41,7 +45,7 @@ class NotThereError(WorkspaceError):
     """A file, folder, run or page that the workspace does not have."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Entry:
     """A file or folder of the workspace: its name, bytes, and time of its last change in s since 1970."""
 
@@ -68,9 +72,34 @@ class Workspace:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder.resolve()
+        self._looks = threading.Lock()
+        self._last: tuple[Look, int, float] | None = None  # a look, of which folder, until when
 
     def look(self) -> Look:
-        """What is in the folder, each kind with the newest first; of 10^6 runs the folder is read once."""
+        """What is in the folder, each kind with the newest first.
+
+        Of 10^6 runs the folder is read once. Who asks meanwhile, or soon after, gets the same answer: else a few pages
+        of such a folder take all processors. A name that comes or goes is always seen.
+        """
+        with self._looks:
+            of_folder = self._changed()
+            if self._last and self._last[1] == of_folder and time.monotonic() < self._last[2]:
+                return self._last[0]
+            began = time.monotonic()
+            look = self._looked()
+            took = time.monotonic() - began
+            stands = time.monotonic() + _STANDS * took
+            self._last = (look, of_folder, stands) if took > _LONG else None
+            return look
+
+    def _changed(self) -> int:
+        """When a name last came into the folder or went, in ns since 1970; 0 where that cannot be asked."""
+        with contextlib.suppress(OSError):
+            return self.folder.stat().st_mtime_ns
+        return 0
+
+    def _looked(self) -> Look:
+        """What is in the folder now."""
         from erclutch.logs.log_reader import folder_reader, log_suffixes
 
         suffixes = tuple(suffix for suffix in log_suffixes() if suffix not in _WRITTEN)
@@ -196,8 +225,9 @@ class Workspace:
 
         stem, suffix = os.path.splitext(plain_name(name))
         numbered = re.compile(re.escape(stem) + r"-\d+" + re.escape(suffix))
+        logs = await asyncio.to_thread(self.logs)
         namesakes = [
-            entry for entry in self.logs() if entry.name == name or numbered.fullmatch(entry.name)
+            entry for entry in logs if entry.name == name or numbered.fullmatch(entry.name)
         ]
 
         name = self.free(name)
