@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 from erclutch.errors import ErclutchError
 from erclutch.models.laws import law_from_name
@@ -103,7 +102,19 @@ def _parts_of(name: str) -> _Parts:
     order = ("a network", "lags", "memory", "a spring", "temperature", "ripple", *by_kind)
     kinds = {kind: tuple(by_kind[kind]) for kind in dict.fromkeys(order) if kind in by_kind}
     if not is_network(first):
-        return _Parts(_law(first), kinds, label)
+        # For example "Casson law" or "Bingham law (critical yield)".
+        law, *options = first.split("/")
+        try:
+            title = law_from_name(law).title
+        except ErclutchError:  # its package is not here
+            title = law.capitalize()
+        stem, bracket, behind = title.partition(" (")
+        stem, field, variable = stem.partition(" in ")
+        # An abbreviation of the law's name tells nothing apart; a number of kernels does.
+        more = f"{bracket}{behind}" if any(sign.isdigit() for sign in behind) else ""
+        for option in options:
+            more += " (one direction)" if option == _FORWARD else f" ({option} yield)"
+        return _Parts(f"{stem} law{field}{variable}{more}", kinds, label)
 
     # For example "Network of 10 and 6 neurons".
     sizes, _, form = first.partition("/")
@@ -112,24 +123,6 @@ def _parts_of(name: str) -> _Parts:
     neurons = "neuron" if layers == ["1"] else "neurons"
     how = f", {form}" if form else ""
     return _Parts(f"{what} of {' and '.join(layers)} {neurons}{how}", kinds, label)
-
-
-@cache
-def _law(specification: str) -> str:
-    """For example ``Casson law`` or ``Bingham law (critical yield)``."""
-    name, *options = specification.split("/")
-    try:
-        title = law_from_name(name).title
-    except ErclutchError:  # its package is not here
-        title = name.capitalize()
-    stem, bracket, behind = title.partition(" (")
-    stem, field, variable = stem.partition(" in ")
-    # An abbreviation of the law's name tells nothing apart; a number of kernels does.
-    more = f"{bracket}{behind}" if any(sign.isdigit() for sign in behind) else ""
-    forms = [
-        " (one direction)" if option == _FORWARD else f" ({option} yield)" for option in options
-    ]
-    return f"{stem} law{field}{variable}{more}{''.join(forms)}"
 
 
 def _written(parts: _Parts, in_full: Sequence[str], *, forms: bool = False) -> str:

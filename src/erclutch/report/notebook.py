@@ -44,10 +44,6 @@ _IN_FULL = "specification"
 _NUMBER = re.compile(r"  \w+ +=  *-?[\d.e+-]+$")
 
 
-def _nothing() -> Sequence[str]:
-    return ()
-
-
 @dataclass(frozen=True)
 class Card:
     """What is shown of a value beside its line.
@@ -66,7 +62,7 @@ class Card:
     table: Callable[[], DataFrame]
     badge: str = ""
     lines: Sequence[str] = ()
-    says: Callable[[], Sequence[str]] = _nothing
+    says: Callable[[], Sequence[str]] = lambda: ()
     frame: Callable[[], DataFrame] | None = None
     plots: Mapping[str, Callable[..., Plot]] = field(default_factory=dict[str, Callable[..., Plot]])
 

@@ -38,14 +38,13 @@ def beside_measured_names(names: Iterable[str]) -> set[str]:
 
     The numbers of joints say nothing here.
     """
-    words = {name: [word for word in map(_letters, words_of(name)) if word] for name in names}
+    words: dict[str, list[str]] = {}  # of each name, without digits at their ends
+    for name in names:
+        letters = [word.rstrip("0123456789") for word in words_of(name)]
+        words[name] = [word for word in letters if word]
     measured: list[list[str]] = []  # without the word for measuring
     for of_name in words.values():
         others = [word for word in of_name if word not in MEASURED]
         if len(others) < len(of_name):
             measured.append(others)
     return {name for name, of_name in words.items() if of_name in measured}
-
-
-def _letters(word: str) -> str:
-    return word.rstrip("0123456789")

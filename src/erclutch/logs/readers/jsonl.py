@@ -37,10 +37,6 @@ _NONE = "the file holds no rows of numbers"
 _Row = tuple[str, Mapping[str, Any]]
 
 
-def _claims(head: bytes) -> bool:
-    return _BEGINS.match(head) is not None
-
-
 def _read(source: LogSource) -> Table:
     """The recording of the file that is wanted; see the module."""
     try:
@@ -264,7 +260,7 @@ def _short_names(labels: list[str]) -> list[str]:
 
 READER = LogReader(
     suffixes=(".jsonl", ".ndjson", ".json"),
-    claims=_claims,
+    claims=lambda head: _BEGINS.match(head) is not None,
     read=_read,
     recordings=names_by(_read),
     tells_damage=DAMAGE,

@@ -55,9 +55,10 @@ def find(path: str, variable: str | None) -> Table:
     return mat_layout.choose(tree, variable).table()
 
 
-def _claims(head: bytes) -> bool:
-    return version(head) is not None
-
-
 _DAMAGE = "seen where variables are compressed (save -v7); save -v6 and -v7.3 write no checksums"
-READER = LogReader((".mat",), _claims, **reader_in_child.in_child("mat"), tells_damage=_DAMAGE)
+READER = LogReader(
+    (".mat",),
+    lambda head: version(head) is not None,
+    **reader_in_child.in_child("mat"),
+    tells_damage=_DAMAGE,
+)

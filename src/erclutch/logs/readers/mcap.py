@@ -7,10 +7,6 @@ from erclutch.logs.readers.found_recordings import names_by
 from erclutch.logs.table import Table
 
 
-def _claims(head: bytes) -> bool:
-    return head.startswith(b"\x89MCAP0\r\n")
-
-
 def _read(source: LogSource) -> Table:
     from erclutch.logs.readers.mcap_table import read_mcap
 
@@ -18,4 +14,10 @@ def _read(source: LogSource) -> Table:
 
 
 _DAMAGE = "seen by checksums, where the writer added them"
-READER = LogReader((".mcap",), _claims, _read, recordings=names_by(_read), tells_damage=_DAMAGE)
+READER = LogReader(
+    (".mcap",),
+    lambda head: head.startswith(b"\x89MCAP0\r\n"),
+    _read,
+    recordings=names_by(_read),
+    tells_damage=_DAMAGE,
+)

@@ -175,29 +175,30 @@ def unpack_chunk(chunk: kinds.Chunk) -> bytes:
     Raises:
         DamageError: it does not unpack to the size and checksum that it states.
     """
-    unpacked = _decompress(chunk.compression, chunk.data, chunk.uncompressed_size)
+    packing = chunk.compression
+    most = (
+        chunk.uncompressed_size + 1
+    )  # bytes that are unpacked, whatever the packed data say of themselves
+    if packing not in ("", "zstd", "lz4"):
+        problem = f"a chunk is packed by {packing[:20]!r}, which is neither zstd nor lz4"
+        raise DamageError(problem)
+    try:
+        if packing == "zstd":
+            import zstandard
+
+            unpacked = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(most)
+        elif packing == "lz4":
+            from lz4.frame import LZ4FrameDecompressor
+
+            unpacked = LZ4FrameDecompressor().decompress(chunk.data, max_length=most)
+        else:
+            unpacked = chunk.data
+    except Exception as error:  # each library has its own error, and MemoryError, RuntimeError
+        raise DamageError("a chunk does not unpack") from error
     wrong = chunk.uncompressed_crc and zlib.crc32(unpacked) != chunk.uncompressed_crc
     if len(unpacked) != chunk.uncompressed_size or wrong:
         raise DamageError("the checksum of a chunk does not match")
     return unpacked
-
-
-def _decompress(name: str, packed: bytes, size: int) -> bytes:
-    """At most ``size`` bytes and one more, whatever the packed data say of themselves."""
-    if name == "":
-        return packed
-    if name not in ("zstd", "lz4"):
-        raise DamageError(f"a chunk is packed by {name[:20]!r}, which is neither zstd nor lz4")
-    try:
-        if name == "zstd":
-            import zstandard
-
-            return zstandard.ZstdDecompressor().stream_reader(packed).read(size + 1)
-        from lz4.frame import LZ4FrameDecompressor
-
-        return LZ4FrameDecompressor().decompress(packed, max_length=size + 1)
-    except Exception as error:  # each library has its own error, and MemoryError, RuntimeError
-        raise DamageError("a chunk does not unpack") from error
 
 
 def runs_of(body: bytes, contents: Contents) -> Iterator[MessageRun]:

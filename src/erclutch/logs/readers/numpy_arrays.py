@@ -103,13 +103,9 @@ def find(path: str, variable: str | None) -> Table:
     return found_recordings.chosen(recordings, variable, "arrays", _NONE)
 
 
-def _claims(head: bytes) -> bool:
-    return head.startswith(_ONE) or (head.startswith(_ZIP) and b".npy" in head[:300])
-
-
 READER = LogReader(
     suffixes=(".npz", ".npy"),
-    claims=_claims,
+    claims=lambda head: head.startswith(_ONE) or (head.startswith(_ZIP) and b".npy" in head[:300]),
     **reader_in_child.in_child("numpy_arrays"),
     tells_damage="seen in .npz, whose parts have checksums; an .npy has none",
 )

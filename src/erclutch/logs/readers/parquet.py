@@ -228,10 +228,6 @@ def parquet_extent(path: Path) -> tuple[int, int]:
     return metadata.num_rows, metadata.num_columns
 
 
-def _claims(head: bytes) -> bool:
-    return head.startswith(MAGIC)
-
-
 def find(path: str, variable: str | None) -> Table:
     """The child's work where a file is read whole."""
     return read_parquet(LogSource(Path(path), Path(path).read_bytes(), ""))
@@ -284,7 +280,7 @@ def _memory(path: Path) -> int:
 
 READER = LogReader(
     suffixes=(".parquet", ".pq"),
-    claims=_claims,
+    claims=lambda head: head.startswith(MAGIC),
     read=reader_in_child.in_child("parquet", memory=_memory)["read"],
     windows=windows_in_child,
     extent=_extent,

@@ -192,13 +192,9 @@ def _is_list(value: Any) -> bool:
     return hasattr(value, "__len__") and not hasattr(value, "encode")
 
 
-def _claims(head: bytes) -> bool:
-    return head.startswith(b"#ROSBAG V2.0")
-
-
 READER = LogReader(
     suffixes=(".db3", ".bag"),
-    claims=_claims,
+    claims=lambda head: head.startswith(b"#ROSBAG V2.0"),
     **reader_in_child.in_child("rosbag", "rosbags"),
     tells_damage="not seen in the numbers: bags have no checksums, but damaged structure is",
     folder="metadata.yaml",

@@ -58,8 +58,4 @@ def _read(source: LogSource) -> Table:
     )
 
 
-def _claims(head: bytes) -> bool:
-    return _FIRST.search(head) is not None
-
-
-READER = LogReader((), _claims, _read, tells_damage=DAMAGE)
+READER = LogReader((), lambda head: _FIRST.search(head) is not None, _read, tells_damage=DAMAGE)

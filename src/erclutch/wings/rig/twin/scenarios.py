@@ -80,10 +80,6 @@ def _narrow(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
     return torque_sequence(rows, rng, 0.05, 0.10, settings=field_settings(rig))
 
 
-def _both_ways(rows: int, rng: np.random.Generator, rig: RigParameters) -> Array:
-    return both_ways_torque(rows, rng)
-
-
 _EXCITED: Mapping[str, float] = {}
 _LOOSE = {"screw.backlash": 1.0e-4}  # m: what an ordinary screw without preload has
 _BRAKE = "CH1 alone, output shaft held"
@@ -147,7 +143,16 @@ SCENARIOS: Mapping[str, Scenario] = {
             _constant,
             tracking=2.0,
         ),
-        Scenario("brake", _BRAKE, 60.0, _EXCITED, _both_ways, locked=True, speed=0.0, single=True),
+        Scenario(
+            "brake",
+            _BRAKE,
+            60.0,
+            _EXCITED,
+            lambda rows, rng, rig: both_ways_torque(rows, rng),
+            locked=True,
+            speed=0.0,
+            single=True,
+        ),
         Scenario("clutch", _FLYWHEEL, 60.0, _EXCITED, _own, changes=_FREE, single=True),
     )
 }
