@@ -29,6 +29,7 @@ from erclutch.fit.choice.stage_families import (
     has_company,
     has_field_behind,
     is_next,
+    is_striking,
     widened,
     with_field_behind,
 )
@@ -49,8 +50,8 @@ WORTH = 0.01
 DRIFTING_WORTH = 0.1
 #: The same of a field behind a memory beside the field ahead: at fields that no log has, the second has erred by less.
 BEHIND_WORTH = 0.05
-#: A stage that sums up the slip is tried only where its columns, at some of its numbers, take that share off the error
-#: of the rows that they are fitted to, beside the law's columns as they are.
+#: A stage that sums up the slip, or is striking, is tried only where its columns, at some of its numbers, take that
+#: share off the error of the rows that they are fitted to, beside the law's columns as they are.
 _SHOWING = 0.05
 _SHOWING_PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)
 #: Training rows for each number of a fit, below which no stage is added: a hundred rows would get seven stages.
@@ -100,24 +101,26 @@ def grown(
             is_stage = not name.startswith("=")
             if is_stage and getattr(stage_named(name), "from_the_start", ""):
                 counting.append(name)
-        showing = [name for name in counting if _shows(train, here, widened(here.structure, name))]
-        if showing and folds[0].data.rows < min(train.rows, MOST_WHOLE_ROWS):
+        # Stages that have to show first, each with the share that it must take off.
+        worth_of = dict.fromkeys(filter(is_striking, tried), _SHOWING)
+        worth_of |= dict.fromkeys(counting, DRIFTING_WORTH)
+        showing = [name for name in worth_of if _shows(train, here, widened(here.structure, name))]
+        if set(showing) & set(counting) and folds[0].data.rows < min(train.rows, MOST_WHOLE_ROWS):
             # From here on the whole log counts: in a stretch that is cut out of it such a stage would begin anew.
             folds = folds_of(train, whole=True)
             here = rung_of(folds, here.structure, here.numbers)
             rungs[-1] = here
         worthy: dict[str, Rung] = {}
         for name in tried:
-            if name in counting and name not in showing:
+            if name in worth_of and name not in showing:
                 continue
             richer = widened(here.structure, name)
             if numbers_of_fit(richer) * _ROWS_A_NUMBER > train.rows:
                 continue
             rung = _rung_above(folds, here, richer, name)
-            drifts = name in counting
             if _edge_in_noise(train, rung, name):
                 continue
-            worth = max(DRIFTING_WORTH if drifts else WORTH, by_chance(here, rung))
+            worth = max(worth_of.get(name, WORTH), by_chance(here, rung))
             if rung.error < (1.0 - worth) * here.error:
                 worthy[name] = rung
         if not worthy:

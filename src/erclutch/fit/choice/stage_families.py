@@ -87,6 +87,11 @@ def edge_of(name: str) -> str:
     return next((family.edge for family in _families() if name in family.ladder), "")
 
 
+def is_striking(name: str) -> bool:
+    """Whether a stage has to show beside a law before it is searched, and to take as much off."""
+    return any(family.striking for family in _families() if name in family.ladder)
+
+
 def with_field_behind(structure: Structure, name: str) -> Structure | None:
     """The structure with the field behind the memory of this name; None where it has no such form, or no field."""
     family = next((family for family in _families() if name in family.ladder), None)

@@ -203,6 +203,8 @@ class StageFamily:
             no such form.
         beside: the ladder tries it only where there is a stage of the family of this name; "": anywhere.
         edge: a parameter, a part of the field, that the ladder believes only above the noise of the field; "": none.
+        striking: the ladder searches it only where its columns show beside the law's, and takes it only where it takes
+            as much off: a corner that hardly shows is a bend, which other stages say.
     """
 
     make: Callable[[int, tuple[str, ...]], Stage]
@@ -212,6 +214,7 @@ class StageFamily:
     behind: tuple[str, ...] = ()
     beside: str = ""
     edge: str = ""
+    striking: bool = False
 
 
 def numbered(stem: str, number: int, *, ahead: bool = False) -> str:
