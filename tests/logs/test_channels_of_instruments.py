@@ -87,6 +87,30 @@ def test_a_channel_with_fewer_samples_than_the_others_ends_before_them(tmp_path:
     assert len(recording.segments) == 1
 
 
+@pytest.mark.parametrize("time", ["Time (s)", "t [s]", "Zeit [s]"])
+def test_rows_end_with_the_channels_that_were_sampled_longest(tmp_path: Path, time: str) -> None:
+    head = f"{time},Torque (Nm),{time},Speed (rad/s),{time},Current (A)\n"
+    lines: list[str] = []
+    for place in range(ROWS):
+        line = f"{TIME[place]:.6g},{DRAG[place]:.6g},{TIME[place]:.6g},{TURN[place]:.6g}"
+        if 2 * place < ROWS:
+            line += f",{TIME[2 * place]:.6g},{LEVELS[2 * place]:.6g}"
+        lines.append(line)
+    recording = read(written(tmp_path, head + "\n".join(lines) + "\n"))
+    assert recording.rows == ROWS - 1
+    np.testing.assert_allclose(recording.signals["effort"], DRAG[:-1], rtol=1e-4)
+
+
+@pytest.mark.parametrize("place", [ROWS // 3, ROWS - 2])
+def test_a_row_of_channels_that_was_cut_off_is_an_error(tmp_path: Path, place: int) -> None:
+    head = "Time (s),Torque (Nm),Time (s),Speed (rad/s)\n"
+    lines = rows(TIME, DRAG, TIME, TURN).splitlines()
+    cut_between_pairs = place < ROWS - 2
+    lines[place] = ",".join(lines[place].split(",")[: 2 if cut_between_pairs else 3])
+    with pytest.raises(ErclutchError, match=f"line {place + 2} has"):
+        read_table(written(tmp_path, head + "\n".join(lines) + "\n"))
+
+
 def test_times_that_repeat_the_first_are_left_out(tmp_path: Path) -> None:
     head = "Time (s),Torque (Nm),Time (s),Speed (rad/s),Time (s),Current (A)\n"
     table = read_table(written(tmp_path, head + rows(TIME, DRAG, TIME, TURN, TIME, LEVELS)))

@@ -70,3 +70,54 @@ def test_torques_that_joints_were_told_are_not_proposed_beside_those_that_were_m
     plan = planned(tmp_path / "robot.csv", columns)
     taken = {each.signal: each.column for each in plan.signals}
     assert (taken["slip"], taken["effort"]) == ("joint_vel_1", "tau_measured_1")
+
+
+PLANNED = [("elbow_{}", "elbow_meas_{}"), ("knee {}", "knee actual {}"), ("hip_{}", "hip_{}_act")]
+
+
+@pytest.mark.parametrize(("planned_as", "measured_as"), PLANNED)
+def test_of_a_trajectory_the_columns_that_were_measured_are_taken(
+    tmp_path: Path, planned_as: str, measured_as: str
+) -> None:
+    columns = {"time": TIME, "shoulder_vel": -SPEED}
+    columns |= {planned_as.format("vel"): TOLD_SPEED, planned_as.format("torque"): TOLD_TORQUE}
+    measured = {measured_as.format("vel"): SPEED, measured_as.format("torque"): TORQUE}
+    plan = planned(tmp_path / "leg.csv", {**columns, **measured})
+    taken = {each.signal: each.column for each in plan.signals}
+    assert (taken["slip"], taken["effort"]) == (*measured,)
+
+
+def test_where_the_measured_torque_never_changes_the_other_one_may_be_all_there_is(
+    tmp_path: Path,
+) -> None:
+    columns = {"time": TIME, "elbow_vel": SPEED, "elbow_torque": TORQUE}
+    plan = planned(tmp_path / "leg.csv", {**columns, "elbow_meas_torque": 0.0 * TIME})
+    taken = {each.signal: each.column for each in plan.signals}
+    assert taken["effort"] == "elbow_torque"
+
+
+@pytest.mark.parametrize(
+    ("limb", "other"), [("elbow", "shoulder"), ("left_hip", "right_hip"), ("axle", "wheel")]
+)
+def test_the_speed_is_taken_that_is_called_like_the_limb_of_the_only_torque(
+    tmp_path: Path, limb: str, other: str
+) -> None:
+    columns = {"time": TIME, f"{other}_vel": TOLD_SPEED, f"{limb}_vel": SPEED}
+    plan = planned(tmp_path / "leg.csv", {**columns, f"{limb}_torque": TORQUE})
+    taken = {each.signal: each.column for each in plan.signals}
+    assert taken["slip"] == f"{limb}_vel"
+
+
+def test_beside_a_torque_of_a_third_limb_the_speed_is_asked_about(tmp_path: Path) -> None:
+    columns = {"time": TIME, "elbow_vel": SPEED, "shoulder_vel": TOLD_SPEED}
+    plan = planned(tmp_path / "leg.csv", {**columns, "knee_torque": TORQUE})
+    assert "slip" not in {each.signal for each in plan.signals}
+
+
+def test_of_several_speeds_of_a_limb_the_command_names_one_of_them(tmp_path: Path) -> None:
+    columns = {"time": TIME, "shoulder_vel": TOLD_SPEED, "elbow_fast_vel": SPEED}
+    columns |= {"elbow_slow_vel": 1.01 * SPEED, "elbow_torque": TORQUE}
+    plan = planned(tmp_path / "leg.csv", columns)
+    assert [each for each in plan.examples if each.startswith("--slip")] == [
+        '--slip "elbow_fast_vel"'
+    ]

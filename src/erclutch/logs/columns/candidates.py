@@ -12,7 +12,7 @@ import numpy as np
 
 from erclutch.logs.columns.joints import ESTIMATED, of_joints
 from erclutch.logs.columns.labels import split_end
-from erclutch.logs.columns.measured_names import of_whole_names
+from erclutch.logs.columns.measured_names import of_whole_names, planned_beside_measured
 from erclutch.logs.columns.names import headed, spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
@@ -82,6 +82,7 @@ def candidates(
         in_percent = [each for each in free if "%" in each.name or each.unit == "%"]
         lags = [each.name for each in in_percent if each.spoken.forms["slip"] in _LAGS]
         free = [column for column in free if column.name not in lags]
+    free = _without_plans(signal, free, si_units)
     fits = {column.name: column.fits(si_units) for column in free}
 
     if fits.get(signal, False) is not False:  # a column has the bare name of the signal
@@ -131,6 +132,18 @@ def candidates(
         name for name in _beside_a_drive(signal, exact or named, fitting) if name not in names
     ]
     return _distinct(seen, names), "name"
+
+
+def _without_plans(
+    signal: str, columns: Sequence[SeenColumn], si_units: tuple[str, ...]
+) -> list[SeenColumn]:
+    """The columns without what was planned and stands beside its measurement; a field may be what a supply was told."""
+    if signal == "field":
+        return [*columns]
+    planned = planned_beside_measured(
+        [each for each in columns if each.fits(si_units) is not False]
+    )
+    return [column for column in columns if column.name not in planned]
 
 
 def _told_of(signal: str) -> frozenset[str]:

@@ -48,3 +48,18 @@ def beside_measured_names(names: Iterable[str]) -> set[str]:
         if len(others) < len(of_name):
             measured.append(others)
     return {name for name, of_name in words.items() if of_name in measured}
+
+
+def planned_beside_measured(columns: Sequence[SeenColumn]) -> set[str]:
+    """Columns that a column of the same words, a word for measuring and numbers that change stands beside.
+
+    ``elbow_torque`` beside ``elbow_meas_torque`` is what was planned. Where the measured column never changes nothing
+    was measured, and the other column may be all there is.
+    """
+    measured: set[tuple[str, ...]] = set()  # without the word for measuring
+    for column in columns:
+        words = column.spoken.stem_words
+        others = tuple(word for word in words if word not in MEASURED)
+        if len(others) < len(words) and not column.shape.constant:
+            measured.add(others)
+    return {column.name for column in columns if column.spoken.stem_words in measured}

@@ -18,7 +18,7 @@ from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import own_unit, split_end, without_unit
 from erclutch.logs.columns.names import SpokenName, spoken
 from erclutch.logs.columns.shapes import Shape, shape_of, spread_of
-from erclutch.logs.columns.vocabulary import OTHER
+from erclutch.logs.columns.vocabulary import MEASURED, NAMES, OTHER, SINGLE
 from erclutch.logs.table import MINUS, Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -32,6 +32,8 @@ _FEWEST_SHARING = 3
 EVEN = 1e-3
 #: Words for the sides of a gear or a spring, each of which has a motion and a torque of its own.
 _SIDES = frozenset(("motor", "rotor", "joint", "link", "load", "output", "input", "spring", "arm"))
+#: Words for the signals of a device: what is left of a name may be that of a limb.
+_SIGNALS = frozenset(word for signal in SINGLE for word in NAMES[signal].split())
 _STEADY = 0.05  # share of its level by which a supply varies at most
 _VARIES = 0.5  # and by which a field varies at least
 
@@ -132,6 +134,12 @@ class SeenColumn:
         return sides.pop() if len(sides) == 1 else ""
 
     @property
+    def limb(self) -> tuple[str, ...]:
+        """The words of the name for no signal and no measuring, such as ``left elbow``; () for a name without any."""
+        words = self.spoken.stem_words
+        return tuple(word for word in words if word not in _SIGNALS and word not in MEASURED)
+
+    @property
     def kind(self) -> str:
         """Whether a motion or an effort is that of turning, of a line or of shear, see `KINDS`; "" for untold."""
         for kind in KINDS:
@@ -208,15 +216,27 @@ class SeenColumns:
         return rising[0].name if len(rising) == 1 else None
 
     def of_one_side(self, names: Sequence[str], partners: Iterable[str]) -> list[str]:
-        """The one column on the side of the gear where all of its partners are; all columns where it is not one."""
+        """The one column on the side of the gear where all of its partners are, or of their limb; else all columns."""
+        partners = [*partners]
         sides = {self.columns[name].side for name in partners if name in self.columns}
         if len(sides) != 1 or "" in sides:
-            return [*names]
+            return self._of_one_limb(names, partners)
         beside_partners: list[str] = []
         for name in names:
             if name in self.columns and self.columns[name].side in sides:
                 beside_partners.append(name)
         return beside_partners if len(beside_partners) == 1 else [*names]
+
+    def _of_one_limb(self, names: Sequence[str], partners: Iterable[str]) -> list[str]:
+        """The one column called like the limb of all partners, where each column is called like a limb; else all."""
+        limbs = {self.columns[name].limb for name in partners if name in self.columns}
+        own_limbs = [self.columns[name].limb if name in self.columns else () for name in names]
+        if len(limbs) != 1 or () in limbs or () in own_limbs:
+            return [*names]
+        limb = limbs.pop()
+        if own_limbs.count(limb) != 1:
+            return [*names]
+        return [names[own_limbs.index(limb)]]
 
     @cached_property
     def stamps(self) -> Array | None:

@@ -112,7 +112,7 @@ OTHER = set_of(
 NOT_MEASURED = set_of(
     "predicted pred estimated est estimate simulated sim model calc calculated computed theoretical expected limit max "
     "min std var offset bias residual fit fitted ideal nominal peak design diseno prev previous hat prediction "
-    "reconstructed observer"
+    "reconstructed observer clipped saturated"
 )
 #: What the parts of an effort are called that a model adds up.
 PARTS_OF_A_MODEL = set_of(

@@ -102,8 +102,9 @@ def propose_answers(draft: Draft) -> None:
         elif signal in _USUAL:
             option = _USUAL[signal]
         else:
-            asks_for_both = signal in ("slip", "position") and "effort" in questions
-            efforts = candidates(seen, "effort", others)[0] if asks_for_both else []
+            efforts: list[str] = []
+            if signal in ("slip", "position"):
+                efforts = _efforts(draft, others)
             option = _column_option(seen, signal, others, [*motions, *proposed], efforts)
         if signal == "field" and ("COLUMN" in option or "none" in option):
             pattern = name_pattern.proposed(Path(seen.table.path).name)
@@ -129,6 +130,14 @@ def propose_answers(draft: Draft) -> None:
 def _motions(draft: Draft) -> list[str]:
     """Columns of the motion, as far as it is known."""
     return [each.column for signal, each in draft.signals.items() if signal in ("slip", "position")]
+
+
+def _efforts(draft: Draft, others: Sequence[str]) -> list[str]:
+    """The column of the effort, where it is known; those that may be it, where it is asked about."""
+    if "effort" in draft.questions:
+        return candidates(draft.seen, "effort", others)[0]
+    effort = draft.signals.get("effort")
+    return [effort.column] if effort is not None and effort.column in draft.seen.columns else []
 
 
 def _field_option(

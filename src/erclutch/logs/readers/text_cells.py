@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from erclutch.errors import LogError
+from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.readers.cells import BEYOND, cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import LINE_END, Dialect
 from erclutch.logs.readers.numerals import ungrouped
@@ -24,6 +28,8 @@ BLANK = " \t\r\n"
 _MAY_BE_SIGNED = r"0[xX](?:[89a-fA-F][0-9a-fA-F]{3}|[89a-fA-F][0-9a-fA-F]{7})"
 #: A number, and a comment behind it.
 _REMARKED = r"^([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+((?:#|//|%|!)\s*\D.*)$"
+#: Behind a name that an earlier column has too.
+_COPY = re.compile(r" \(\d+\)$")
 _LONGEST_NUMBER = 400  # characters of a cell
 
 
@@ -132,6 +138,31 @@ def _numbered_lines(body: str, dialect: Dialect) -> list[tuple[int, str]]:
     """The line of each row, with its number in the file, counted from 1."""
     lines = enumerate(LINE_END.split(body), start=dialect.first + 1)
     return [(number, line) for number, line in lines if line.strip(BLANK)]
+
+
+def have_ended(body: str, dialect: Dialect, rows: Sequence[int], count: int) -> bool:
+    """Whether some rows are short since channels ended that stand behind times of their own.
+
+    These are the last rows, and each holds whole pairs of a time and a value. A scope leaves out the cells of the
+    slower channels, or of those that were stopped.
+
+    Args:
+        body: all rows as text.
+        dialect: of the text.
+        rows: those whose last column is empty.
+        count: of all rows.
+    """
+    stems = {_COPY.sub("", name) for name in dialect.names[::2]}
+    are_pairs = len(dialect.names) > 2 and len(dialect.names) % 2 == 0 and len(stems) == 1
+    are_last = [*rows] == [*range(count - len(rows), count)]
+    if not are_pairs or not are_last:
+        return False
+    name, _ = split_label(stems.pop())
+    if not spoken_name(name).is_time:
+        return False
+    lines = _numbered_lines(body, dialect)
+    widths = [len(cells_of(lines[row][1], dialect.delimiter)) for row in rows]
+    return all(width % 2 == 0 for width in widths)
 
 
 def refuse_ragged(

@@ -22,7 +22,7 @@ from erclutch.logs.readers.header_pairs import sample_period
 from erclutch.logs.readers.numerals import TwoDecimalMarksError, grouped_by_blanks, ungrouped
 from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import ToldBytes, decode, hidden_character
-from erclutch.logs.readers.text_cells import long_rows, refuse_ragged
+from erclutch.logs.readers.text_cells import have_ended, long_rows, refuse_ragged
 from erclutch.logs.readers.text_columns import sorted_columns
 from erclutch.logs.readers.text_put_right import put_right
 from erclutch.logs.readers.text_rows import blocks_in, rows_of_body
@@ -138,6 +138,8 @@ def table_of_rows(
         last = max(of_the_file, key=dialect.names.index)
         empty = np.flatnonzero(np.isnan(columns[last])).tolist() if last in columns else []
         needed = dialect.names.index(last) + 1
+        if empty and have_ended(body, dialect, empty, len(frame)):
+            needed = 0
         refuse_ragged(body, dialect, empty, needed=min(needed, dialect.usual or needed))
 
     # The lines above the rows say the units, and perhaps the time from row to row.
