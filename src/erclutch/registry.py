@@ -40,10 +40,8 @@ class _Group(NamedTuple):
     kind: str  # what a plug-in of the group is called
     room: str  # of the core, with a folder of the group; "": wings alone have such folders
     mark: str  # what the file assigns at its top level
-    value: Literal["mark", "module", "function"] = (
-        "mark"  # a plug-in's value: of the mark, the file itself, or the
-    )
-    # function that is named as the file
+    #: A plug-in's value: what the mark is, the file itself, or the function that is named as the file.
+    value: Literal["mark", "module", "function"] = "mark"
 
 
 #: The last word of a group is the name of its folders.
