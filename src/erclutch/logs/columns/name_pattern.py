@@ -38,79 +38,15 @@ _IN_WORDS = re.compile(
 #: What numbers logs from 1 on, one after another.
 _COUNTED = frozenset(
     (
-        *(
-            "run",
-            "test",
-            "trial",
-            "rep",
-            "repeat",
-            "nr",
-            "no",
-            "sample",
-            "specimen",
-            "log",
-            "file",
-            "data",
-            "exp",
-        ),
-        *(
-            "part",
-            "cycle",
-            "v",
-            "rev",
-            "device",
-            "unit",
-            "versuch",
-            "messung",
-            "probe",
-            "lauf",
-            "essai",
-            "ensayo",
-        ),
-    )
+        "run test trial rep repeat nr no sample specimen log file data exp part cycle v rev "
+        "device unit versuch messung probe lauf essai ensayo"
+    ).split()
 )
 _OF_MOTION_OR_HEAT = frozenset(
     (
-        *(
-            "mm",
-            "cm",
-            "m",
-            "um",
-            "µm",
-            "in",
-            "Hz",
-            "hz",
-            "HZ",
-            "kHz",
-            "rpm",
-            "RPM",
-            "rps",
-            "mps",
-            "mms",
-            "cms",
-            "rads",
-        ),
-        *(
-            "s",
-            "ms",
-            "min",
-            "h",
-            "C",
-            "degC",
-            "°C",
-            "K",
-            "F",
-            "deg",
-            "°",
-            "N",
-            "kN",
-            "Nm",
-            "g",
-            "kg",
-            "bar",
-            "MPa",
-        ),
-    )
+        "mm cm m um µm in Hz hz HZ kHz rpm RPM rps mps mms cms rads s ms min h C degC °C K F "
+        "deg ° N kN Nm g kg bar MPa"
+    ).split()
 )
 _DIGITS_OF_A_DATE = 6  # or more
 _NO_COUNT = 10  # steps from one number to the next that are no count of logs

@@ -27,22 +27,9 @@ from erclutch.signals.array import Array
 _SHAFTS = (
     frozenset(
         (
-            *(
-                "in",
-                "input",
-                "drive",
-                "driving",
-                "driver",
-                "primary",
-                "motor",
-                "inner",
-                "inside",
-                "upper",
-                "disc",
-                "disk",
-            ),
-            *("antrieb", "an", "eingang", "entree", "entrada"),
-        )
+            "in input drive driving driver primary motor inner inside upper disc disk antrieb an "
+            "eingang entree entrada"
+        ).split()
     ),
     frozenset(
         (

@@ -153,60 +153,14 @@ GERMAN = {
     "position": ("weg", "winkel", "hub"),
     "effort": ("moment", "kraft"),
 }
-GERMAN_OTHERS = (
-    "soll",
-    "normal",
-    "traegheits",
-    "tragheits",
-    "schub",
-    "scher",
-    "quer",
-    "gewichts",
-    "massen",
-    "bezugs",
+GERMAN_OTHERS = tuple(
+    "soll normal traegheits tragheits schub scher quer gewichts massen bezugs".split()
 )
 # Compounds that end like a signal and are none: an acceleration, a pressure, a power.
-EASTERN_OTHERS = (
-    *(
-        "加速度",
-        "压力",
-        "壓力",
-        "圧力",
-        "应力",
-        "応力",
-        "功率",
-        "动力",
-        "电力",
-        "電力",
-        "误差",
-        "温度",
-        "频率",
-    ),
-    *(
-        "目标",
-        "目標",
-        "设定",
-        "指令",
-        "给定",
-        "命令",
-        "速度比",
-        "时间",
-        "時間",
-        "序号",
-        "编号",
-        "番号",
-        "效率",
-        "効率",
-    ),
-    *(
-        "摩擦系数",
-        "摩擦因数",
-        "摩擦係数",
-        "应变",
-        "ひずみ",
-        "次数",
-        "计数",
-        "サイクル数",
-        "サイクル回数",
-    ),
+EASTERN_OTHERS = tuple(
+    (
+        "加速度 压力 壓力 圧力 应力 応力 功率 动力 电力 電力 误差 温度 频率 "
+        "目标 目標 设定 指令 给定 命令 速度比 时间 時間 序号 编号 番号 效率 効率 "
+        "摩擦系数 摩擦因数 摩擦係数 应变 ひずみ 次数 计数 サイクル数 サイクル回数"
+    ).split()
 )

@@ -50,36 +50,10 @@ _PARTS = frozenset(
 _OF_A_TEST = frozenset({"test", "recipe", "program", "sequence", "measurement", "active", "actual"})
 #: What a bench marks rows by: where it stopped, what went wrong, what the drive does.
 _MARKS = frozenset(
-    {
-        *(
-            "is",
-            "has",
-            "holding",
-            "endstop",
-            "limit",
-            "limiter",
-            "flag",
-            "valid",
-            "error",
-            "fault",
-            "alarm",
-            "trigger",
-        ),
-        *(
-            "trig",
-            "event",
-            "home",
-            "homed",
-            "homing",
-            "contact",
-            "ready",
-            "done",
-            "moving",
-            "saturated",
-            "sync",
-        ),
-        "status",
-    }
+    (
+        "is has holding endstop limit limiter flag valid error fault alarm trigger trig event "
+        "home homed homing contact ready done moving saturated sync status"
+    ).split()
 )
 _MANY = 4  # columns: more are told together
 _LOAD_CELL = re.compile(r"(?<![^\W_])(?:lc ?\d+|load ?cell\w*)(?![^\W_])", re.IGNORECASE)

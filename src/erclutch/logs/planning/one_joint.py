@@ -26,51 +26,10 @@ _OF_JOINTS = frozenset(
 #: Sides of one device and ways to log a signal, and directions in space: none of them is a joint.
 _NO_JOINTS = frozenset(
     (
-        *(
-            "motor",
-            "rotor",
-            "link",
-            "load",
-            "output",
-            "input",
-            "spring",
-            "drive",
-            "driven",
-            "driver",
-            "engine",
-            "brake",
-        ),
-        *(
-            "clutch",
-            "test",
-            "dut",
-            "shaft",
-            "upper",
-            "lower",
-            "top",
-            "bottom",
-            "inner",
-            "outer",
-            "primary",
-            "secondary",
-        ),
-        *(
-            "in",
-            "out",
-            "side",
-            "meas",
-            "measured",
-            "est",
-            "filt",
-            "filtered",
-            "raw",
-            "ref",
-            "cmd",
-            "des",
-            "set",
-        ),
-        *("min", "max", "mean", "std"),
-    )
+        "motor rotor link load output input spring drive driven driver engine brake clutch test "
+        "dut shaft upper lower top bottom inner outer primary secondary in out side meas "
+        "measured est filt filtered raw ref cmd des set min max mean std"
+    ).split()
 )
 _DIRECTIONS = frozenset({"x", "y", "z", "d", "q", "alpha", "beta", "roll", "pitch", "yaw"})
 

@@ -25,20 +25,7 @@ _FEW = 3  # speeds: of more, a robot's rest and are asked about with its efforts
 _ALIKE = 0.03  # of the largest speed, by which two sensors of one motion differ at most
 #: What a speed is called by that was measured in one way of several.
 _SENSORS = frozenset(
-    {
-        "electrical",
-        "optical",
-        "encoder",
-        "hall",
-        "laser",
-        "tacho",
-        "magnetic",
-        "resolver",
-        "sensor",
-        "gyro",
-        "esc",
-        "el",
-    }
+    ("electrical optical encoder hall laser tacho magnetic resolver sensor gyro esc el").split()
 )
 
 

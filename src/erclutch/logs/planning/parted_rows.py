@@ -19,64 +19,17 @@ from erclutch.signals import units
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
 _PARTS = frozenset(
     (
-        *(
-            "trial",
-            "test",
-            "run",
-            "direction",
-            "cycle",
-            "phase",
-            "state",
-            "status",
-            "step",
-            "rep",
-            "repetition",
-        ),
-        *(
-            "segment",
-            "mode",
-            "sweep",
-            "load",
-            "flag",
-            "valid",
-            "event",
-            "comment",
-            "remark",
-            "note",
-            "versuch",
-        ),
-        *(
-            "lauf",
-            "richtung",
-            "zustand",
-            "schritt",
-            "essai",
-            "sens",
-            "etat",
-            "prueba",
-            "ensayo",
-            "sentido",
-        ),
-        "estado",
-    )
+        "trial test run direction cycle phase state status step rep repetition segment mode "
+        "sweep load flag valid event comment remark note versuch lauf richtung zustand schritt "
+        "essai sens etat prueba ensayo sentido estado"
+    ).split()
 )
 #: Columns that tell one device or fluid from another; a model is of one of them.
 _KINDS = frozenset(
     (
-        *(
-            "material",
-            "sample",
-            "specimen",
-            "fluid",
-            "oil",
-            "grease",
-            "batch",
-            "company",
-            "supplier",
-            "maker",
-        ),
-        *("motor", "damper", "device", "unit", "model", "product"),
-    )
+        "material sample specimen fluid oil grease batch company supplier maker motor damper "
+        "device unit model product"
+    ).split()
 )
 _SELDOM = 0.01  # of the rows
 _TAKE_TURNS = 0.6  # share of the rows that are of another device than the row before

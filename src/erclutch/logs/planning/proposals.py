@@ -40,22 +40,9 @@ _NUMBERED = frozenset(
 #: What a column of 0 and 1 may say of a coil; a mark of anything else is no field.
 _SWITCHES = frozenset(
     (
-        *(
-            "on",
-            "off",
-            "mode",
-            "state",
-            "switch",
-            "enable",
-            "enabled",
-            "energized",
-            "active",
-            "power",
-            "powered",
-        ),
-        *("magnet", "coil", "clutch", "brake", "relay", "step", "level", "excited"),
-        *("ein", "aus", "zustand", "schalter"),
-    )
+        "on off mode state switch enable enabled energized active power powered magnet coil "
+        "clutch brake relay step level excited ein aus zustand schalter"
+    ).split()
 )
 #: What the share is called that a supply, a valve or a brake is told.
 _COMMANDS = frozenset({"cmd", "command", "duty", "pwm", "valve", "brake", "excitation", "control"})

@@ -43,25 +43,7 @@ _CHANNEL_UNITS = frozenset(
     {"vertical units", "vertical unit", "y units", "y unit", "channel units", "vert units"}
 )
 #: Units that are no names.
-_UNITS_ALONE = frozenset(
-    (
-        "s",
-        "sec",
-        "ms",
-        "us",
-        "µs",
-        "min",
-        "Nm",
-        "kN",
-        "rpm",
-        "mm",
-        "mA",
-        "mV",
-        "kV",
-        "1/min",
-        "U/min",
-    )
-)
+_UNITS_ALONE = frozenset(("s sec ms us µs min Nm kN rpm mm mA mV kV 1/min U/min").split())
 _LABELS = frozenset(
     {"label", "labels", "channel label", "channel labels", "channel name", "channel names"}
 )

@@ -21,30 +21,7 @@ from erclutch.signals import units
 
 #: Units that are no names; t, V, F may be names.
 _CLEAR_UNITS = frozenset(
-    (
-        "s",
-        "sec",
-        "Sec",
-        "SEC",
-        "ms",
-        "us",
-        "µs",
-        "min",
-        "Nm",
-        "kN",
-        "lbf",
-        "rpm",
-        "mm",
-        "cm",
-        "kV",
-        "mV",
-        "mA",
-        "kPa",
-        "MPa",
-        "bar",
-        "deg",
-        "rad",
-    )
+    ("s sec Sec SEC ms us µs min Nm kN lbf rpm mm cm kV mV mA kPa MPa bar deg rad").split()
 )
 #: Clear units as old loggers write them; S and MIN may be names, and MA is no mA for sure.
 _CAPITALS = {
@@ -59,20 +36,7 @@ _NO_FACTOR = re.compile(
 )
 #: What the line of units is called that some loggers write above the names.
 _UNIT_LINE = frozenset(
-    (
-        "unit",
-        "units",
-        "einheit",
-        "einheiten",
-        "unite",
-        "unité",
-        "unités",
-        "unidad",
-        "unidade",
-        "単位",
-        "单位",
-        "單位",
-    )
+    ("unit units einheit einheiten unite unité unités unidad unidade 単位 单位 單位").split()
 )
 _COLUMN = r"(?:col(?:umn)?|ch(?:annel)?|field|var(?:iable)?|spalte|colonne|columna)?"
 _TYPE = re.compile(
