@@ -214,3 +214,9 @@ def test_short_sweeps_make_points_where_there_are_too_many_for_chance(
     else:
         with pytest.raises(MappingError, match="no time column"):
             read(path)
+
+
+def test_points_without_an_effort_are_points_where_none_is_needed(tmp_path: Path) -> None:
+    path = written(tmp_path, "Current [A],Speed [rpm]", SPEED % 7, SPEED)
+    log = read(path, {"constants": {"effort": "0 N*m"}})
+    assert any("its rows are points" in note for note in log.notes)

@@ -73,6 +73,25 @@ def points(tmp_path_factory: pytest.TempPathFactory) -> Material:
     )
 
 
+@pytest.fixture(scope="module")
+def sheet(tmp_path_factory: pytest.TempPathFactory) -> Material:
+    """A brake's bench sheet of 40 points, each one held out between others, SYNTHETIC."""
+    field = np.repeat(np.arange(5) / 2.0, 8)
+    speed = np.tile(np.linspace(10.0, 80.0, 8), 5)
+    noise = np.random.default_rng(4).normal(0.0, 0.01, speed.size)
+    torque = 0.2 + 3.0 * field + 0.004 * speed + noise
+    names = "I [A],speed [rad/s],torque [Nm]"
+    return reported(tmp_path_factory.mktemp("sheet"), names, (field, speed, torque), {})
+
+
+def test_a_sheet_of_few_points_is_reported_without_holes(sheet: Material) -> None:
+    page = report_html(sheet)
+    assert "40 points of a table" in page
+    assert "range holds no row" not in page
+    assert page.count("Log more, or choose a smaller network") <= 1 + page.count("is left out:")
+    assert max(cells.blind_share for cells in sheet.error_maps) == 0.0
+
+
 def test_a_log_without_a_field_is_told_of_none(without_field: Material) -> None:
     page = report_html(without_field)
     assert "no field in the log" in page

@@ -57,16 +57,17 @@ def take_points(draft: Draft) -> None:
         return
     slip = draft.signals.get("slip")
     effort = draft.signals.get("effort")
-    if effort is None or not effort.column:
-        return
     if slip is None or not slip.column:
         return
+    if effort is None:
+        return  # the log is asked for it first
+    # A prediction is told an effort of 0, and has no column of it.
+    needed = [slip.column, *([effort.column] if effort.column else [])]
     if draft.seen.columns[slip.column].kind == "Pa":
         return  # points of a rheometer are for `erclutch flowcurve`
 
     swept = _swept_speed(draft.seen)
-    columns = draft.table.columns
-    mixed = not swept and all(_is_in_no_order(columns[each.column]) for each in (slip, effort))
+    mixed = not swept and all(_is_in_no_order(draft.table.columns[name]) for name in needed)
     if not swept and not mixed:
         return
     for column in draft.seen.without(draft.taken):
@@ -75,11 +76,7 @@ def take_points(draft: Draft) -> None:
             return  # it may be the time
 
     del draft.questions["time"]
-    why = (
-        f"columns {slip.column} and {effort.column} {IN_NO_ORDER}"
-        if mixed
-        else f"{swept} goes one way"
-    )
+    why = f"columns {' and '.join(needed)} {IN_NO_ORDER}" if mixed else f"{swept} goes one way"
     course = why if mixed else f"column {why} through the table"
     sentence = f"no time: {course}, so its rows are points, none after another"
     sentence += ' (--rate "RATE Hz" if they were sampled at a rate)'

@@ -271,10 +271,10 @@ def next_steps(material: Material) -> list[dict[str, str]]:
     steps: list[tuple[str, str]] = []  # what to do, and the command
     # A run keeps names of logs and no paths, which are of one machine.
     where = f", in the folder of the log{'s'[: len(body['logs']) != 1]}"
-    for finding in body["findings"]:
-        setting = _SETTING.fullmatch(finding["remedy"])
+    for remedy in dict.fromkeys(finding["remedy"] for finding in body["findings"]):
+        setting = _SETTING.fullmatch(remedy)
         if setting is None:
-            steps.append((f"{capital(finding['remedy'])}.", ""))
+            steps.append((f"{capital(remedy)}.", ""))
         else:  # a remedy that is a setting of the fit becomes the whole command
             command = _fit_again(body, {"lag": setting["stages"]})
             steps.append((f"Fit again with the memory of the slip{where}:", command))

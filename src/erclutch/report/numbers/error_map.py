@@ -13,6 +13,7 @@ from erclutch.signals.array import Array
 Counts = NDArray[np.int64]
 
 _FIELD_CELLS, _SLIP_CELLS = 32, 26
+_FEWEST_SLIP_CELLS = 3
 _FEW_LEVELS = 16  # fields of a log, each of which has a cell of its own
 
 
@@ -73,7 +74,11 @@ def error_maps(rows: RunRows, model: str) -> tuple[ErrorMap, ...]:
     maps: list[ErrorMap] = []
     for number, element in enumerate(rows.data.elements):
         field_edges = _field_edges(element.field)
-        slip_edges = even_edges(element.slip, _SLIP_CELLS)
+        slip_cells = _SLIP_CELLS
+        if rows.data.in_no_time:  # a cell between two points of a table is no hole
+            points_at_a_field = rows.data.rows // (field_edges.size - 1)
+            slip_cells = int(np.clip(points_at_a_field // 2, _FEWEST_SLIP_CELLS, _SLIP_CELLS))
+        slip_edges = even_edges(element.slip, slip_cells)
         size = (field_edges.size - 1, slip_edges.size - 1)
         count = size[0] * size[1]
         # One pass over the rows: np.histogram2d is several times slower.
