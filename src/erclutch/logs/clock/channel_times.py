@@ -54,8 +54,6 @@ def with_times_joined(table: Table) -> Table:
             channels[last].append(name)
     if len(channels) < 2 or not all(channels.values()):
         return table
-    if not have_one_name and not _end_with_their_times(table, channels):
-        return table  # a second stamp of the same rows
     signals = [_COPY.sub("", name) for names in channels.values() for name in names]
     if len({*signals}) < len(signals):  # tables of the same columns
         return table
@@ -73,6 +71,8 @@ def with_times_joined(table: Table) -> Table:
             del columns[time]
         note = f"column {', '.join(other_times)} repeats {first}"
         return replace(table, columns=columns, notes=(*table.notes, note))
+    if not have_one_name and not _end_with_their_times(table, channels):
+        return table  # a second stamp of the same rows
 
     efforts = {name for name in table.columns if "effort" in spoken_name(name).may_be}
     with_effort = [time for time, names in channels.items() if not efforts.isdisjoint(names)]

@@ -12,6 +12,9 @@ from erclutch.signals import units
 
 _SQUARE = re.compile(r"(.+?)\s*\[([^\[\]]*)\]", re.DOTALL)
 _ROUND = re.compile(r"(.+?)\s*\(([^()]*)\)", re.DOTALL)
+_CURLY = re.compile(r"(.+?)\s*(?:\{([^{}]*)\}|<([^<>]*)>)", re.DOTALL)
+#: Brackets and the slash as Chinese and Japanese keyboards write them.
+_FULL_WIDTH = str.maketrans("（）［］【】／", "()[][]/")
 #: A Chinese or Japanese letter.
 EASTERN = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff]")
 _EASTERN = re.compile(r"(.*[\u3040-\u30ff\u4e00-\u9fff])\s*([A-Za-zµ°%][\w./·*^%°-]*)", re.DOTALL)
@@ -83,7 +86,7 @@ _BARE = {
     **dict.fromkeys(("newton", "newtons"), "N"),
     **dict.fromkeys(("ampere", "amperes"), "A"),
     **dict.fromkeys(("volt", "volts"), "V"),
-    **dict.fromkeys(("millimeters", "millimetres"), "mm"),
+    **dict.fromkeys(("millimeters", "millimetres", "millimeter"), "mm"),
     **dict.fromkeys(("meters", "metres"), "m"),
     **dict.fromkeys(("degrees", "degree"), "deg"),
     **{
@@ -132,7 +135,7 @@ _QUOTIENT = re.compile(r"(.+)_((?:1|m|[^\W\d_]{2,})/[^/()]+)")
 # A quotient behind a blank (``Shear Rate 1/s``, ``Angular Velocity rad/s``): the word before the slash is of the unit.
 _BLANK = re.compile(r"(.*[^\W\d_]\S*)\s+((?:1|[^\W\d_]{1,4})/[^\s/()]+)")
 # A letter behind a blank (``Force N``), where all names of a file end in units; ``coil A`` alone is the first of two.
-_LETTER = re.compile(r"(.*[^\W\d_]\S*)\s+([AVNTms])")
+_LETTER = re.compile(r"(.*?[^\W\d_]\S*?)(?:\s+[-–])?\s+([AVNTms])")
 _COMMA = re.compile(r"(.*[^\W\d_]\S*)\s*,\s*([^\s,]+)")  # as Russian headers have it: ``Сила, Н``
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _BY_R = re.compile(r"(\w[\w.]*?)\.\.(\w[\w.]*)\.")
@@ -152,6 +155,10 @@ def split_label(label: str) -> tuple[str, str | None]:
     Underscores are never read as units: ``N_m`` may be a name.
     """
     label = label.strip()
+    in_ascii = label.translate(_FULL_WIDTH)
+    if in_ascii != label:
+        name, unit = split_label(in_ascii)
+        return (name, unit) if unit else (label, None)
     alone = _UNIT_ALONE.fullmatch(label)
     if alone and units.is_unit(alone.group(1)):
         return label, alone.group(1)
@@ -162,11 +169,11 @@ def split_label(label: str) -> tuple[str, str | None]:
         unit = unit.strip()
         if unit and not unit.isdecimal():  # an index is none
             return name, unit
-    for pattern in (_ROUND, _SLASH):
+    for pattern in (_ROUND, _SLASH, _CURLY):
         match = pattern.fullmatch(label)
         if match is None:
             continue
-        name, unit = match.groups()
+        name, unit = (part for part in match.groups() if part is not None)
         unit = unit.strip()
         counts = unit in COUNTS and not unit.startswith("step")  # a step there may be one of a test
         known = units.is_unit(unit) or units.is_temperature(unit)

@@ -21,7 +21,11 @@ from erclutch.signals import units
 
 #: Units that are no names; t, V, F may be names.
 _CLEAR_UNITS = frozenset(
-    ("s sec Sec SEC ms us µs min Nm kN lbf rpm mm cm kV mV mA kPa MPa bar deg rad").split()
+    (
+        "s sec Sec SEC ms us µs min Nm kN lbf rpm mm cm kV mV mA kPa MPa bar deg rad "
+        "seconds Seconds newton Newton newtons Newtons "
+        "millimeter Millimeter millimeters Millimeters millimetres Millimetres"
+    ).split()
 )
 #: Clear units as old loggers write them; S and MIN may be names, and MA is no mA for sure.
 _CAPITALS = {

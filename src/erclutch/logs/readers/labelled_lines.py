@@ -13,6 +13,7 @@ from dataclasses import replace
 
 from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
+from erclutch.logs.readers.serial_monitor import STAMP
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.readers.text_table import read_text
 from erclutch.logs.table import Table
@@ -30,6 +31,10 @@ def _pairs(line: str) -> list[tuple[str, str, str]]:
     """Names, numbers and units of a line; none where anything else stands in it."""
     pairs: list[tuple[str, str, str]] = []
     at = 0
+    stamp = STAMP.match(line)
+    if stamp:
+        pairs.append(("Time", stamp[1], ""))
+        at = stamp.end()
     while match := _PAIR.match(line, at):
         name = match["name"].strip()
         unit = (match["unit"] or "").strip()

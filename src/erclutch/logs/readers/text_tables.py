@@ -59,6 +59,9 @@ def read_tables(source: LogSource) -> Table:
             table = read_text(source)
         except LogError:
             tables = dict(_tables_in(source.data))
+            below = _only_table(source, tables)
+            if below is not None:
+                return below
             if len(tables) < 2:
                 raise
         else:
@@ -90,6 +93,27 @@ def read_tables(source: LogSource) -> Table:
         above = LINE_END.split(decode(source.data))[: first.line - 1]
         table = with_stated_units(table, header_pairs(above))
     note = f"recording read from {name}, 1 of {len(tables)} tables of the text"
+    return replace(table, notes=(note, *table.notes))
+
+
+def _only_table(source: LogSource, tables: Mapping[str, _Part]) -> Table | None:
+    """The only table of several rows, below a result or two of the test with a header of their own; None for others."""
+    if len(tables) != 1:
+        return None
+    ((line, settings, text),) = tables.values()
+    before = [each.strip() for each in LINE_END.split(decode(source.data))[: line - 1]]
+    above = [each for each in before if each]
+    is_apart = (
+        bool(before) and not before[-1]
+    )  # by an empty line; a row right above the names may be one of theirs
+    names, *_ = LINE_END.split(text.strip())
+    if settings or not above or not is_apart or names.strip() in above:
+        return None
+    try:
+        table = read_text(replace(source, data=text.encode("utf-8")))
+    except LogError:
+        return None
+    note = f"{len(above)} lines above the table left out, from {above[0][:40]!r} on"
     return replace(table, notes=(note, *table.notes))
 
 

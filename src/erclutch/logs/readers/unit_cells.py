@@ -23,9 +23,10 @@ if TYPE_CHECKING:
 LOOKED_AT = 1 << 13  # last characters
 _FEWEST = 3  # rows
 _LONGEST_UNIT = 12  # characters
+# A word may stand in front, behind which a sign says that a number follows: ``Reading: 2.1 lbs``, ``F=2 N``.
 _MEASURED = re.compile(
-    r"\s*([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]|[%°µ]|(?<=\s)1/[^\W\d_])"
-    rf"([^\s\d,;]{{0,{_LONGEST_UNIT}}})\s*"
+    r"(?P<word>\s*[^\W\d][^\d:=,;\t]{0,30}[:=])?\s*(?P<number>[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*"
+    rf"(?P<unit>(?:[^\W\d_]|[%°µ]|(?<=\s)1/[^\W\d_])[^\s\d,;]{{0,{_LONGEST_UNIT}}})\s*"
 )
 _CALLED_UNIT = re.compile(
     r"(?:units?|einheit|unit[eé]s?|unidad(?:es)?|单位|単位|ед)\b.*", re.IGNORECASE
@@ -51,6 +52,7 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
         for cells in rows
     )
     first = next(place for place, has_units in enumerate(have_units) if has_units)
+    words = {column: _word_before(rows[first][column]) for column in unit_of}
     for column, unit in [*unit_of.items()]:
         own = [cells[column] if column < len(cells) else "" for cells in rows[first:]]
         units_in_cells = {unit_in(cell) for cell in {*own} if cell.strip(' "0.,')}
@@ -61,7 +63,9 @@ def without_units_in_cells(text: str) -> tuple[str, str]:
             own_unit = unit_in(cells[column]) if column < len(cells) else None
             if own_unit is None or (own_unit != unit and not is_of_one_quantity(own_unit, unit)):
                 continue
-            number = _MEASURED.sub(r"\1", cells[column])
+            if _word_before(cells[column]) != words[column]:
+                continue  # another quantity
+            number = _MEASURED.sub(r"\g<number>", cells[column])
             if own_unit != unit:
                 in_si = float(number.replace(",", ".")) * units.parse(own_unit).factor
                 converted = f"{in_si / units.parse(unit).factor:.15g}"
@@ -113,9 +117,14 @@ def unit_in(cell: str) -> str | None:
     match = _MEASURED.fullmatch(cell)
     if not match:
         return None
-    _, first, rest = match.groups()
-    unit = first + rest
+    unit = match["unit"]
     return unit if _is_unit(unit) else None
+
+
+def _word_before(cell: str) -> str:
+    """The word in front of the number of a cell, behind which a sign stands; "" for none."""
+    match = _MEASURED.fullmatch(cell)
+    return (match["word"] or "").strip() if match else ""
 
 
 @lru_cache(maxsize=1024)
@@ -148,7 +157,9 @@ def _units_by_column(lines: Sequence[str]) -> tuple[str, dict[int, str]]:
         unit_of: dict[int, str] = {}
         for column in range(width):
             unit = unit_in(whole[-1][column])  # most logs end here
-            if unit and all(is_of_one_quantity(unit_in(cells[column]), unit) for cells in whole):
+            have_one_word = len({_word_before(cells[column]) for cells in whole}) == 1
+            are_alike = (is_of_one_quantity(unit_in(cells[column]), unit or "") for cells in whole)
+            if unit and have_one_word and all(are_alike):
                 unit_of[column] = unit
         if len(unit_of) > len(best[1]):
             best = delimiter, unit_of
