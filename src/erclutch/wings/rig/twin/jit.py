@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib import import_module
 from typing import Any, TypeVar
 
 from erclutch.arithmetic.recursion import machine_code
@@ -27,8 +26,10 @@ def for_arguments_like(function: F, *arguments: Any) -> F:
     A call of the function itself looks at the type of each of some hundred parameters, which takes three times as long
     as a step of the twin.
     """
-    typeof: Callable[[Any], Any] = import_module("numba").typeof
+    import numba
+
+    library: Any = numba  # which tells no types of its own
     compile_for = getattr(function, "compile", None)
     if compile_for is None:  # NUMBA_DISABLE_JIT
         return function
-    return compile_for(tuple(map(typeof, arguments)))
+    return compile_for(tuple(library.typeof(argument) for argument in arguments))
