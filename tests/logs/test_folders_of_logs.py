@@ -250,3 +250,22 @@ def test_one_log_without_a_field_beside_others_with_a_column_is_settled_by_one_c
     assert "Understood. Fit them" in good(
         "inspect", "logs", "--name-pattern", "{field}A", cwd=tmp_path
     )
+
+
+def test_logs_of_two_devices_are_told_and_each_has_its_command(tmp_path: Path) -> None:
+    for device, times in (("A", 1.0), ("B", 3.0)):
+        names = {f"brake{device}_{field}A": times * (0.1 + field) for field in (0, 0.5, 1)}
+        folder_of(tmp_path / "logs", names)
+    last = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()[-1]
+    logs = [f"logs/brakeA_{field}A.csv" for field in ("0.5", "0", "1")]
+    assert last == (
+        f'What settles it: erclutch inspect {" ".join(logs)} --name-pattern "brakeA_{{field}}A"'
+    )
+    pattern = ("--name-pattern", "brakeA_{field}A")
+    assert "two devices" not in good("inspect", *logs, *pattern, cwd=tmp_path)
+    for path in (tmp_path / "logs").iterdir():
+        path.rename(path.with_name(path.name.replace("A_", "1_").replace("B_", "2_")))
+    said = good("inspect", "logs", "--name-pattern", "brake{n}_{field}A", cwd=tmp_path)
+    said = " ".join(said.split())
+    assert "times the effort of brake1_" in said
+    assert "they are of two devices, or of one that changed" in said

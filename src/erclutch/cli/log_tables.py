@@ -144,11 +144,10 @@ def tell_coverage(data: Dataset) -> None:
 
 def findings(data: Dataset) -> list[str]:
     """What is odd in a log, each with its level."""
+    from erclutch.fit.checks.data_check import another_device
     from erclutch.fit.checks.sensor_check import sensor_findings
     from erclutch.fit.history import effort_finding
 
     odd = list(sensor_findings(data))
-    memory = effort_finding(data)
-    if memory is not None:
-        odd.append(memory)
+    odd += [each for each in (effort_finding(data), another_device(data)) if each is not None]
     return [f"{finding.level}: {finding}" for finding in odd]

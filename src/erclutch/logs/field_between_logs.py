@@ -1,5 +1,6 @@
 """Several logs without a field may be told apart by one that no column holds: at the same slip, one has more effort.
 
+Logs with a field that differ so are of two devices, or of one that changed.
 A lab writes a file a current, and the current into a name or a test plan. Read as logs at one field, they would be
 mixed in a fit.
 """
@@ -19,6 +20,7 @@ from erclutch.signals.array import Array
 from erclutch.signals.recording import NO_FIELD
 
 _BINS = 8  # of the size of the slip
+_LEVELS = 16  # of the size of the field
 _RESTS = 0.1  # of the largest slip: slower rows may stick
 _FEWEST_ROWS = 5  # of a bin
 _APART = 1.5  # times the effort: more than a warm fluid or another day makes
@@ -27,12 +29,26 @@ _RISES_OF_TWO = 1.1  # times the effort: by chance that of the larger of two num
 
 
 class CourseOfLog(NamedTuple):
-    """The slip and the effort of a log, each (n,), with its name and its notes."""
+    """The slip and the effort of a log, each (n,), with its name and its notes; and its field where that counts."""
 
     name: str
     notes: Sequence[str]
     slip: Array
     effort: Array
+    field: Array | None = None
+
+
+class EffortsApart(NamedTuple):
+    """Of several logs the two whose efforts at the same slip and field are furthest apart.
+
+    Attributes:
+        more, less: their places.
+        times: how many times the effort of the one is that of the other.
+    """
+
+    more: int
+    less: int
+    times: float
 
 
 def require_one_field(logs: Sequence[CourseOfLog]) -> None:
@@ -47,29 +63,9 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
     without = [log for log in logs if any(note.startswith(f"{NO_FIELD}:") for note in log.notes)]
     if len(without) < 2:
         return
-    largest_slip = max(float(np.abs(log.slip).max()) for log in without)
-    edges = np.linspace(_RESTS, 1.0, _BINS + 1) * largest_slip
-    # The mean effort along the slip of each log in bins of its size, and its scatter; shape (logs, 2, bins).
-    courses = np.full((len(without), 2, _BINS), np.nan)  # where a log has few rows, no number
-    for number, log in enumerate(without):
-        along = log.effort * np.sign(log.slip)  # without a load that does not turn with the slip
-        bins = np.digitize(np.abs(log.slip), edges)
-        for place in range(_BINS):
-            inside = bins == place + 1
-            if np.count_nonzero(inside) >= _FEWEST_ROWS:
-                courses[number, :, place] = along[inside].mean(), along[inside].std()
-
+    courses = _courses(without)
+    more, less, times = _furthest_apart(courses)
     names = [log.name for log in without]
-    apart = np.zeros((len(without), len(without)))
-    for place, own in enumerate(courses):
-        shared = np.isfinite(own[0]) & np.isfinite(courses[:, 0])
-        of_own = np.where(shared, np.abs(own[0]), 0.0).sum(axis=1)
-        of_others, scatter = np.where(shared[:, None], np.abs(courses), 0.0).sum(axis=2).T
-        # What scatters more than it differs is no other course: a spring, an inertia, a load.
-        known = (of_others > 0.0) & (of_own - of_others > scatter)
-        apart[place, known] = of_own[known] / of_others[known]
-    more, less = np.unravel_index(int(apart.argmax()), apart.shape)
-    times = float(apart[more, less])
     pattern = pattern_among(names)
     if times > _APART:
         problem = (
@@ -84,6 +80,51 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
     else:
         return
     raise UnloggedFieldError(problem, where=names[0], remedy=_remedy(pattern, names[0]))
+
+
+def efforts_of_two_devices(logs: Sequence[CourseOfLog]) -> EffortsApart | None:
+    """Two logs of which one has much more effort at the same field and slip; None where all are as of one device."""
+    apart = _furthest_apart(_courses(logs))
+    return apart if apart.times > _APART else None
+
+
+def _courses(logs: Sequence[CourseOfLog]) -> Array:
+    """Mean effort along the slip of each log, and its scatter, by the size of field and slip: (logs, 2, bins).
+
+    Where a log has few rows stands no number.
+    """
+    largest_slip = max(float(np.abs(log.slip).max()) for log in logs)
+    edges = np.linspace(_RESTS, 1.0, _BINS + 1) * largest_slip
+    sizes = [np.abs(log.slip if log.field is None else log.field) for log in logs]
+    largest_field = max(float(size.max()) for size in sizes)
+    levels = 1 if logs[0].field is None else _LEVELS
+    courses = np.full((len(logs), 2, levels * _BINS), np.nan)
+    for number, (log, size) in enumerate(zip(logs, sizes, strict=True)):
+        along = log.effort * np.sign(log.slip)  # without a load that does not turn with the slip
+        bins = np.digitize(np.abs(log.slip), edges) - 1
+        if levels > 1 and largest_field > 0.0:
+            level = np.minimum((size / largest_field * levels).astype(int), levels - 1)
+            bins = np.where((bins >= 0) & (bins < _BINS), level * _BINS + bins, -1)
+        for place in np.unique(bins):
+            inside = bins == place
+            is_bin = 0 <= place < levels * _BINS
+            if is_bin and np.count_nonzero(inside) >= _FEWEST_ROWS:
+                courses[number, :, place] = along[inside].mean(), along[inside].std()
+    return courses
+
+
+def _furthest_apart(courses: Array) -> EffortsApart:
+    """The two logs that are furthest apart, by what `_courses` gives."""
+    apart = np.zeros((len(courses), len(courses)))
+    for place, own in enumerate(courses):
+        shared = np.isfinite(own[0]) & np.isfinite(courses[:, 0])
+        of_own = np.where(shared, np.abs(own[0]), 0.0).sum(axis=1)
+        of_others, scatter = np.where(shared[:, None], np.abs(courses), 0.0).sum(axis=2).T
+        # What scatters more than it differs is no other course: a spring, an inertia, a load.
+        known = (of_others > 0.0) & (of_own - of_others > scatter)
+        apart[place, known] = of_own[known] / of_others[known]
+    more, less = np.unravel_index(int(apart.argmax()), apart.shape)
+    return EffortsApart(int(more), int(less), float(apart[more, less]))
 
 
 def _numbers_in(names: Sequence[str], pattern: str) -> Array:

@@ -281,6 +281,9 @@ def _tell_what_settles(
         settled = ""
     if len(alike) == len(look.refused):  # one command settles it for all of them
         settled = settled.replace(first, typed)
+    elif alike:  # or for those of which the same is asked
+        same = [plan.path, *(str(look.log.parent / name) for name in alike)]
+        settled = settled.replace(first, shlex.join(same))
     why = str(problem)
     if settled and len(look.plan.questions) > 1:
         # The remedy of several questions is that command, which is printed once.
@@ -296,6 +299,11 @@ def _tell_what_settles(
     # The command confirms them too.
     if look.plan.doubts and settled == look.plan.command().replace(first, typed):
         terminal.say(f"In doubt besides: {'; '.join(look.plan.doubts)}")
+    others = len(look.refused) - len(alike)
+    if settled and alike and others:
+        terminal.say(
+            f"Another thing is asked of {others} more log{'s'[: others != 1]}, on their own"
+        )
     if settled:
         terminal.say(f"What settles it: {_with_options(settled, reading)}")
 

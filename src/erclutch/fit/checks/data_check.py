@@ -16,6 +16,7 @@ from erclutch.fit.checks.sensor_check import sensor_findings
 from erclutch.fit.training_range import range_of
 from erclutch.logs.clock.resample import RESAMPLED
 from erclutch.logs.dataset import Dataset
+from erclutch.logs.field_between_logs import CourseOfLog, efforts_of_two_devices
 from erclutch.logs.held_out import hold_out
 from erclutch.logs.plan import THOUGH
 from erclutch.signals.array import Mask, rms
@@ -91,7 +92,7 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
         _quantised(train),
         *_held_out(train, data, test),
         *_never_seen(train),
-        _unlike(data),
+        _unlike(data) or another_device(data),
         *sensor_findings(data),
     )
     return tuple(finding for finding in findings if finding is not None)
@@ -372,3 +373,25 @@ def _unlike(data: Dataset) -> Finding | None:
             message = f"the {name} of {data.sources[first]} is {sizes[first]:.3g}, that of the usual log {usual:.3g}"
             return Finding("warning", name, message, f"Check the unit of the {name}")
     return None
+
+
+def another_device(data: Dataset) -> Finding | None:
+    """Logs of which one has much more effort at the same field and slip: they are of two devices, or one changed."""
+    if len(data.sources) < 2 or data.device != "single":
+        return None
+    if any(NO_FIELD in note for note in data.notes):
+        return None
+    element = data.elements[0]
+    logs: list[CourseOfLog] = []
+    for name, (start, stop) in zip(data.sources, data.source_rows, strict=True):
+        own = slice(start, stop)
+        field = element.field[own]
+        logs.append(CourseOfLog(name, (), element.slip[own], data.effort[own], field))
+    apart = efforts_of_two_devices(logs)
+    if apart is None:
+        return None
+    message = (
+        f"at the same field and slip {logs[apart.more].name} has {apart.times:.2g} times the effort of "
+        f"{logs[apart.less].name}: they are of two devices, or of one that changed"
+    )
+    return Finding("warning", "logs", message, "Fit the logs of each device on their own")

@@ -16,6 +16,7 @@ _NEARLY_ALL = 0.9  # of the turns
 _SELDOM = 0.1  # of the rows that move
 _FEW_TURNS = 4
 _ROWS_OF_A_TURN = 3
+_ROWS_OF_A_STROKE = 5  # on average: of fewer the median is noise
 _ALIKE = 0.15  # of a large effort
 
 
@@ -54,9 +55,9 @@ def _is_alike_both_ways(speed: Array, effort: Array) -> bool:
     moving = np.flatnonzero(np.abs(v) > _FAST * np.abs(v).max(initial=0.0))
     senses = np.sign(v[moving])
     turned = np.flatnonzero(np.diff(senses) != 0) + 1
-    if turned.size < _FEW_TURNS:
-        return False
     borders = np.concatenate(([0], turned, [moving.size]))
+    if turned.size < _FEW_TURNS or np.median(np.diff(borders)) < _ROWS_OF_A_STROKE:
+        return False
     strokes = np.array([np.median(f[moving[a:b]]) for a, b in pairwise(borders)])
     more_forth = -np.diff(strokes) * senses[borders[:-2]]  # than in the stroke behind or in front
     largest = np.quantile(np.abs(f), _NEARLY_ALL)
