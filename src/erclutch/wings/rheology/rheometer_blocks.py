@@ -122,6 +122,11 @@ def chosen_table(source: LogSource, blocks: Sequence[Block], what: str) -> Table
     return replace(table, notes=(note, *table.notes))
 
 
+def by_text(claims: Callable[[str], bool]) -> Callable[[bytes], bool]:
+    """Whether a reader claims a file, by its first bytes as a text; the zeros of UTF-16 are left out."""
+    return lambda head: claims(head.replace(b"\0", b"").decode("latin-1"))
+
+
 def reader_of_blocks(
     claims: Callable[[bytes], bool],
     blocks_of: Callable[[str], list[Block]],

@@ -18,7 +18,13 @@ from erclutch.logs.readers.cells import is_numeric
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.readers.text_table import read_text
 from erclutch.logs.table import Table
-from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
+from erclutch.wings.rheology.rheometer_blocks import (
+    Block,
+    by_text,
+    cells,
+    chosen_table,
+    delimiter_of,
+)
 
 _COUNT = re.compile(r"\d+(?:[.,]0*)?|")  # of a point; some copies leave it empty
 _COMPASS = "Interval data:"
@@ -197,12 +203,12 @@ def _read(source: LogSource) -> Table:
 
 
 def _claims(head: bytes) -> bool:
-    """By a mark near the beginning, in UTF-8 or UTF-16, or by places in another language."""
+    """By a mark near the beginning, or by places in another language."""
     is_wide = head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     words = head.decode("utf-16" if is_wide else "utf-8", errors="replace")
     if _ANNOUNCED.search(words) or _MARKED.search(words):
         return True
-    return _ENGLISH.search(head.replace(b"\0", b"").decode("latin-1")) is not None
+    return by_text(lambda text: _ENGLISH.search(text) is not None)(head)
 
 
 READER = LogReader(

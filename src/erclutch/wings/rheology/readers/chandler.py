@@ -15,7 +15,13 @@ from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.cells import is_numeric
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.table import Table
-from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
+from erclutch.wings.rheology.rheometer_blocks import (
+    Block,
+    by_text,
+    cells,
+    chosen_table,
+    delimiter_of,
+)
 
 _HEADING = re.compile(r"\s*-- (?P<section>[^|]+?) --[\s,;]*")
 _SAMPLE = "Raw Data"  # the section of the sample
@@ -59,11 +65,10 @@ def _read(source: LogSource) -> Table:
     return replace(table, notes=(note, *table.notes))
 
 
-def _claims(head: bytes) -> bool:
-    plain = head.replace(b"\0", b"").decode("latin-1")
-    return "Chandler Engineering" in plain[:2000] and "Rheometer" in plain[:2000]
-
-
 READER = LogReader(
-    (), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE
+    suffixes=(),
+    claims=by_text(lambda text: "Chandler Engineering" in text and "Rheometer" in text),
+    read=_read,
+    recordings=found_recordings.names_by(_read),
+    tells_damage=DAMAGE,
 )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 
 from erclutch.logs.readers.cells import is_number
-from erclutch.wings.rheology.rheometer_blocks import Block, cells, reader_of_blocks
+from erclutch.wings.rheology.rheometer_blocks import Block, by_text, cells, reader_of_blocks
 
 _STEP = re.compile(r"(Step \d+)(?: \"[^\"]*\")? started at")
 _FEWEST = 3  # columns of a table; lines about the step have a word and a number
@@ -42,9 +42,8 @@ def _blocks(content: str) -> list[Block]:
     return blocks
 
 
-def _claims(head: bytes) -> bool:
-    plain = head.replace(b"\0", b"").decode("latin-1")
-    return "Test Data File" in plain[:200] and _STEP.search(plain) is not None
-
-
-READER = reader_of_blocks(_claims, _blocks, "step")
+READER = reader_of_blocks(
+    by_text(lambda text: "Test Data File" in text[:200] and _STEP.search(text) is not None),
+    _blocks,
+    "step",
+)

@@ -10,7 +10,13 @@ import re
 
 from erclutch.errors import LogError
 from erclutch.logs.readers.cells import is_numeric
-from erclutch.wings.rheology.rheometer_blocks import Block, cells, delimiter_of, reader_of_blocks
+from erclutch.wings.rheology.rheometer_blocks import (
+    Block,
+    by_text,
+    cells,
+    delimiter_of,
+    reader_of_blocks,
+)
 
 # The column of segments and points has no name, or "Nr-Seg".
 _NAMES = re.compile(
@@ -79,13 +85,14 @@ def _blocks(content: str) -> list[Block]:
     return without_empty
 
 
-def _claims(head: bytes) -> bool:
-    plain = head.replace(b"\0", b"").decode("latin-1")
-    return (
-        "HAAKE RheoWin" in plain
-        or _NAMES.search(plain) is not None
-        or _SEGMENTS.search(plain) is not None
-    )
-
-
-READER = reader_of_blocks(_claims, _blocks, "segment")
+READER = reader_of_blocks(
+    by_text(
+        lambda text: (
+            "HAAKE RheoWin" in text
+            or _NAMES.search(text) is not None
+            or _SEGMENTS.search(text) is not None
+        )
+    ),
+    _blocks,
+    "segment",
+)

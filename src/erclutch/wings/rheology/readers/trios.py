@@ -14,14 +14,21 @@ from erclutch.logs.readers.cells import is_numeric
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.readers.text_table import read_text
 from erclutch.logs.table import Table
-from erclutch.wings.rheology.rheometer_blocks import Block, cells, chosen_table, delimiter_of
+from erclutch.wings.rheology.rheometer_blocks import (
+    Block,
+    by_text,
+    cells,
+    chosen_table,
+    delimiter_of,
+)
 
 _STEP = "[step]"
 _NEAR = 5  # lines from a step's mark to its first row: its name, names, units
 _VARIABLES = "variables"
 _POINT = "data point"
+#: Of a file without the mark of a step, in small letters; a mark of UTF-8 may stand before it.
 _HEAD = re.compile(
-    rb"\s*(?:\xef\xbb\xbf)?filename[\t,;][^\n]*\n(?:instrument|operator|sample)", re.IGNORECASE
+    r"\s*(?:\xef\xbb\xbf)?filename[\t,;][^\n]*\n(?:instrument|operator|sample)", re.ASCII
 )
 
 
@@ -105,11 +112,16 @@ def _read(source: LogSource) -> Table:
     return chosen_table(source, blocks, "step")
 
 
-def _claims(head: bytes) -> bool:
-    plain = head.replace(b"\0", b"").lower()
-    return b"[step]" in plain or b"trios version" in plain or _HEAD.match(plain) is not None
-
-
 READER = LogReader(
-    (), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE
+    suffixes=(),
+    claims=by_text(
+        lambda text: (
+            _STEP in text.lower()
+            or "trios version" in text.lower()
+            or _HEAD.match(text.lower()) is not None
+        )
+    ),
+    read=_read,
+    recordings=found_recordings.names_by(_read),
+    tells_damage=DAMAGE,
 )
