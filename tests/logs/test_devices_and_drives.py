@@ -260,6 +260,14 @@ def test_of_six_components_that_which_goes_along_with_the_turns_is_proposed() ->
     assert plan.examples == ('--effort "Tz [Nm]"',)
 
 
+def test_of_six_components_beside_a_turn_that_goes_one_way_the_largest_torque_is_proposed() -> None:
+    noise = np.random.default_rng(1).normal(size=(5, N))
+    others = dict(zip(("Fx (N)", "Fy (N)", "Fz (N)", "Tx (Nm)", "Ty (Nm)"), noise, strict=True))
+    brake = 5.0 + 20.0 * LEVELS
+    columns = {**others, "Tz (Nm)": brake, "omega (rad/s)": 30.0 + 0.1 * TURN}
+    assert planned({**columns, "current (A)": LEVELS}).examples == ('--effort "Tz [Nm]"',)
+
+
 # --- supplies in other languages, efforts at rest ---------------------------------------------------------------------
 
 

@@ -8,8 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 import erclutch
+from erclutch.logs import ColumnMap, plan_of
+from erclutch.logs.table import Table
 from tests.support.command import good
 
 pytestmark = pytest.mark.usefixtures("read_here")
@@ -74,3 +78,17 @@ def test_a_gear_between_signals_of_one_side_is_no_matter(tmp_path: Path) -> None
     head = f"# gear ratio: 50\n{','.join(every)}"
     np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=head, comments="")
     good("inspect", "log.csv", cwd=tmp_path)
+
+
+@given(
+    st.sampled_from(["NetID", "Kt", "Encoder", "Gear ratio", "sensitivity", "PPR"]),
+    st.from_regex(r"[0-9.:/eE+-]{1,12} ?(counts/rev|Nm/A|N/V|)", fullmatch=True),
+)
+@example("NetID", "5.1.1.1")
+@example("Kt", "1e999 Nm/A")
+@example("PPR", "9" * 12)
+def test_whatever_stands_above_the_rows_a_plan_comes_of_it(key: str, text: str) -> None:
+    columns = {"time [s]": TIME, "encoder_counts": COUNTS, "I_motor": TORQUE / 0.12}
+    units = {"time [s]": "s", "encoder_counts": None, "I_motor": "A"}
+    table = Table("log.csv", columns, units, "", metadata={key: text}, path="log.csv")
+    assert plan_of(table, ColumnMap()).command().startswith("erclutch inspect log.csv")

@@ -298,8 +298,11 @@ def _column_option(
             numbers = {part for part in _parts(motion.name) if part.isdecimal()}
             against.append(numbers.isdisjoint(parts))
             # Of six components that of the motion's kind which goes along with it is likely.
-            goes_along = column.kind == motion.kind and follows(column.values, motion.values)
-            against.append(not goes_along)
+            is_of_its_kind = column.kind == motion.kind
+            goes_along = is_of_its_kind and follows(column.values, motion.values)
+            against += [not goes_along, not is_of_its_kind]
+            if is_of_its_kind and _COMPONENT.fullmatch(column.spoken.plain):
+                against.append(-column.moved)  # the others are what the sensor takes up by the way
         # Most words and numbers in the names of one joint's columns are the same.
         against.append(-len(parts_beside & parts))
         if signal in ("slip", "position") and share_one_name:

@@ -28,7 +28,9 @@ _OF_A_TURN = re.compile(
     r"(?:rev|revolution|turn|umdrehung|u)|cpr|ppr",
     re.IGNORECASE,
 )
-_FIRST_QUANTITY = re.compile(r"([+-]?\d[\d.]*(?:[eE][+-]?\d+)?)\s*([^\d\s;,()][^;,()]*)?")
+_FIRST_QUANTITY = re.compile(
+    r"([+-]?\d+(?:\.\d*)?(?:[eE][+-]?\d+)?)(?![\d.])\s*([^\d\s;,()][^;,()]*)?"
+)
 _FEWEST_COUNTS = 8  # of a turn
 _OF_A_GEAR = set_of(
     "gear gearing gearbox getriebe getriebeubersetzung ubersetzung reduction reducer reduktor reductor"
@@ -166,7 +168,7 @@ def _stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
         match = _FIRST_QUANTITY.match(text.strip())
         if match is None:
             continue
-        number = float(match.group(1).rstrip("."))
+        number = float(match.group(1))
         unit = (match.group(2) or "").strip()
         said = f"{key} = {match.group().strip()}"
         stated: StatedScale | None = None
