@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import Table, read_table, recordings_in
-from erclutch.logs.readers import text_tables
+from erclutch.logs.readers import dialect, text_tables
 from erclutch.logs.several_recordings import tables_in
 from tests.support.examples import examples
 
@@ -219,3 +219,15 @@ def test_a_text_of_many_tables_is_searched_once_for_all_of_them(
     assert len(tables) == 9
     assert all(isinstance(table, Table) for table in tables.values())
     assert len(searched) <= 1
+
+
+def test_who_sniffs_a_text_again_gets_lines_above_the_rows_of_his_own() -> None:
+    """The dialect of a text is kept for the next who asks: what one changes of it, the other does not see."""
+    text = "Sample: oil 3\n\ntime,voltage\n" + rows(TIME, CURRENT)
+    first = dialect.sniff(text)
+    assert first.metadata == {"Sample": "oil 3"}
+    first.metadata["Sample"] = "another"
+    again = dialect.sniff(text)
+    assert again.metadata == {"Sample": "oil 3"}
+    assert again.names == first.names == ("time", "voltage")
+    assert dialect.sniff(text, ",") != again  # not where another decimal mark is asked for

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from erclutch.logs.readers.numerals import is_grouped
+from erclutch.logs.readers.numerals import GROUPED
 
 _COMMENT = ("#", "%", "//")
 #: What may stand between cells, besides blanks.
@@ -36,15 +36,22 @@ STATISTICS = frozenset(
         "desviopadrão desviopadrao среднее 平均 平均值 最大 最大值 最小 最小值 标准差 標準偏差 合计 合計"
     ).split()
 )
+#: A plain number or a number in groups, by the decimal mark: in one search, since most cells of a text are looked at.
 _NUMBER = {
-    ".": re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?"),
-    ",": re.compile(r"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?"),
+    ".": re.compile(rf"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][+-]?\d+)?|{GROUPED['.'].pattern}"),
+    ",": re.compile(rf"[+-]?(?:\d+(?:,\d+)?|,\d+)(?:[eEdD][+-]?\d+)?|{GROUPED[','].pattern}"),
 }
 
 
 def is_comment(line: str) -> bool:
     """Whether the line starts with ``#``, ``%`` or ``//``."""
     return line.lstrip().startswith(_COMMENT)
+
+
+def is_full(line: str) -> bool:
+    """Whether the line is neither empty nor a comment."""
+    stripped = line.strip()
+    return stripped != "" and not stripped.startswith(_COMMENT)
 
 
 def sums_up(cell: str) -> bool:
@@ -76,7 +83,7 @@ def line_of(cells: Sequence[str], delimiter: str) -> str:
 
 def is_number(cell: str, decimal: str) -> bool:
     """Whether the cell is a finite decimal number with that decimal mark, perhaps in groups of three digits."""
-    return _NUMBER[decimal].fullmatch(cell) is not None or is_grouped(cell, decimal)
+    return _NUMBER[decimal].fullmatch(cell) is not None
 
 
 def is_numeric(cell: str, delimiter: str | None = None) -> bool:

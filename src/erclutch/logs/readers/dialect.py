@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import pairwise
 
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.readers.cells import WORDS, Marks, cells_of, is_comment, is_number
+from erclutch.logs.readers.cells import WORDS, Marks, cells_of, is_comment, is_full, is_number
 from erclutch.logs.readers.header_lines import (
     Header,
     RowsBelow,
@@ -79,8 +81,16 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
     Raises:
         LogError: no line reads as a row of numbers under any dialect.
     """
-    lines = LINE_END.split(text[:SAMPLE])
-    if len(text) > SAMPLE and len(lines) > 1:
+    found = _sniffed(text[:SAMPLE], len(text) > SAMPLE, asked)
+    return replace(found, metadata={**found.metadata})
+
+
+# A text is sniffed by each who wants to know its columns: tables beside each other, one table, its marks weighed.
+@lru_cache(maxsize=4)
+def _sniffed(sample: str, goes_on: bool, asked: str | None) -> Dialect:
+    """The dialect of a text by its sample, and by whether the text goes on below it."""
+    lines = LINE_END.split(sample)
+    if goes_on and len(lines) > 1:
         lines.pop()  # the sample ends inside of it
     # A spreadsheet fills one word down below the last row.
     last = len(lines)
@@ -88,7 +98,8 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
         if _BEGINS_A_NUMBER.search(lines[place]):
             last = place
             break
-    full = _full_lines(lines[: last + 1])
+    places = [place for place, line in enumerate(lines[: last + 1]) if is_full(line)]
+    full = [lines[place] for place in places]
 
     for size in _TAILS:
         tail = full[-size:]
@@ -105,7 +116,7 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
 
         names_stand_above = False
         for first, line in enumerate(lines):
-            if not line.strip() or is_comment(line):
+            if not is_full(line):
                 continue
             cells = marks.cells(line)
             if not _is_data(cells, marks, numeric):
@@ -113,7 +124,7 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
                 continue
             if _is_above_names(lines[first:], marks, numeric, is_first=not names_stand_above):
                 continue
-            below = _full_lines(lines[first : last + 1])
+            below = full[bisect_left(places, first) :]
             ending_rows = [marks.cells(row) for row in below[-size:]]
             data = [row for row in ending_rows if _is_data(row, marks, numeric)]
             return _with_header(lines, first, marks, data, below)
@@ -127,11 +138,6 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
     raise LogError(
         problem, remedy="Give a table of numbers with one row a sample, or check the file's format"
     )
-
-
-def _full_lines(lines: Sequence[str]) -> list[str]:
-    """Lines that are neither empty nor a comment."""
-    return [line for line in lines if line.strip() and not is_comment(line)]
 
 
 def _marks(tail: Sequence[str], asked: str | None) -> Marks:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from erclutch.logs.readers.cells import DELIMITERS, cells_of, is_comment, is_number
+from erclutch.logs.readers.cells import DELIMITERS, cells_of, is_full, is_number
 from erclutch.logs.readers.dialect import LINE_END
 
 _MOST_SIGNALS = 64
@@ -20,7 +20,7 @@ def upright(text: str) -> tuple[str, str]:
     """
     if len(text) > _LONGEST or text.count("\n") > 2 * _MOST_SIGNALS:
         return text, ""
-    lines = [line for line in LINE_END.split(text) if line.strip() and not is_comment(line)]
+    lines = [line for line in LINE_END.split(text) if is_full(line)]
     if not 2 <= len(lines) <= _MOST_SIGNALS:
         return text, ""
     for delimiter in (*DELIMITERS, " "):

@@ -31,7 +31,7 @@ _OTHER = {".": ",", ",": "."}
 
 _BY_BLANKS = rf"(?:[{BLANKS}]\d{{3}})+"
 #: A whole number in groups of three digits, perhaps with decimals, by the decimal mark.
-_GROUPED = {
+GROUPED = {
     ".": re.compile(rf"{_SIGN}{_FIRST_GROUP}(?:(?:,\d{{3}})+|{_BY_BLANKS})(?:\.\d*)?"),
     ",": re.compile(rf"{_SIGN}{_FIRST_GROUP}(?:(?:\.\d{{3}})+|{_BY_BLANKS})(?:,\d*)?"),
 }
@@ -68,7 +68,7 @@ class Numerals:
 
 def is_grouped(cell: str, decimal: str) -> bool:
     """Whether a cell is a number in groups of three digits, for a decimal mark."""
-    return _GROUPED[decimal].fullmatch(cell) is not None
+    return GROUPED[decimal].fullmatch(cell) is not None
 
 
 def ungrouped(cell: str, decimal: str) -> str:

@@ -15,7 +15,7 @@ from itertools import pairwise
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.rheometer_names import said_by_name
-from erclutch.logs.readers.cells import DELIMITERS, WORDS, cells_of, is_comment, is_numeric, sums_up
+from erclutch.logs.readers.cells import DELIMITERS, WORDS, cells_of, is_full, is_numeric, sums_up
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.logs.readers.numerals import BLANKS, ungrouped
 from erclutch.signals import units
@@ -78,8 +78,11 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
     head = LINE_END.split(text[:_HEAD])
     if len(text) > _HEAD:
         head.pop()
+    filled = [place for place, line in enumerate(head) if is_full(line)][:_MOST_ABOVE]
     for delimiter in DELIMITERS:
-        pivot = _pivot_in(head, delimiter)
+        if not any(delimiter in head[place] for place in filled):
+            continue
+        pivot = _pivot_in(head, filled, delimiter)
         if pivot is None:
             continue
         lines = LINE_END.split(text)
@@ -113,17 +116,13 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
     return text, ""
 
 
-def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
-    """The line of numbers across under a delimiter; None where there is none."""
-    filled = [place for place, line in enumerate(lines) if line.strip() and not is_comment(line)]
-    filled = filled[:_MOST_ABOVE]
+def _pivot_in(lines: Sequence[str], filled: Sequence[int], delimiter: str) -> _Pivot | None:
+    """The line of numbers across under a delimiter, by the first lines that are filled; None where there is none."""
     rows = {place: cells_of(lines[place].rstrip(delimiter), delimiter) for place in filled}
     for order, place in enumerate(filled):
         cells = rows[place]
         below = filled[order + 1 :]
         above = [rows[each] for each in filled[max(order - 1, 0) : order]]
-        has_total = cells[-1].lower() in _TOTALS
-        numbers = _rising_numbers(cells[1 : len(cells) - has_total], delimiter)
         # A row whose first number is missing is no line of numbers across: above it stand rows, or names.
         is_a_row = (
             is_numeric(cells[0], delimiter)
@@ -131,7 +130,11 @@ def _pivot_in(lines: Sequence[str], delimiter: str) -> _Pivot | None:
             or sums_up(cells[0])
         )
         is_below_a_row = bool(above) and is_numeric(above[0][0], delimiter)
-        if not numbers or is_a_row or is_below_a_row:
+        if is_a_row or is_below_a_row:
+            continue
+        has_total = cells[-1].lower() in _TOTALS
+        numbers = _rising_numbers(cells[1 : len(cells) - has_total], delimiter)
+        if not numbers:
             continue
         corner = cells[0]
         down = corner

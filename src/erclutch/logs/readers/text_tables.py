@@ -21,7 +21,7 @@ from erclutch.logs.readers.cells import (
     DELIMITERS,
     STATISTICS,
     cells_of,
-    is_comment,
+    is_full,
     is_number,
     is_numeric,
 )
@@ -219,7 +219,7 @@ def _setting(line: str) -> str:
 
 def _headers(lines: list[str]) -> list[int]:
     """Lines of names above rows of numbers, if the later ones have a name of the first or stand behind a break."""
-    filled = [at for at, line in enumerate(lines) if line.strip() and not is_comment(line)]
+    filled = [at for at, line in enumerate(lines) if is_full(line)]
     heads: list[int] = []
     names_of_first: set[str] = set()
     place_before = -_FEWEST_ROWS  # of the header before, among the filled lines

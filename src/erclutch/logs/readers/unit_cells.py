@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.readers.cells import DELIMITERS, is_comment
+from erclutch.logs.readers.cells import DELIMITERS, is_full
 from erclutch.logs.readers.dialect import LINE_END
 from erclutch.signals import units
 
@@ -36,7 +36,7 @@ _CALLED_UNIT = re.compile(
 def without_units_in_cells(text: str) -> tuple[str, str]:
     """The text with the units of such columns behind their names, and what is said of it; "" where there are none."""
     tail = LINE_END.split(text[-LOOKED_AT:])[1:]
-    rows_of_tail = [line for line in tail if line.strip() and not is_comment(line)]
+    rows_of_tail = [line for line in tail if is_full(line)]
     below_the_names = rows_of_tail[len(rows_of_tail) // 2 :]  # the first ones may name columns
     delimiter, unit_of = _units_by_column(below_the_names)
     if not unit_of:
