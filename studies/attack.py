@@ -11,7 +11,8 @@ the seconds of processor time of each part, which do not depend on what else the
 - races: two processes write to one place at one moment, for each command that writes, ``--pairs`` each. Of the writers:
   the command's own result, its rule of what may be replaced, the code that puts it in place. Of whole commands: forked
   when all is imported; what the first run reads in a child, draws or fits is kept. One pair starts as a user does.
-- room: each command that writes, into a folder that nobody may write to, and onto a disk of 60 kB.
+- room: each command that writes, and an export to each target, into a folder that nobody may write to, onto a disk of
+  60 kB, and where temporary files are on that disk, too.
 - bombs: small files that unpack to gigabytes.
 - formats: damaged logs of each format, ``--count`` each: a crash, a hang, more than 1 GB, or other numbers in silence
   where the reader says that it sees damage.
@@ -87,7 +88,7 @@ WEIGHTS = {
     "loop": 15,
     "runs": 15,
     "places": 15,
-    "room": 25,
+    "room": 50,
     "bombs": 40,
     "sensors": 60,
     "app": 80,
@@ -379,20 +380,22 @@ def _one_language(place: int, language: str, guarded: bool, *, until: float) -> 
 
 def room(until: float, count: int) -> Iterator[Row]:
     """Each command that writes, where it cannot, in a folder of its own."""
+    from tests.support.no_room import exports
     from tests.support.races import WORDS, make_material
 
     with tempfile.TemporaryDirectory() as name:
         make_material(Path(name))
-        yield from at_once(_one_room, [(command, name) for command in WORDS], until, _begin())
+        commands = (*WORDS, *exports())
+        yield from at_once(_one_room, [(command, name) for command in commands], until, _begin())
 
 
 def _one_room(command: str, material: str, *, until: float) -> Row:
-    from tests.support.no_room import full_disk, read_only
+    from tests.support.no_room import full_disk, full_disks, read_only
 
     row = Row(f"no room for {command}")
     with tempfile.TemporaryDirectory() as folder:
         shutil.copytree(material, folder, dirs_exist_ok=True)
-        for how in (read_only, full_disk):
+        for how in (read_only, full_disk, full_disks):
             if row.tries and time.monotonic() > until:
                 break
             row.tries += 1

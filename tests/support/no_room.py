@@ -1,4 +1,4 @@
-"""Folders that take no file: read-only for their owner too, and a disk that is full after 60 kB."""
+"""Places that take no file: a folder that is read-only for its owner too, and disks that are full after 60 kB."""
 
 from __future__ import annotations
 
@@ -9,11 +9,18 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+from erclutch.registry import names
 from tests.support.races import words_of
 
 #: A superuser writes where nobody may, unless this capability is taken away.
 _AS_OTHERS = ("setpriv", "--bounding-set", "-dac_override,-dac_read_search", "--inh-caps", "-all")
 FULL = 60  # kB
+_EXPORT = "export to "
+
+
+def exports() -> tuple[str, ...]:
+    """Names of commands beside those of `races`: an export to each target."""
+    return tuple(f"{_EXPORT}{target}" for target in names("erclutch.targets"))
 
 
 class Ended(NamedTuple):
@@ -40,7 +47,7 @@ def read_only(command: str, folder: Path) -> Ended:
     closed = folder / "closed"
     closed.mkdir(exist_ok=True)
     closed.chmod(0o555)
-    *words, place = words_of(command, 0)
+    *words, place = _words(command)
     said = subprocess.run(
         [*(_AS_OTHERS if os.geteuid() == 0 else ()), *_program(words), f"closed/{place}"],
         cwd=folder, capture_output=True, text=True, timeout=600, check=False,
@@ -50,11 +57,20 @@ def read_only(command: str, folder: Path) -> Ended:
 
 def full_disk(command: str, folder: Path) -> Ended:
     """A command whose place is on a disk of 60 kB, a file system of this process alone."""
+    return _on_a_small_disk(command, folder, "")
+
+
+def full_disks(command: str, folder: Path) -> Ended:
+    """The same, and temporary files go there, too."""
+    return _on_a_small_disk(command, folder, "TMPDIR=small ")
+
+
+def _on_a_small_disk(command: str, folder: Path, variables: str) -> Ended:
     small = folder / "small"
     small.mkdir(exist_ok=True)
-    *words, place = words_of(command, 0)
+    *words, place = _words(command)
     mount = f"mount -t tmpfs -o size={FULL}k none small"
-    run = shlex.join([*_program(words), f"small/{place}"])
+    run = variables + shlex.join([*_program(words), f"small/{place}"])
     script = f"{mount} && {{ {run} >&2; code=$?; find small -mindepth 1; exit $code; }}"
     own = (
         ["unshare", "--mount"]
@@ -70,6 +86,14 @@ def full_disk(command: str, folder: Path) -> Ended:
         check=False,
     )
     return Ended(said.returncode, said.stderr, tuple(said.stdout.split()))
+
+
+def _words(command: str) -> tuple[str, ...]:
+    if not command.startswith(_EXPORT):
+        return words_of(command, 0)
+    target = command.removeprefix(_EXPORT)
+    run = "pair" if target.startswith("controller") else "run"
+    return "export", run, "--to", target, "--out", "made"
 
 
 def _program(words: list[str]) -> list[str]:
