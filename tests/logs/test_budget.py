@@ -23,7 +23,7 @@ from erclutch.logs.readers.budget import (
     TEXT,
     Budget,
     take_zip,
-    within,
+    within_seconds,
 )
 from tests.support.bombs import BOMBS, MOST_MIB, MOST_SECONDS, read_alone
 
@@ -120,7 +120,7 @@ def test_what_takes_longer_than_its_time_is_told_in_any_thread() -> None:
 
     def read() -> None:
         try:
-            with within(0.05):
+            with within_seconds(0.05):
                 while True:
                     with suppress(Exception):  # as a reader that takes everything for damage
                         sum(range(1000))
@@ -136,7 +136,7 @@ def test_what_takes_longer_than_its_time_is_told_in_any_thread() -> None:
 
 def test_waiting_takes_no_time_of_the_processor_and_leaves_no_thread() -> None:
     before = _thread._count()  # pyright: ignore[reportAttributeAccessIssue]
-    with within(0.02):
+    with within_seconds(0.02):
         time.sleep(0.1)
     time.sleep(0.01)
     assert _thread._count() == before  # pyright: ignore[reportAttributeAccessIssue]
@@ -150,7 +150,7 @@ def test_reading_ends_where_a_thread_finds_no_memory_to_begin_with(
 
     def read() -> None:
         goes.wait(60.0)
-        with within(1.0):
+        with within_seconds(1.0):
             pass
         ended.set()
 

@@ -532,8 +532,8 @@ def test_dates(pinned: Pinned) -> None:
             found,
             dates.seconds(night),
             dates.seconds(pd.Series(["12:00:00", None])),
-            dates.clock_of(days),
-            dates.clock_of({}),
+            dates.clock_of_dates(days),
+            dates.clock_of_dates({}),
         ]
     )
 

@@ -11,7 +11,7 @@ import pytest
 
 from erclutch.errors import LogError, MappingError, SettingError, UnitError
 from erclutch.logs import read
-from erclutch.logs.applied import apply, apply_rows, runs_of
+from erclutch.logs.applied import apply, apply_rows, clocked_runs
 from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.planning.clock_planning import clock_plan
@@ -408,13 +408,13 @@ def test_a_number_that_nothing_measures_is_refused(value: float) -> None:
 def test_a_log_whose_clock_restarts_has_a_clock_for_each_run() -> None:
     time = np.concatenate([np.arange(30), np.arange(5), np.arange(25)]) / 100.0
     log = table({**PLAIN, "t": time})
-    runs, taken, notes = runs_of(clock_plan(seen_columns(log), ColumnMap(), ()), log)
+    runs, taken, notes = clocked_runs(clock_plan(seen_columns(log), ColumnMap(), ()), log)
     assert [kept.tolist() for kept, _ in runs] == [list(range(30)), list(range(35, 60))]
     assert "5 rows between two restarts of the clock left out" in notes
     assert taken == {"t"}
     with pytest.raises(MappingError, match="no time column"):
         clock_plan(seen_columns(table({"q": ROWS})), ColumnMap(), ())
-    (run,), _, _ = runs_of(
+    (run,), _, _ = clocked_runs(
         clock_plan(seen_columns(table(PLAIN)), ColumnMap(rate=50.0), ()), table(PLAIN)
     )
     assert run[1].period == pytest.approx(0.02)

@@ -211,7 +211,7 @@ class RunsOfClock(NamedTuple):
     notes: list[str]
 
 
-def runs_of(plan: ClockPlan, table: Table) -> RunsOfClock:
+def clocked_runs(plan: ClockPlan, table: Table) -> RunsOfClock:
     """The clock of each run of a log, which a restart of its time column ends.
 
     Raises:

@@ -10,7 +10,7 @@ import numpy as np
 
 from erclutch.errors import LogError, printable
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.word_columns import parting_note, words_of
+from erclutch.logs.columns.word_columns import parting_columns, parting_note
 from erclutch.logs.readers.switches import switched
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -85,7 +85,7 @@ def table_of_frame(frame: DataFrame) -> Table:
         )
 
     names, units, notes = name_columns(labels)
-    words = words_of({label: cells for label, cells in texts.items() if label in left})
+    words = parting_columns({label: cells for label, cells in texts.items() if label in left})
     notes += [*told, *(parting_note(label, parting) for label, parting in words.items())]
     if others := [label for label in left if label not in words]:
         notes.append(f"columns without numbers left out: {', '.join(others)}")

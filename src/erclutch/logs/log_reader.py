@@ -17,7 +17,7 @@ import numpy as np
 
 from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
-from erclutch.logs.readers.budget import Budget, size_of, within
+from erclutch.logs.readers.budget import Budget, size_of, within_seconds
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
@@ -299,7 +299,7 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
         raise LogError(problem, where=source.name, remedy=remedy)
     with plugin.working(f"failed on {source.name}"):
         budget = Budget(len(source.data) or size_of(source.path))
-        with placed(source.name), within(budget.seconds):
+        with placed(source.name), within_seconds(budget.seconds):
             table: Any = reader.read(source)
         if not plugin.own:  # a package of somebody else may return anything
             if not isinstance(table, Table):

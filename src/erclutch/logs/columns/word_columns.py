@@ -19,7 +19,7 @@ _FEWEST_ROWS = 3  # of a word, on average
 _LONGEST = 60  # characters of a word
 
 
-def words_of(texts: dict[str, pd.Series[Any]]) -> dict[str, WordColumn]:
+def parting_columns(texts: dict[str, pd.Series[Any]]) -> dict[str, WordColumn]:
     """Those columns of texts whose words part the rows; remarks and names, a new one in each row, part none."""
     import pandas as pd
 

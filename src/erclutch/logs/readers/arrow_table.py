@@ -8,7 +8,7 @@ import numpy as np
 
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.word_columns import parting_note, words_of
+from erclutch.logs.columns.word_columns import parting_columns, parting_note
 from erclutch.logs.log_reader import ROWS_WANTED
 from erclutch.logs.readers.arrow_lists import with_lists_opened
 from erclutch.logs.readers.switches import switched
@@ -73,7 +73,9 @@ def table_of_arrow(
             clock = since.astype(np.float64) / per_second
         elif label not in texts:
             notes.append(f"column {label} holds {field.type}: left out")
-    words = words_of({label: cells for label, cells in texts.items() if label not in columns})
+    words = parting_columns(
+        {label: cells for label, cells in texts.items() if label not in columns}
+    )
     for label in texts:
         if label in columns:
             continue

@@ -100,7 +100,7 @@ class _OutOfTime(BaseException):
 
 
 @contextmanager
-def within(seconds: float, more: str = MORE) -> Generator[None]:
+def within_seconds(seconds: float, more: str = MORE) -> Generator[None]:
     """What this thread does takes so much processor time and no more, where the system counts a thread's time.
 
     A second thread watches. It interrupts between two steps of Python: a single call into native code comes to its end

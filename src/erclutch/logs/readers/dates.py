@@ -27,7 +27,7 @@ _WHOLE = re.compile(r"(:\d\d:\d\d)(?![.\d])")  # a time of day in whole seconds
 _FINER = re.compile(r"(\.\d{6})\d+")
 
 
-def clock_of(texts: Mapping[str, pd.Series[Any]]) -> tuple[str, Array | None]:
+def clock_of_dates(texts: Mapping[str, pd.Series[Any]]) -> tuple[str, Array | None]:
     """Name and seconds of the first column of dates with times, of a date with a time beside it, or of times of day.
 
     Args:

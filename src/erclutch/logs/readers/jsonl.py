@@ -19,7 +19,7 @@ import numpy as np
 
 from erclutch.errors import LogError, printable
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.word_columns import names_of_rows, parting_note, words_of
+from erclutch.logs.columns.word_columns import names_of_rows, parting_columns, parting_note
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import dates, json_layout
 from erclutch.logs.readers.budget import Budget
@@ -208,14 +208,14 @@ def _table(
             problem = f"{label} is too large"
             raise LogError(problem, remedy="Mend or delete the row", where=where) from error
 
-    clock_name, clock = dates.clock_of(texts)
+    clock_name, clock = dates.clock_of_dates(texts)
     for name in (clock_name, *clock_name.split(" and ")):
         unreadable.pop(name, None)
     if not numbers and unreadable:
         problem = next(iter(unreadable.values()))
         raise LogError(problem, remedy="Log numbers only", where=source.name)
     names, units, renamed = name_columns(list(numbers))
-    words = words_of({name: texts[name] for name in texts if name in unreadable})
+    words = parting_columns({name: texts[name] for name in texts if name in unreadable})
     left_out: list[str] = []
     for name, problem in unreadable.items():
         no_numbers = f"column {name} holds no numbers ({problem}): left out"

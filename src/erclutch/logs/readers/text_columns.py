@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.columns.word_columns import names_of_rows, parting_note, words_of
+from erclutch.logs.columns.word_columns import names_of_rows, parting_columns, parting_note
 from erclutch.logs.readers import dates
 from erclutch.logs.readers.dialect import Dialect
 from erclutch.logs.readers.list_cells import without_lists
@@ -94,8 +94,8 @@ def sorted_columns(frame: pd.DataFrame, body: str, dialect: Dialect) -> SortedCo
     of_lists, told_of_lists = without_lists(texts)
     columns |= {name: numbers for name, numbers in of_lists.items() if name not in columns}
     notes += told_of_lists
-    clock_name, clock = dates.clock_of(texts)
-    words = words_of(texts)
+    clock_name, clock = dates.clock_of_dates(texts)
+    words = parting_columns(texts)
     units_behind = units_beside(dialect.names, texts)
     for label, unit in units_behind.items():
         notes.append(f"column {label} is in {unit}, as the column behind it says")

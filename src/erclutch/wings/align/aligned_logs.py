@@ -14,7 +14,7 @@ import numpy as np
 
 from erclutch.errors import LogError, MappingError, placed
 from erclutch.logs import map_over, table_of
-from erclutch.logs.applied import apply, runs_of
+from erclutch.logs.applied import apply, clocked_runs
 from erclutch.logs.clock.timing import LogClock
 from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.log_writer import write_log
@@ -209,10 +209,10 @@ def align_tables(
     map_a, map_b = maps
     with placed(a.name):
         plan_a = clock_plan(seen_columns(a), map_a, ())
-        runs_a, clocks_a, notes_a = runs_of(plan_a, a)
+        runs_a, clocks_a, notes_a = clocked_runs(plan_a, a)
     with placed(b.name):
         plan_b = clock_plan(seen_columns(b), map_b, ())
-        runs_b, clocks_b, notes_b = runs_of(plan_b, b)
+        runs_b, clocks_b, notes_b = clocked_runs(plan_b, b)
     if len(runs_a) > 1:
         raise MappingError(
             f"the clock restarts {len(runs_a) - 1} times",

@@ -21,7 +21,7 @@ from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
 from erclutch.wings.rheology.flow_plan import FlowPlan
-from erclutch.wings.rheology.flow_points import ONE_FLUID, stretches
+from erclutch.wings.rheology.flow_points import ONE_FLUID, parts_between
 from erclutch.wings.rheology.flow_units import unit_or_end
 from erclutch.wings.rheology.held_rates import ONE_RATE
 
@@ -276,7 +276,7 @@ def _groups(distinct: Array, is_gap: Mask) -> tuple[Array, float]:
         distinct: rising, shape (n,).
         is_gap: whether a gap stands behind a value, shape (n - 1,).
     """
-    starts, ends = stretches(is_gap)
+    starts, ends = parts_between(is_gap)
     widths = distinct[ends - 1] - distinct[starts]
     return distinct[starts], float(widths.max())
 

@@ -110,7 +110,7 @@ def points_of(
         notes.append(f"the points have {held} shear rates, which tell no more parameters of a law")
     # How far off its last stress a step of one rate begins, in the median, as a share.
     log_steps = np.abs(np.diff(np.log10(points.rate)))
-    starts, ends = stretches(log_steps > _NEXT_RATE)
+    starts, ends = parts_between(log_steps > _NEXT_RATE)
     is_held = ends - starts >= _FEW_POINTS
     change = 0.0
     if np.count_nonzero(is_held) >= FEWEST_RATES:
@@ -131,8 +131,8 @@ def points_of(
     return points.rate, points.stress, notes
 
 
-def stretches(is_gap: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The first place of each stretch of values that gaps part, and the place behind its last, each shape (stretches,).
+def parts_between(is_gap: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """The first place of each part of values between gaps, and the place behind its last, each shape (parts,).
 
     Args:
         is_gap: whether a gap stands behind a value, shape (values - 1,).
@@ -145,7 +145,7 @@ def stretches(is_gap: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 def rates_held(rate: Array) -> int:
     """How many rates above 0 the points have; of very many points those do not count that a motor had on its way."""
     log_rate = np.sort(np.log10(rate))
-    starts, ends = stretches(np.diff(log_rate) > _NEXT_RATE)
+    starts, ends = parts_between(np.diff(log_rate) > _NEXT_RATE)
     counts = ends - starts
     is_on_the_way = counts <= _ON_THE_WAY * rate.size
     if counts[is_on_the_way].sum() > _MOST_ON_THE_WAY * rate.size:
