@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.errors import LogError
-from erclutch.logs import ColumnMap, Plan, plan_of, read_table
+from erclutch.errors import AlikeRecordingsError, LogError
+from erclutch.logs import ColumnMap, Plan, plan_of, read_table, table_of_log
+from erclutch.logs.planning.recording_choice import logs_among
+from erclutch.logs.several_recordings import recordings_of_file
 
 ROWS = 300
 TIME = np.arange(ROWS) / 100
@@ -160,3 +162,72 @@ def test_a_serial_monitor_stamps_lines_that_name_their_values(tmp_path: Path, na
     assert len(table.columns) == 3
     assert table.clock is not None
     assert table.clock[-1] == pytest.approx(2.99)
+
+
+def test_the_specimens_of_a_testing_machine_are_logs_below_their_results(tmp_path: Path) -> None:
+    lines = [
+        "Results Table 1,,",
+        ",Gauge length,Maximum Force",
+        ",(mm),(N)",
+        "1,9.6,3196.2",
+        "2,9.8,3051.7",
+        ",,",
+    ]
+    for specimen in ("1", "2"):
+        lines += [f"{specimen},Time,Displacement,Force", ",(s),(mm),(N)"]
+        lines += [f",{row}" for row in rows_of("tpe")[60 * int(specimen) :]]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with pytest.raises(AlikeRecordingsError):  # each is a log, and `inspect` reads all of them
+        table_of_log(path, ColumnMap(), None)
+    assert set(logs_among(path, recordings_of_file(path), ColumnMap(), None)) == {
+        "table 2",
+        "table 3",
+    }
+
+
+def test_a_row_with_words_above_words_is_no_line_of_names_of_a_test(tmp_path: Path) -> None:
+    rows = rows_of("tpe")
+    rows[100:100] = ["1,home,stop", "2,fault,stop"]
+    with pytest.raises(LogError, match="home"):
+        planned(tmp_path, "\n".join(["Time (s),Extension (mm),Load (N)", *rows]) + "\n")
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "{{'t [s]': {t:.3f}, 'x [mm]': {p:.4f}, 'F [N]': {e:.3f}, 'ok': True, 'note': None}}",
+        "{{ 't [s]':{t:.3f},'x [mm]':{p:.4f},'F [N]':{e:.3f} }}",
+    ],
+)
+def test_dictionaries_as_python_prints_them_are_rows(tmp_path: Path, line: str) -> None:
+    lines = [line.format(t=TIME[row], p=PLACE[row], e=FORCE[row]) for row in range(ROWS)]
+    assert_is_read(planned(tmp_path, "\n".join(lines) + "\n"), field=False)
+
+
+def test_an_apostrophe_in_a_word_of_json_changes_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "log.json"
+    rows = [
+        f'{{"t [s]": {TIME[row]:.3f}, "F [N]": {FORCE[row]:.3f}, "who": "O\'Neil"}}'
+        for row in range(ROWS)
+    ]
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    assert read_table(path).rows == ROWS
+
+
+@pytest.mark.parametrize("of_the_step_before", [True, False])
+def test_a_v_that_adds_up_to_its_x_in_a_few_rows_is_not_offered_as_a_voltage(
+    tmp_path: Path, of_the_step_before: bool
+) -> None:
+    speed = np.minimum(0.5 * np.arange(35), 2.3)
+    steps = speed[:-1] if of_the_step_before else speed[1:]
+    place = np.concatenate([[0.0], np.cumsum(steps * 0.01)])
+    slip = np.minimum(speed, 0.9 * speed**2)
+    rows = [
+        f"{0.01 * row:.9g},{speed[row]:.9g},{place[row]:.9g},{3 * np.tanh(slip[row]):.9g},{slip[row]:.9g},{row % 7}"
+        for row in range(35)
+    ]
+    plan = planned(tmp_path, "\n".join(["t,v,x,F,relative speed,zz", *rows]) + "\n")
+    assert [question.signal for question in plan.questions] == ["field"]
+    assert "v may be it" not in plan.questions[0].problem
+    assert plan.examples == ("--field none",)

@@ -13,6 +13,8 @@ _ALIKE = 0.98  # correlation of a position with what its speed adds up to
 #: Of a speed over the rate of its position: units of length and angle that loggers mix.
 _RATIOS = (1.0, 10.0, 100.0, 1000.0, 180 / pi, 30 / pi, 2 * pi, 6.0, 360.0, 60.0)
 _CLOSE = 0.05
+_FEWEST_STEPS = 8  # that add up exactly, which none do by chance
+_LAST_DIGITS = 1e-6  # of the longest step
 _BEYOND = 20.0  # upper quartiles: further out are codes for no measurement
 _FOLLOWS = 0.3  # correlation of an effort with a motion
 _STRAIGHT = 0.99  # correlation of the output of a sensor with what it measures
@@ -31,7 +33,24 @@ def is_rate_of(speed: Array, position: Array, stamps: Array | None) -> bool:
     if stamps is None:
         return False
     ratio = over_rate(speed, position, stamps)
-    return ratio is not None and is_usual_ratio(ratio)
+    if ratio is not None and is_usual_ratio(ratio):
+        return True
+    return _adds_up_to(speed, position, stamps)
+
+
+def _adds_up_to(speed: Array, position: Array, stamps: Array) -> bool:
+    """Whether a position was computed step by step from a speed, as spreadsheets do: a few rows tell."""
+    known = np.isfinite(speed) & np.isfinite(position) & np.isfinite(stamps)
+    v = speed[known][:LOOKED_AT]
+    x = position[known][:LOOKED_AT]
+    steps = np.diff(stamps[known][:LOOKED_AT])
+    if v.size < _FEWEST_STEPS or np.ptp(v) == 0.0 or not bool(np.all(steps > 0.0)):
+        return False
+    travels = np.diff(x)
+    allowed = _LAST_DIGITS * float(np.abs(travels).max())
+    if allowed == 0.0:
+        return False
+    return any(bool(np.all(np.abs(travels - each * steps) <= allowed)) for each in (v[:-1], v[1:]))
 
 
 def is_usual_ratio(ratio: float) -> bool:

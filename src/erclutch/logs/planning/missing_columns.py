@@ -9,6 +9,7 @@ from erclutch.logs.columns.labels import COUNTS
 from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.quotients import pressing_loads
 from erclutch.logs.columns.seen_columns import UNITS_OF_KIND, SeenColumn, SeenColumns
+from erclutch.logs.columns.two_courses import is_rate_of
 from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOLD
 from erclutch.signals.recording import SIGNALS
 
@@ -65,7 +66,14 @@ def missing(
     doubt = ""
 
     short = next(
-        (column for column in free if not column.unit and has_short_name(column, signal)), None
+        (
+            column
+            for column in free
+            if not column.unit
+            and has_short_name(column, signal)
+            and not (signal == "field" and _is_a_rate(seen, column))
+        ),
+        None,
     )
     if short is not None:
         meaning = " (voltage or velocity)" if short.spoken.plain == "v" else ""
@@ -120,6 +128,12 @@ def missing(
             break
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
     return MappingError(problem, remedy=remedy)
+
+
+def _is_a_rate(seen: SeenColumns, column: SeenColumn) -> bool:
+    """Whether a column is the rate of another one: a v in front of its x is no voltage."""
+    others = (other for other in seen.columns.values() if other.name != column.name)
+    return any(is_rate_of(column.values, other.values, seen.stamps) for other in others)
 
 
 def not_measured(column: SeenColumn, signal: str) -> bool:

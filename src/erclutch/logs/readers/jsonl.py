@@ -29,7 +29,13 @@ from erclutch.logs.readers.text_bytes import DAMAGE
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
-_BEGINS = re.compile(rb'\s*(?:\{\s*"|\[\s*\{)')
+_BEGINS = re.compile(rb"\s*(?:\{\s*[\"']|\[\s*\{)")
+#: Words of Python in place of a value, and what JSON has for them.
+_PYTHON_WORD = re.compile(r"(?<=[:,\[ ])(None|True|False|nan|-?inf)(?=\s*[,}\]])")
+_IN_JSON = {
+    **{"None": "null", "True": "true", "False": "false"},
+    **{"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"},
+}
 _LARGEST = 10**300
 _NONE = "the file holds no rows of numbers"
 
@@ -45,6 +51,9 @@ def _read(source: LogSource) -> Table:
         problem = f"the file is no UTF-8 text ({error})"
         raise LogError(problem, remedy="Save it as UTF-8", where=source.name) from error
 
+    if "'" in content and '"' not in content:  # dictionaries as Python prints them
+        content = content.replace("'", '"')
+        content = _PYTHON_WORD.sub(lambda word: _IN_JSON[word[1]], content)
     lines: dict[str, str] = {}  # by their place
     for number, line in enumerate(content.splitlines(), start=1):
         if line.strip():

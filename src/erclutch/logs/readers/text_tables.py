@@ -224,8 +224,10 @@ def _headers(lines: list[str]) -> list[int]:
     names_of_first: set[str] = set()
     place_before = -_FEWEST_ROWS  # of the header before, among the filled lines
     for place, at in enumerate(filled):
-        names = _names(lines[at])
         below = filled[place + 1 : place + 3 + _FEWEST_ROWS]
+        names = _names(lines[at])
+        names_of_a_test = _names_of_a_test(lines[at], lines[below[0]]) if below else None
+        names = names or names_of_a_test
         if names is None or not below or place - place_before < _FEWEST_ROWS:
             continue
         # Between the names and the rows may stand a line of units.
@@ -236,6 +238,7 @@ def _headers(lines: list[str]) -> list[int]:
             continue
         above = lines[at - 1] if at else ""
         apart = not above.strip() or len(_cells(above)) == 1 or not _is_row(above)
+        apart = apart or names_of_a_test is not None
         if not heads or apart or names_of_first & {*names}:
             heads.append(at)
             names_of_first = names_of_first or {*names}
@@ -261,6 +264,19 @@ def _names(line: str) -> list[str] | None:
     if len(names) < 2 or 2 * len(names) < len(cells):
         return None
     return None if any(is_numeric(name) for name in names) else names
+
+
+def _names_of_a_test(line: str, below: str) -> list[str] | None:
+    """The names behind the number of a test, where a line of units stands below them; None for another line.
+
+    A testing machine writes ``1,Time,Load`` above ``,(s),(N)``, and the rows of its first specimen below.
+    """
+    number, *names = _cells(line) or [""]
+    no_number, *units = _cells(below) or [""]
+    are_alike = len(names) == len(units) > 1 and all(names) and not no_number
+    if not number.isdecimal() or not are_alike or any(map(is_numeric, [*names, *units])):
+        return None
+    return names
 
 
 def _is_row(line: str) -> bool:
