@@ -61,6 +61,8 @@ class Table:
         breaks: rows above which a text has a blank line or a comment, where these part its rows into a few blocks.
         words: columns of words that part the rows, by name; none in a table that holds the rows of one word.
         row_names: what the first column of texts calls each row, where a file has few rows; empty for others.
+        sweeps: number of the sweep of each row, shape (n,), where columns of several sweeps stood beside each other and
+            their rows stand one after another now; None where none did.
         made: columns that stand in no file: differences of two that do, as ``n_in - n_out``.
     """
 
@@ -84,6 +86,7 @@ class Table:
     breaks: tuple[int, ...] = ()
     words: Mapping[str, WordColumn] = field(default_factory=dict[str, WordColumn])
     row_names: tuple[str, ...] = ()
+    sweeps: NDArray[np.intp] | None = None
     made: tuple[str, ...] = ()
 
     @property

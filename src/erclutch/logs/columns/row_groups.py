@@ -88,6 +88,7 @@ def rows_of(table: Table, group: Group) -> Table:
         unsampled=None if table.unsampled is None else table.unsampled[kept],
         breaks=(),
         words={},
+        sweeps=None,
         row_names=(),
         hollow=(*table.hollow, *hollow),
         notes=(f"rows where {group.column} is {group.word}: {count}", *table.notes),

@@ -17,12 +17,37 @@ _OPPOSITES = (
     ({"cw", "clockwise"}, {"ccw", "counterclockwise", "anticlockwise"}),
     ({"forward", "forwards", "fwd"}, {"reverse", "rev", "backward", "backwards", "bwd"}),
     ({"up", "upward"}, {"down", "downward"}),
-    ({"extension", "extend", "rebound"}, {"compression", "retract", "bump"}),
+    (
+        {
+            "extension",
+            "extend",
+            "rebound",
+            "zug",
+            "zugstufe",
+            "detente",
+            "rebote",
+            "r",
+            "复原",
+            "伸側",
+        },
+        {
+            "compression",
+            "retract",
+            "bump",
+            "druck",
+            "druckstufe",
+            "compresion",
+            "c",
+            "压缩",
+            "圧側",
+        },
+    ),
     ({"positive", "pos", "plus"}, {"negative", "neg", "minus"}),
     ({"push"}, {"pull"}),
     ({"right", "rechts", "droite", "derecha"}, {"left", "links", "gauche", "izquierda"}),
     ({"vorwarts", "vor", "avant", "adelante"}, {"ruckwarts", "zuruck", "arriere", "atras"}),
 )
+_SENSES = frozenset(word for pair in _OPPOSITES for senses in pair for word in senses)
 #: Words in the name of a column that says the sense by numbers.
 DIRECTIONS = frozenset(
     {
@@ -83,7 +108,7 @@ def with_senses(table: Table) -> Table:
             notes=(*table.notes, note),
         )
     for name, senses in table.words.items():
-        signs = _signs(senses.words)
+        signs = opposite_signs(senses.words)
         if signs is None or not (senses.of_row >= 0).all():
             continue
         sense = signs[senses.of_row]  # +1 or -1, shape (n,)
@@ -123,7 +148,18 @@ def _numbered_senses(name: str, values: Array) -> Array | None:
     return None
 
 
-def _signs(senses: Sequence[str]) -> Array | None:
+def says_a_sense(name: str) -> bool:
+    """Whether a word of a name says a sense."""
+    return not _SENSES.isdisjoint(words_of(name))
+
+
+def without_sense(name: str) -> str:
+    """A name without words that say a sense: those of two senses of one effort are the same."""
+    kept = [word for word in words_of(name) if word not in _SENSES]
+    return " ".join(kept)
+
+
+def opposite_signs(senses: Sequence[str]) -> Array | None:
     """The sign of each of two opposite senses, shape (2,); None for other words."""
     if len(senses) != 2:
         return None

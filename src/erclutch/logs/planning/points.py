@@ -114,6 +114,12 @@ def _swept_speed(seen: SeenColumns) -> str:
             continue
         if _goes_one_way(column.values, noise=noise):
             return column.name
+        if seen.table.sweeps is not None and seen.table.sweeps.size == column.values.size:
+            # They stood beside each other in rows, as no course of time does.
+            numbers = seen.table.sweeps
+            by_sweep = [column.values[numbers == number] for number in np.unique(numbers)]
+            if all(_goes_one_way(sweep, fewest=3, either_sign=True) for sweep in by_sweep):
+                return column.name
         for words in parting:
             sweeps = [column.values[words.of_row == number] for number in range(len(words.words))]
             # Rows are in order by chance less often the more there are in each of several sweeps.
@@ -124,11 +130,13 @@ def _swept_speed(seen: SeenColumns) -> str:
     return ""
 
 
-def _goes_one_way(speed: Array, fewest: int = _FEWEST, noise: float = _NOISE) -> bool:
-    """Whether a speed of one sign only grows, or only falls, up to its noise: a share of its range."""
+def _goes_one_way(
+    speed: Array, fewest: int = _FEWEST, noise: float = _NOISE, either_sign: bool = False
+) -> bool:
+    """Whether a speed, of one sign or of either, only grows or falls, up to its noise: a share of its range."""
     if speed.size < fewest or not np.isfinite(speed).all() or speed.min() == speed.max():
         return False
-    if speed.min() < 0.0 < speed.max():
+    if speed.min() < 0.0 < speed.max() and not either_sign:
         return False
     back = noise * float(np.ptp(speed)) if _FEWEST <= speed.size <= _MOST_NOISY else 0.0
     grows = (np.maximum.accumulate(speed) - speed).max() <= back

@@ -347,7 +347,8 @@ def _says_nothing(column: SeenColumn) -> bool:
     """Whether neither name nor unit of a column tell what it is."""
     spoken = column.spoken
     names_something = spoken.may_be or spoken.within or spoken.is_accounted
-    return not (column.unit or names_something) and _NOT_FIRST.isdisjoint(spoken.stem_words)
+    is_of_a_drive = not _NOT_FIRST.isdisjoint(spoken.stem_words)
+    return not (column.unit or names_something or is_of_a_drive or not_measured(column, "effort"))
 
 
 def _less_likely(free: Iterable[SeenColumn], signal: str) -> list[str]:

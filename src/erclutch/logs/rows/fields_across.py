@@ -43,6 +43,7 @@ def with_a_row_for_each_field(table: Table) -> Table:
 
     fields, *_ = (list(columns) for columns in by_quantity.values())
     columns: dict[str, list[Array]] = {}
+    rows_of_fields: list[int] = []
     units = {name: table.units.get(name) for name in shared}
     for field in fields:
         of_field = {name: table.columns[name] for name in shared}
@@ -54,6 +55,7 @@ def with_a_row_for_each_field(table: Table) -> Table:
             of_field[quantity] = values
             units[quantity] = table.units.get(by_field[field]) or unit
         of_field[_FIELD] = np.full(table.rows, field.number)
+        rows_of_fields.append(int(np.count_nonzero(filled)))
         for name, values in of_field.items():
             columns.setdefault(name, []).append(values[filled])
     units[_FIELD] = fields[0].unit
@@ -66,6 +68,7 @@ def with_a_row_for_each_field(table: Table) -> Table:
         numbers={},
         row_names=(),
         breaks=(),
+        sweeps=np.repeat(np.arange(len(fields)), rows_of_fields),
         notes=(*table.notes, note),
     )
 
