@@ -121,3 +121,24 @@ def test_of_several_speeds_of_a_limb_the_command_names_one_of_them(tmp_path: Pat
     assert [each for each in plan.examples if each.startswith("--slip")] == [
         '--slip "elbow_fast_vel"'
     ]
+
+
+@pytest.mark.parametrize(
+    ("motion", "tau"),
+    [("elbow_vel", "elbow_tau"), ("hip_pos", "hip_meas_tau"), ("left_knee_vel", "left_knee_tau")],
+)
+def test_the_tau_of_a_joint_whose_motion_is_there_is_its_torque(
+    tmp_path: Path, motion: str, tau: str
+) -> None:
+    gravity = 3.0 + 0.2 * np.cos(7.0 * TIME)  # does not follow the motion
+    plan = planned(tmp_path / "leg.csv", {"time": TIME, motion: SPEED, tau: gravity})
+    assert {each.signal: each.column for each in plan.signals}["effort"] == tau
+
+
+@pytest.mark.parametrize("tau", ["filter_tau", "tau", "knee_tau"])
+def test_another_tau_that_does_not_follow_the_motion_is_asked_about(
+    tmp_path: Path, tau: str
+) -> None:
+    columns = {"time": TIME, "elbow_vel": SPEED, tau: 3.0 + 0.2 * np.cos(7.0 * TIME)}
+    plan = planned(tmp_path / "leg.csv", columns)
+    assert "effort" not in {each.signal for each in plan.signals}

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from erclutch.errors import LogError
 from erclutch.logs.clock.channel_times import unwoven, with_times_joined
+from erclutch.logs.clock.names_over_times import with_names_at_values
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import ROWS_WANTED
@@ -31,6 +32,7 @@ class Tidying(NamedTuple):
 #: All rules, in the order in which they are gone through.
 TIDYINGS = (
     Tidying("one time a row, though a stamp stands in several columns", with_whole_stamps),
+    Tidying("a name for each channel, though it stands over its time", with_names_at_values),
     Tidying("one time for all channels, though each has its own", with_times_joined),
     Tidying("a column for each signal, though its name stands in the rows", untidied),
     Tidying("rows for each field, though it stands in the names", with_a_row_for_each_field),

@@ -293,6 +293,10 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
         efforts = [effort for effort in efforts if effort.spoken.forms["effort"] not in NEED_UNIT]
         return any(follows(effort.values, column.values) for effort in efforts)
 
+    # The tau of a joint beside a motion of the same joint is its torque, whatever its numbers do: elbow_tau, elbow_pos.
+    is_tau = column.spoken.stem_words[-1:] == ("tau",) and not column.shape.constant
+    if is_tau and column.limb and any(each.limb == column.limb for each in (*positions, *speeds)):
+        return True
     # The stress of a rheometer, beside whose shear rate a T is a temperature.
     if column.spoken.plain_stem == "tau" and any(
         speed.spoken.plain_stem in _SHEAR_RATES for speed in speeds

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from erclutch.logs.columns.labels import EASTERN, split_label
+from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.readers.cells import Marks, is_comment
 from erclutch.logs.readers.channel_lines import (
     channel_units,
@@ -255,7 +256,9 @@ def with_legend(
 def _labels_of_pairs(upper: Sequence[str], names: Sequence[str]) -> list[str]:
     """Labels that stand over pairs of columns called x and y, as tools that read curves off a picture write them.
 
-    Returns: a label for the first column of each pair and none for the second; nothing where the lines are others.
+    Drives record their channels so too: x is the time there, and the label that of y.
+
+    Returns: for each pair a label and none, or a time and the label; nothing where the lines are others.
     """
     pairs, odd = divmod(len(names), 2)
     if not pairs or odd or [name.lower() for name in names] != ["x", "y"] * pairs:
@@ -263,7 +266,14 @@ def _labels_of_pairs(upper: Sequence[str], names: Sequence[str]) -> list[str]:
     labels = [*upper, *[""] * (len(names) - len(upper))]
     over_x = labels[::2]
     over_y = labels[1::2]
-    return labels if all(over_x) and not any(over_y) else []
+    if not all(over_x) or any(over_y):
+        return []
+    said = [spoken_name(split_label(label)[0]).may_be for label in over_x]
+    has_a_motion = any(not may_be.isdisjoint(("slip", "position")) for may_be in said)
+    has_an_effort = any("effort" in may_be for may_be in said)
+    if has_a_motion and has_an_effort:
+        return [cell for label in over_x for cell in ("time", label)]
+    return labels
 
 
 def _filled(cells: Sequence[str]) -> int:
