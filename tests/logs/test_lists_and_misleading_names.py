@@ -10,6 +10,7 @@ import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
 from erclutch.logs.columns.labels import split_end
+from erclutch.logs.columns.names import spoken_name
 
 ROWS = np.arange(400)
 SECONDS = 0.02 * ROWS
@@ -183,3 +184,11 @@ def test_a_unit_that_is_written_out_is_read_in_letters_of_any_size(
     name: str, unit: str | None
 ) -> None:
     assert split_end(name)[1] == unit
+
+
+@pytest.mark.parametrize(
+    "name", ["rho_vs_delta_theta", "slope torque vs speed", "r force versus displacement"]
+)
+def test_what_was_made_of_two_quantities_is_neither_of_them(name: str) -> None:
+    assert not any(spoken_name(name).heads.values())
+    assert spoken_name("delta_theta").heads["position"] == "theta"

@@ -282,6 +282,8 @@ def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
     parts = [word for word in parts if word]
     if "per" in parts:
         return None  # a torque per rpm is no speed, and no torque
+    if not {"vs", "versus"}.isdisjoint(parts[1:-1]):
+        return None  # what was made of two quantities, such as how they correlate
     while len(parts) > 1 and parts[-1] in _AXES | BESIDE:
         parts.pop()
     if not parts or {*parts} & (TOLD | OTHER | NOT_MEASURED | AGAINST[signal]):
