@@ -228,12 +228,16 @@ def test_a_small_file_has_little_memory(
         child_process.run(reader, path, "limits")
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("ending", ["h5", "mat"])
 @pytest.mark.parametrize("damaged", [False, True], ids=["half of either", "damaged"])
 def test_a_file_that_is_written_while_it_is_read_is_a_line(
     ending: str, damaged: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Written in place, half of the old torque and half of the new came back as one log."""
+    """Written in place, half of the old torque and half of the new came back as one log.
+
+    Who asks the child looks at the file before and after, so that no child is needed here.
+    """
     path = tmp_path / f"log.{ending}"
     columns = {"time_s": 1e-3 * np.arange(50.0), "torque_Nm": np.linspace(0.0, 1.0, 50)}
     if ending == "h5":

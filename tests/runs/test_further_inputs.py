@@ -25,6 +25,9 @@ from erclutch.runs.written_run import write_run
 from erclutch.signals.recording import Recording
 from tests.support.command import good
 
+# `test_runs.py` reads rows in a child, as a user does.
+pytestmark = pytest.mark.usefixtures("read_here")
+
 
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:

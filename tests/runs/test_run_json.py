@@ -30,6 +30,9 @@ from erclutch.runs.run_rows import read_rows
 from erclutch.runs.written_run import write_run
 from tests.support.examples import examples
 
+# `test_runs.py` reads rows in a child, as a user does.
+pytestmark = pytest.mark.usefixtures("read_here")
+
 _GONE: Any = object()
 VALUES = [_GONE, None, -1, 1e9, 10**9, 10**400, "", "x", True, [], {}, float("inf")]
 
