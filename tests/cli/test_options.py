@@ -13,9 +13,10 @@ from typing import Any, get_args
 
 import pytest
 
+from erclutch import registry
 from erclutch.cli import app
 from erclutch.cli.command_list import OF_OTHERS, PANELS, commands
-from erclutch.errors import SettingError
+from erclutch.errors import PluginError, SettingError
 from erclutch.logs.synthetic import write_synthetic_log
 from tests.support.command import good, refused, run
 from tests.support.installed_plugin import Install
@@ -92,6 +93,20 @@ def test_commands_are_few_and_under_known_headings() -> None:
     ours = [command for command in commands() if command.plugin.own]
     assert len(ours) <= 24
     assert {command.panel for command in ours} <= set(PANELS)
+
+
+def test_a_command_of_ours_says_what_help_shows_in_one_line_or_several(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(
+        registry,
+        "own_text",
+        lambda _: 'COMMAND = {"help": "Greet.", "panel": "About", "place": 1}\n',
+    )
+    assert {command.help for command in commands() if command.plugin.own} == {"Greet."}
+    monkeypatch.setattr(registry, "own_text", lambda _: 'COMMAND = {\n    "help": "Greet.",\n}\n')
+    with pytest.raises(PluginError, match="a literal with help, panel and place"):
+        commands()
 
 
 def test_a_command_that_prints_a_table_also_prints_json() -> None:

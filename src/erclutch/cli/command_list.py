@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from dataclasses import dataclass
+from typing import Any
 
 from erclutch import registry
 from erclutch.registry import Plugin
@@ -25,7 +26,8 @@ OF_OTHERS = "Of other packages"
 _AFTER_OURS = 1000
 
 #: A command of ours tells its help in a literal, so that ``--help`` imports none of them.
-_MARK = re.compile(r"^COMMAND = (\{.*?^\})", re.MULTILINE | re.DOTALL)
+_MARK = re.compile(r"^COMMAND = (\{.*?\})$", re.MULTILINE | re.DOTALL)
+_SAYS = ("help", "panel", "place")
 
 
 @dataclass(frozen=True)
@@ -58,8 +60,10 @@ def commands() -> list[Command]:
     for plugin in registry.plugins(GROUP):
         if plugin.own:
             mark = _MARK.search(registry.own_text(plugin))
-            assert mark is not None, f"COMMAND of {plugin.source} is no literal that spans lines"
-            about = ast.literal_eval(mark.group(1))
+            about: dict[str, Any] = ast.literal_eval(mark.group(1)) if mark else {}
+            if any(key not in about for key in _SAYS):
+                wanted = "a literal with help, panel and place"
+                raise plugin.fault(f"has to say COMMAND = {{...}} in {plugin.source}, {wanted}")
             listed.append(Command(plugin, about["help"], about["panel"], about["place"]))
             continue
         try:
