@@ -80,6 +80,7 @@ def test_a_term_that_the_memory_says_better_is_left_out_and_the_law_is_sound() -
         assert again.model.gains[name] == 0.0
 
 
+@pytest.mark.slow
 def test_the_law_of_a_joint_without_a_field_is_recommended_with_all_that_it_needs() -> None:
     result = compare(joint(0.02), Settings(models=("bingham", "casson")))
     chosen = result.entry(result.recommended)

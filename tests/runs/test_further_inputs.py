@@ -88,6 +88,7 @@ def test_the_report_opens(recording: Recording, tmp_path: Path) -> None:
     assert "<mtext>travel</mtext>" in page
 
 
+@pytest.mark.slow
 def test_the_report_says_what_a_network_with_a_further_input_adds(
     recording: Recording, tmp_path: Path
 ) -> None:

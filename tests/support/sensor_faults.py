@@ -377,8 +377,20 @@ def under_field(frames: Any) -> NDArray[np.intp]:
     return np.flatnonzero((field > 10.0 * LEAST) & (rows >= BEGINS[0]) & (rows < BEGINS[1]))
 
 
+#: Models of the default rig, by name and device: several files of tests ask for the same.
+_MODELS: dict[tuple[str, DeviceName], LiveModel] = {}
+
+
 def model_of(rig: RigParameters, name: str, device: DeviceName) -> LiveModel:
     """A law or network for the pair or the brake, fitted to the TWIN once."""
+    if rig is not default_rig():
+        return _fitted(rig, name, device)
+    if (name, device) not in _MODELS:
+        _MODELS[name, device] = _fitted(rig, name, device)
+    return _MODELS[name, device]
+
+
+def _fitted(rig: RigParameters, name: str, device: DeviceName) -> LiveModel:
     from rich.console import Console
 
     from erclutch.wings.rig.twin_model import twin_models

@@ -171,6 +171,7 @@ def test_iron_that_keeps_a_field_saturates_too() -> None:
     )
 
 
+@pytest.mark.slow
 def test_another_law_gets_the_iron_where_fields_change_within_a_log() -> None:
     """Of a series of kernels no number may be told: then no law with a memory could be recommended."""
     command = ramps()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import re
 import subprocess
 from collections.abc import Callable, Mapping
@@ -246,7 +247,7 @@ def test_a_sample_that_cannot_be_does_no_harm_for_long(
                 fields.append(out[0])
                 row[column] = spike
             lib.m_control_step(memory, (ctypes.c_double * 7)(*row), out)
-            assert np.all(np.isfinite(out))
+            assert all(map(math.isfinite, out))
         fields.append(out[0])
     assert fields[0] > 0.0
     assert fields == pytest.approx([fields[0]] * 4, rel=0.03)
