@@ -9,7 +9,9 @@ amended.
     python studies/lowest_field.py [--before no-field] [--devices 5] [--first 0] [--cases "field 0"]
 
 Before, the parts at no field were among those that choose (no-field); or of laws that the parts cannot tell apart the
-one with the fewest parameters was chosen, not the one with the least error on all parts (ties).
+one with the fewest parameters was chosen, not the one with the least error on all parts (ties). A rule that was tried
+and left out stands in the place of a rule before, too: the two lowest fields above none are left out together as well,
+so that a law has to go further down from the fields that it knows (low-pair).
 
 Printed for what was taken away: the error of the chosen law over the least error of all nine, mean and largest, by both
 rules. Field 0 is none: where it is taken away parts at no field decide nothing.
@@ -30,7 +32,7 @@ if __name__ == "__main__":
 import numpy as np
 
 from erclutch.fit.candidate import Fitted
-from erclutch.fit.choice.validation import LeftOut, _counted, chosen
+from erclutch.fit.choice.validation import LeftOut, _counted, chosen, parts_of_training
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.kinds.law_alone import KIND
 from erclutch.fit.laws.fit_law import fit_structure
@@ -105,10 +107,22 @@ def parameters_of(
     return {name: float(_counted(outcomes[name])) for name in usable}
 
 
+def parts_with_low_pair(train: Dataset) -> LeftOut | None:
+    """What is left out in turn, and the two lowest fields above none together."""
+    parts = parts_of_training(train)
+    if parts is None or parts.fields - parts.lowest < 3:
+        return parts
+    of_fields = list(parts.masks[: parts.fields])
+    pair = of_fields[parts.lowest] | of_fields[parts.lowest + 1]
+    masks = [*of_fields, pair, *parts.masks[parts.fields :]]
+    return replace(parts, masks=masks, fields=parts.fields + 1)
+
+
 #: Of each rule the function that made it, and what stands in its place.
 BEFORE: dict[str, tuple[str, Any]] = {
     "no-field": ("_no_field", lambda train, start, stop: False),
     "ties": ("_burdens", parameters_of),
+    "low-pair": ("parts_of_training", parts_with_low_pair),
 }
 
 
