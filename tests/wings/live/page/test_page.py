@@ -12,7 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, closing, suppress
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -422,6 +422,44 @@ def wait_for(what: Callable[[], Any], seconds: float = 10.0) -> bool:
             return True
         time.sleep(0.02)
     return False
+
+
+def frames_seen(client: ClientConnection, count: int) -> list[int]:
+    """The numbers of the next frames."""
+    (hello,) = texts(client, "hello")
+    wire, seqs = hello["wire"], list[int]()
+    while len(seqs) < count:
+        message = client.recv(timeout=10)
+        if isinstance(message, bytes):
+            first = int(np.frombuffer(message, "<f8", 1, 16)[0])
+            rows = (len(message) - wire["head"]) // (4 * len(wire["columns"]))
+            seqs += range(first, first + rows)
+    return seqs
+
+
+def test_two_pages_at_once_beside_one_that_reads_nothing(site: Site) -> None:
+    """Each sees all frames and gives orders; a page that hangs and one that dies hold up nobody."""
+    hangs = socket.create_connection(("127.0.0.1", site.access.port))
+    hangs.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    address = f"127.0.0.1:{site.access.port}"
+    hangs.sendall(
+        f"GET {site.access.base}/frames HTTP/1.1\r\nHost: {address}\r\nOrigin: http://{address}\r\n"
+        f"Cookie: {site.cookie}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n"
+        "Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: MDEyMzQ1Njc4OWFiY2RlZg==\r\n\r\n".encode()
+    )
+    with closing(hangs), site.connect() as first, site.connect() as second:
+        for client in (first, second):
+            seqs = frames_seen(client, 300)
+            assert seqs == list(range(seqs[0], seqs[0] + len(seqs)))
+        assert wait_for(lambda: texts(second, "status")[0]["clients"] == 3)
+        first.send('{"command": "program", "name": "step"}')
+        assert wait_for(lambda: len(site.commands) == 1)
+        second.send('{"command": "zero"}')
+        assert wait_for(lambda: len(site.commands) == 2)
+        assert site.commands == [PageCommand("program", 2.0), PageCommand("zero")]
+        first.socket.shutdown(socket.SHUT_RDWR)
+        assert wait_for(lambda: texts(second, "status")[0]["clients"] == 2)
+        assert texts(second, "status")[0]["state"] == "running"
 
 
 def test_commands_go_through_and_nothing_else(site: Site) -> None:
