@@ -59,6 +59,7 @@ FALLS, MOVES = 6, 0.13
 NOISES = (101, 102, 103)  # seeds
 COUNTS = 2.0
 SLOW = 1.0  # rad/s: a third of the speed up to which dry friction is elastic
+HEALTHY = tuple(range(101, 121))  # seeds of the noise of healthy loops whose readings make a band
 _DOUBTS = ("theta-doubted", "alpha-doubted", "torque-doubted")
 
 #: Control -> device, program, and settings that differ.
@@ -112,6 +113,8 @@ class FaultRun:
         most: largest field above the healthy one.
         unbounded: longest run of rows that nothing bounded either.
         cause: why nothing tells of the fault in time, one of `CAUSES`; "" where it was held, or nobody knows.
+        outside: how far the readings leave the band of healthy loops while an alarm would be in time: see
+            `outside_health`. NaN where the fault was held, or nobody asked.
     """
 
     above: int
@@ -120,6 +123,7 @@ class FaultRun:
     most: float
     unbounded: int
     cause: str = ""
+    outside: float = np.nan
 
     @property
     def held(self) -> bool:
@@ -279,8 +283,17 @@ def fault_run(
     seed: int,
     fault: tuple[str, str, int],
     healthy: Any,
+    *,
+    banded: bool = False,
 ) -> FaultRun:
-    """A fault beside health, and, where that is higher, beside the loop without the meter."""
+    """A fault beside health, and, where that is higher, beside the loop without the meter.
+
+    Args:
+        settings, model, rig, seed: see `frames_of`.
+        fault: sensor, kind and row.
+        healthy: frames of the same loop in health.
+        banded: a fault that is not held is also put beside the band of healthy loops: twenty more sessions.
+    """
     sensor, _, begin = fault
     faulty = frames_of(settings, model, rig, seed, fault)
     run = judged(healthy, faulty, begin)
@@ -291,6 +304,8 @@ def fault_run(
             faulty, np.max([_near(frames) for frames in (healthy, *others)], axis=0)
         )
         cause = "noise" if _longest(high[begin:]) <= MOST_ABOVE else cause
+    if banded and not run.held:
+        run = replace(run, outside=outside_health(settings, model, rig, seed, fault, faulty))
     if run.outcome != "not held":
         return replace(run, cause=cause)
     without = (
@@ -299,7 +314,43 @@ def fault_run(
         else None
     )
     unseen = (settings.load_band + REST_FRICTION * settings.load_friction) / (1.0 - OFF_SHARE)
-    return replace(judged(healthy, faulty, begin, without, unseen), cause=cause)
+    judgement = judged(healthy, faulty, begin, without, unseen)
+    return replace(judgement, cause=cause, outside=run.outside)
+
+
+def outside_health(
+    settings: LoopSettings,
+    model: Path,
+    rig: RigParameters,
+    seed: int,
+    fault: tuple[str, str, int],
+    faulty: Any,
+) -> float:
+    """How far the readings of a faulty loop leave those of healthy loops while an alarm would be in time.
+
+    The healthy loops are the same one up to the fault; then their meters have other noise (`HEALTHY`). Of each sensor
+    and row they read from a least to a most, where one may be earlier or later by `NEAR` rows.
+
+    Returns:
+        The largest distance of a reading from that band: of an encoder in counts, of the meter in standard deviations
+        of its noise. 0: each reading of each sensor is one of health.
+    """
+    begin = fault[2]
+    rows = slice(begin, begin + ZERO_WITHIN - FALLS)
+    well = [frames_of(settings, model, rig, seed, noise=(begin, other)) for other in HEALTHY]
+    units = {
+        "torque": rig.value("sensors.torque_noise"),
+        "theta": theta_count(rig),
+        "alpha": alpha_count(rig),
+    }
+    outside = 0.0
+    for sensor, unit in units.items():
+        shifts = range(-NEAR, NEAR + 1)
+        read = np.array([np.roll(frames[sensor], by) for frames in well for by in shifts])[:, rows]
+        below = read.min(axis=0) - faulty[sensor][rows]
+        above = faulty[sensor][rows] - read.max(axis=0)
+        outside = max(outside, float(np.max(np.maximum(below, above))) / unit)
+    return outside
 
 
 def cause_of(

@@ -483,6 +483,25 @@ def test_an_encoder_that_is_wrong_while_its_drive_rests_reads_as_in_health() -> 
         assert study.cause_of(settings, RIG, ("theta", kind, begin), healthy, faulty) == "same bits"
 
 
+@pytest.mark.slow
+def test_readings_of_health_and_readings_outside_are_told_apart(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The proof that `studies/sensor_faults.py` prints for what no check can tell."""
+    monkeypatch.setattr(study, "ROWS", 1200)
+    monkeypatch.setattr(study, "HEALTHY", study.HEALTHY[:6])
+    brake = study.model_of(RIG, "bingham", "single")
+    settings = study.settings_of("wall", brake, RIG)
+
+    def outside(sensor: str, kind: str) -> float:
+        fault = (sensor, kind, 1113)
+        faulty = study.frames_of(settings, brake.library, RIG, 0, fault)
+        return study.outside_health(settings, brake.library, RIG, 0, fault, faulty)
+
+    assert outside("theta", "late") == 0.0
+    assert outside("torque", "doubled") > 5.0
+
+
 def resting(change: Any, wave: Waveform = Waveform.CONSTANT) -> Any:
     """Frames of a brake whose drive rests on one count of its encoder; what its meter reads is noise about 8 mN m."""
     program = LoopProgram("fields", Mode.FIELDS, wave, amplitude=0.1, frequency=1.0, offset=0.3)
