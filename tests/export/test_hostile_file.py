@@ -137,6 +137,8 @@ def _attack(bodies: list[dict[str, Any]], count: int, used: int, path: Path) -> 
         body = json.loads(json.dumps(rng.choice(bodies)))
         for _ in range(rng.choice((1, 1, 1, 2))):
             _mutate(rng, body)
+        # A new file each time: a disk waits for what it still writes of the old one before it empties that.
+        path.unlink(missing_ok=True)
         path.write_text(json.dumps(_sealed(body)), encoding="utf-8")
         try:
             model = load_model(path)

@@ -10,7 +10,14 @@ import pytest
 from erclutch.fit.bands.prediction_bands import LEVEL, calibrated, coverage, judged, pieces
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs.dataset import Dataset
-from erclutch.models.adaptive_band import SETTLED, Adapted, adapted, after
+from erclutch.models.adaptive_band import (
+    NARROWEST,
+    SETTLED,
+    WIDEST,
+    Adapted,
+    adapted,
+    after,
+)
 from erclutch.models.band import Band
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
@@ -190,6 +197,31 @@ def test_each_row_of_a_sensor_counts_from_the_next_row_on_and_a_gap_forgets() ->
     )
     assert third.offset == pytest.approx(10.0 * (1.0 - np.exp(-0.001 / 0.05)))
     assert third.scale > second.scale
+
+
+def test_a_band_over_rows_has_the_bits_of_the_step_that_is_exported() -> None:
+    """Whatever the sensor says: too much until the band is widest, nothing until it is narrowest, what is no number."""
+    rng = np.random.default_rng(8)
+    rows = 6000
+    measured = rng.normal(size=rows) * rng.choice([0.1, 1.0, 9.0], rows)
+    measured[100:300] = 1e6 * np.sign(measured[100:300])
+    measured[300:5600] = 0.0
+    measured[5800::7] = np.nan
+    measured[5900] = np.inf
+    clock = Clock(PERIOD * np.arange(float(rows)), (Span(0, 100, PERIOD), Span(100, rows, PERIOD)))
+    ends = (-np.ones(rows), 2.0 * np.ones(rows))
+    low, high = adapted(BAND, ends, np.zeros(rows), measured, clock)
+    period = np.diff(clock.time, prepend=clock.time[:1])
+    scales: list[float] = []
+    for span in clock.spans:
+        state = SETTLED
+        for row in range(span.start, span.stop):
+            scales.append(state.scale)
+            wanted = (state.offset - state.scale, state.offset + 2.0 * state.scale)
+            assert np.array_equal(wanted, (low[row], high[row]), equal_nan=True), row
+            to_next = float(period[min(row + 1, span.stop - 1)])
+            state = after(state, float(measured[row]), 1.0, 2.0, BAND.level, to_next)
+    assert (min(scales), max(scales)) == (NARROWEST, WIDEST)
 
 
 def test_the_width_stays_within_its_limits_whatever_the_sensor_says() -> None:

@@ -99,16 +99,30 @@ def adapted(
     above = high - effort
 
     # Lists, since numbers of Python are quicker than those of NumPy, one at a time.
-    error = (measured - effort).tolist()
+    errors = (measured - effort).tolist()
     half_below = below.tolist()
     half_above = above.tolist()
     step = np.diff(clock.time, prepend=clock.time[:1]).tolist()  # [s], from the row before
-    states: list[Adapted] = []  # before each row
+    offsets: list[float] = []  # before each row
+    scales: list[float] = []
     for span in clock.spans:
-        state = SETTLED
+        offset, scale = SETTLED
         for row in range(span.start, span.stop):
-            states.append(state)
-            period = step[min(row + 1, span.stop - 1)]
-            state = after(state, error[row], half_below[row], half_above[row], band.level, period)
-    offset, scale = np.array(states, np.float64).reshape(-1, 2).T
-    return effort + offset - scale * below, effort + offset + scale * above
+            offsets.append(offset)
+            scales.append(scale)
+            # `after`, said in numbers of Python: the same bits in a fifth of the time.
+            error = errors[row]
+            wider, narrower, share = _steps(band.level, step[min(row + 1, span.stop - 1)])
+            is_outside = (
+                error < offset - scale * half_below[row] or offset + scale * half_above[row] < error
+            )
+            scale = scale * (wider if is_outside else narrower)
+            scale = scale if scale > NARROWEST else NARROWEST  # also where it is not a number
+            scale = scale if scale < WIDEST else WIDEST
+            offset = offset + share * (error - offset)
+    offset_of_row = np.array(offsets, np.float64)
+    scale_of_row = np.array(scales, np.float64)
+    return (
+        effort + offset_of_row - scale_of_row * below,
+        effort + offset_of_row + scale_of_row * above,
+    )
