@@ -83,6 +83,15 @@ class Draft:
         return {*self.needed, *OPTIONAL[self.device]}
 
     @property
+    def labels(self) -> dict[str, str]:
+        """The table's columns as a user would write them; differences that were made only where a signal is one."""
+        labels: dict[str, str] = {}
+        for name in self.table.columns:
+            if name not in self.table.made or name in self.taken:
+                labels[name] = self.table.label(name)
+        return labels
+
+    @property
     def taken(self) -> list[str]:
         """Columns that are signals, inputs, the time or a counter of samples, or that are known to be no signal."""
         chosen = [each.column for each in (*self.signals.values(), *self.inputs) if each.column]

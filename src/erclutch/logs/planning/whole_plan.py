@@ -218,11 +218,7 @@ def plan_of(
         constants=draft.constants,
         invalid=draft.invalid or "error",
         questions=tuple(draft.questions.values()),
-        labels={
-            name: table.label(name)
-            for name in table.columns
-            if name not in table.made or name in draft.taken
-        },
+        labels=draft.labels,
         told=draft.told,
         notes=tuple(draft.notes),
         path=table.path,
