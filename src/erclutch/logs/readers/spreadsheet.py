@@ -235,14 +235,13 @@ def _table(source: LogSource, found: _Sheet) -> Table:
     return replace(table, notes=tuple(notes))
 
 
-def _claims(head: bytes) -> bool:
-    is_new = head.startswith(b"PK\x03\x04") and any(part in head for part in _PARTS)
-    return is_new or head.startswith(_OLD_OFFICE)
-
-
 READER = LogReader(
     suffixes=(".xlsx", ".xlsm", ".xls", ".ods"),
-    claims=_claims,
+    # New formats are archives of parts; the old one has a mark of its own.
+    claims=lambda head: (
+        (head.startswith(b"PK\x03\x04") and any(part in head for part in _PARTS))
+        or head.startswith(_OLD_OFFICE)
+    ),
     **reader_in_child.in_child("spreadsheet", "python_calamine"),
     tells_damage="seen: the parts of the file have checksums; an .xls has none",
 )
