@@ -241,3 +241,43 @@ def test_a_curve_at_each_number_of_a_column_is_of_points(tmp_path: Path, levels:
     assert not plan.questions
     assert plan.clock is not None
     assert plan.clock.kind == "points"
+
+
+@pytest.mark.parametrize("column", ["participant", "subject", "specimen number"])
+def test_points_of_people_or_pieces_by_number_are_asked_about(tmp_path: Path, column: str) -> None:
+    path = written(tmp_path, points_of(["1", "2", "3"], column))
+    plan = plan_of(read_table(path), ColumnMap())
+    assert any("parts the rows into 3: 1, 2, 3" in each.problem for each in plan.questions)
+    assert any(f"{column}=" in each for each in plan.examples)
+
+
+@pytest.mark.parametrize("column", ["level", "repeat"])
+def test_points_with_other_whole_numbers_are_not_asked_about(tmp_path: Path, column: str) -> None:
+    plan = plan_of(read_table(written(tmp_path, points_of(["1", "2", "3"], column))), ColumnMap())
+    assert not any("parts the rows" in each.problem for each in plan.questions)
+
+
+def loops_of(words: list[str], course: str, restarts: bool) -> str:
+    """A mean loop of torque over angle for each word, without a time; a course that restarts with each, or goes on."""
+    lines = [f"pace,{course},angle [deg],torque [Nm]"]
+    for number, word in enumerate(words):
+        for k in range(50):
+            at = k / 50 + (0 if restarts else number)
+            lines.append(f"{word},{at:.2f},{np.sin(7 * at):.5f},{np.cos(7 * at) + number:.5f}")
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("course", ["phase", "share of cycle", "percent"])
+def test_rows_without_a_time_whose_course_restarts_with_each_word_are_asked_about(
+    tmp_path: Path, course: str
+) -> None:
+    path = written(tmp_path, loops_of(["slow", "fast", "faster"], course, restarts=True))
+    for told in (ColumnMap(), ColumnMap(rate=100.0)):
+        plan = plan_of(read_table(path), told)
+        assert any("column pace parts the rows into 3" in each.problem for each in plan.questions)
+
+
+def test_rows_without_a_time_whose_course_goes_on_are_one_log(tmp_path: Path) -> None:
+    path = written(tmp_path, loops_of(["slow", "fast", "faster"], "distance", restarts=False))
+    plan = plan_of(read_table(path), ColumnMap(rate=100.0))
+    assert not any("parts the rows" in each.problem for each in plan.questions)

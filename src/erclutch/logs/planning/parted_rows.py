@@ -31,6 +31,14 @@ _KINDS = frozenset(
         "device unit model product"
     ).split()
 )
+#: Whose rows they are: people, and pieces of a material.
+_WHOSE = frozenset(
+    (
+        "subject participant patient person athlete proband volunteer sujet sujeto soggetto "
+        "paciente specimen sample batch probe eprouvette probeta"
+    ).split()
+)
+_FEWEST_EACH = 3  # rows of a person or piece, on average
 _SELDOM = 0.01  # of the rows
 _TAKE_TURNS = 0.6  # share of the rows that are of another device than the row before
 _MOST_DEVICES = 64  # on a bus
@@ -130,9 +138,18 @@ def ask_about_groups(draft: Draft) -> None:
         # Rows with a speed and no time are taken as points: so the command says that answers the question.
         are_points = "slip" in draft.signals or "slip" in draft.questions
         stamps = None
-    for name, column in table.words.items():
-        begins = 0 if are_points or stamps is None else times_begun_anew(stamps, column)
-        if (not are_points and not begins) or _are_levels(column):
+    parting = dict(table.words)
+    if are_points:
+        parting |= _people_by_number(draft)
+    for name, column in parting.items():
+        if are_points:
+            begins = 0
+        elif stamps is not None:
+            begins = times_begun_anew(stamps, column)
+        else:
+            begins = _courses_begun_anew(draft, column)
+        are_levels = name in table.words and _are_levels(column)
+        if (not are_points and not begins) or are_levels:
             continue
         # A clock that begins anew now and then is followed without a word of the user.
         called = {*words_of(name)}
@@ -147,6 +164,34 @@ def ask_about_groups(draft: Draft) -> None:
         option = each if called.isdisjoint(_KINDS) else first
         draft.ask("variable", MappingError(problem, remedy=remedy), option)
         return
+
+
+def _people_by_number(draft: Draft) -> dict[str, WordColumn]:
+    """Columns of whole numbers that are called like people, or like pieces of a material, each with several rows."""
+    parting: dict[str, WordColumn] = {}
+    for column in draft.seen.without(draft.taken):
+        values = column.values
+        if not column.spoken.says(_WHOSE) or not np.isfinite(values).all() or not are_whole(values):
+            continue
+        numbers, of_row = np.unique(values, return_inverse=True)
+        if 1 < numbers.size <= values.size / _FEWEST_EACH:
+            words = tuple(f"{number:.15g}" for number in numbers)
+            parting[column.name] = WordColumn(words, of_row.astype(np.int32))
+    return parting
+
+
+def _courses_begun_anew(draft: Draft, column: WordColumn) -> int:
+    """How often a column that rises in the rows of each word falls back between them, where the file has no time.
+
+    Such is a share of a cycle, or a travel: the rows of each word are a course of their own.
+    """
+    begins = [0]
+    for course in draft.seen.without(draft.taken):
+        values = course.values
+        if np.isfinite(values).all() and not course.shape.constant:
+            begun = times_begun_anew(values, column)
+            begins.append(begun if begun == len(column.words) - 1 else 0)
+    return max(begins)
 
 
 def _are_levels(column: WordColumn) -> bool:
