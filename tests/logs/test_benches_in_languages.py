@@ -143,3 +143,23 @@ def test_a_german_speed_in_turns_is_read_so(label: str) -> None:
     plan = assert_all_are_read(f"t:Zeit_s; v:{label}; e:Moment_Nm; f:Strom_A")
     multiplied, _ = factor_and_unit(plan, "slip")
     assert multiplied == pytest.approx(np.pi / 30)
+
+
+@pytest.mark.parametrize(
+    "label",
+    [
+        "Voltage current sensor [V]",
+        "Current sensor voltage [V]",
+        "Spannung Stromsensor [V]",
+        "Tension capteur courant [V]",
+    ],
+)
+def test_the_volts_of_the_sensor_of_a_current_are_no_field(label: str) -> None:
+    plan, _ = planned(f"t:Time [s]; e:Force [N]; p:Position [mm]; f:{label}")
+    field = plan.signal("field")
+    assert field is None or field.column == ""
+    assert_all_are_read(f"t:Time [s]; e:Force [N]; p:Position [mm]; f:Current [A]; x:{label}")
+
+
+def test_what_the_sensor_of_a_current_measures_is_a_field() -> None:
+    assert_all_are_read("t:Time [s]; e:Force [N]; p:Position [mm]; f:Current sensor [A]")

@@ -17,6 +17,7 @@ from erclutch.logs.columns.labels import EASTERN, split_end
 from erclutch.logs.columns.vocabulary import (
     AGAINST,
     BESIDE,
+    CURRENTS,
     EASTERN_OTHERS,
     GERMAN,
     GERMAN_OTHERS,
@@ -29,6 +30,7 @@ from erclutch.logs.columns.vocabulary import (
     ROMANCE,
     SINGLE,
     TOLD,
+    VOLTAGES,
     set_of,
 )
 
@@ -284,6 +286,8 @@ def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
         return None  # a torque per rpm is no speed, and no torque
     if not {"vs", "versus"}.isdisjoint(parts[1:-1]):
         return None  # what was made of two quantities, such as how they correlate
+    if signal == "field" and "sensor" in parts and VOLTAGES & {*parts} and CURRENTS & {*parts}:
+        return None  # the volts that the sensor of a current gives
     while len(parts) > 1 and parts[-1] in _AXES | BESIDE:
         parts.pop()
     if not parts or {*parts} & (TOLD | OTHER | NOT_MEASURED | AGAINST[signal]):

@@ -125,7 +125,7 @@ MODELS = set_of("dahl lugre stribeck boucwen svm svr pinn lstm gru mlp ann gms m
 AGAINST = {
     "field": set_of("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt hall lvdt gauge "
                   "gage potentiometer pot poti tacho tachometer transducer thermocouple thermistor photodiode adc "
-                  "led lamp fan heater payload leakage"),
+                  "led lamp fan heater payload leakage capteur stromsensor stromwandler spannungssensor"),
     "slip": set_of("rolling entrainment wind air fan pump flow sound stream freestream data frequency freq frequenz "
                  "frame sampling refresh ball disc"),
     "position": set_of("throttle valve pedal gps cursor mouse time phase attack incidence"),
