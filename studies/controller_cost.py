@@ -1,18 +1,24 @@
 """What a step of the exported controller (stages, inverse, interlock, model) costs on a Cortex-M4F and an M7, in QEMU.
 
-    python studies/controller_cost.py
+    python studies/controller_cost.py [--models NAME ...] [--where]
 
 The models are fitted to the TWIN, in float32. Instructions are the mean over samples of a drive that turns while the
 wanted torque swings by 0.3 and by 1.2 times the largest effort of the log, with each observer. Needs gcc-arm-none-eabi,
 libnewlib-arm-none-eabi and qemu-system-arm.
+
+With --where it prints in which functions the instructions of a step run on the M4F at 0.3: of the function itself, and
+with those that the compiler put into it.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
+import subprocess
 import sys
 import tempfile
+from collections import Counter
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -89,25 +95,76 @@ def bench(program: ExportedStep, observer: str, small: bool, folder: Path) -> Si
     return SimpleNamespace(name="bench", inputs=INPUTS)
 
 
+_ADDRESS = re.compile(r"\[[0-9a-f]+/([0-9a-f]+)/")  # in a line of QEMU's trace
+
+
+def where(program: ExportedStep, observer: str) -> list[tuple[str, float, float]]:
+    """Functions of the controller with the instructions of a step in themselves, and with what was put into them."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        named, trace = bench(program, observer, small=True, folder=folder), folder / "trace"
+        run_board(BOARDS[0], named, folder, folder, repeats=1, traced=trace)  # pyright: ignore
+        with trace.open(encoding="ascii") as lines:
+            ran = Counter(found[1] for line in lines if (found := _ADDRESS.search(line)))
+        told = subprocess.run(
+            ["arm-none-eabi-addr2line", "-a", "-f", "-i", "-s", "-e", str(folder / "board.elf")],
+            input="\n".join(ran),
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+    own, whole, steps = Counter[str](), Counter[str](), 0
+    for address, text in zip(ran, re.split(r"^0x", told, flags=re.MULTILINE)[1:], strict=True):
+        functions = text.splitlines()[1::2]  # the innermost first; a line of the source behind each
+        own[functions[0]] += ran[address]
+        whole.update(dict.fromkeys(functions, ran[address]))
+        if (
+            functions[-1] == "bench_step"
+        ):  # its first instruction runs once a step, as most of its others
+            steps = max(steps, ran[address])
+    return [
+        (function, own[function] / steps, count / steps)
+        for function, count in whole.most_common()
+        if function.startswith("ctl_")
+    ]
+
+
+def _program(name: str) -> ExportedStep:
+    path = twin_models(default_rig(), (name,), terminal.console())[0]
+    return step_of(load_model(path), ExportOptions("ctl", "float32", 1e-3))
+
+
+def print_where(name: str, program: ExportedStep) -> None:
+    """A table for each observer."""
+    for observer in OBSERVERS:
+        print(f"| {name}, {observer} | itself | with what was put into it |\n| --- | ---: | ---: |")
+        for function, own, whole in where(program, observer):
+            if whole >= 1.0:
+                print(f"| {function} | {own:.0f} | {whole:.0f} |", flush=True)
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    models = (
-        parser.add_argument("--models", nargs="+", default=MODELS) and parser.parse_args().models
-    )
+    parser.add_argument("--models", nargs="+", default=MODELS)
+    parser.add_argument("--where", action="store_true", help="in which functions")
+    asked = parser.parse_args()
     if shutil.which("arm-none-eabi-gcc") is None:
         parser.error(
             "needs arm-none-eabi-gcc and qemu-system-arm: apt-get install gcc-arm-none-eabi qemu-system-arm"
         )
+    if asked.where:
+        for name in asked.models:
+            print_where(name, _program(name))
+        return
     print(
         "| model | observer | M4F at 0.3 | M4F at 1.2 | M7 at 0.3 | M7 at 1.2 | stack B | flash B |"
     )
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
-    for name in models:
-        path = twin_models(default_rig(), (name,), terminal.console())[0]
-        program = step_of(load_model(path), ExportOptions("ctl", "float32", 1e-3))
+    for name in asked.models:
+        program = _program(name)
         for observer in OBSERVERS:
             counts: list[str] = []
             for board in BOARDS:

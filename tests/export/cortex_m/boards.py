@@ -68,9 +68,22 @@ class Outcome:
 
 
 def run_board(
-    board: Board, program: ExportedStep, folder: Path, work: Path, repeats: int = 8
+    board: Board,
+    program: ExportedStep,
+    folder: Path,
+    work: Path,
+    repeats: int = 8,
+    traced: Path | None = None,
 ) -> Outcome:
     """Compile for a board, run under QEMU; instructions are counted over so many rounds of the vectors.
+
+    Args:
+        board: to run on.
+        program: exported.
+        folder: that its files are in.
+        work: a folder for what is compiled; the program for the board is `board.elf`.
+        repeats: rounds.
+        traced: a file for the address of each instruction that runs; the program then says which line it is of.
 
     Raises:
         ExportError: the compiler or the emulator failed.
@@ -86,6 +99,7 @@ def run_board(
         "-mfloat-abi=hard",
     ]
     words += ["-ffunction-sections", "-fdata-sections"]
+    words += ["-g"] if traced else []
     step = work / "step.o"
     what = f"cannot be compiled for the {board.name}"
     run(
@@ -130,6 +144,7 @@ def run_board(
     ]
     emulator += ["-chardev", f"file,id=out,path={log}"]
     emulator += ["-semihosting-config", "enable=on,target=native,chardev=out", "-icount", "shift=0"]
+    emulator += ["-singlestep", "-d", "exec,nochain", "-D", str(traced)] if traced else []
     run(
         [*emulator, "-kernel", str(image)],
         f"{n} on the {board.name} under QEMU did not end well",
