@@ -17,6 +17,7 @@ from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.layout import SAMPLE
 from erclutch.wings.live.live_model import live_model
 from erclutch.wings.live.settings import LoopProgram, LoopSettings, Mode, Waveform
+from erclutch.wings.paper import hand_experiments, torque_control
 from erclutch.wings.paper.control_figure import describe_control
 from erclutch.wings.paper.hand_experiments import (
     CALM,
@@ -31,7 +32,7 @@ from erclutch.wings.paper.online import EXPERIMENTS, lines, run, tracking_error,
 from erclutch.wings.paper.online_figures import FIGURE_OF, describe_online
 from erclutch.wings.paper.torque_control import INVERSES, KNOWS, WITHHELD, control_runs, kept_runs
 from erclutch.wings.rig.interface import RigCommand
-from erclutch.wings.rig.twin.parameters import default_rig
+from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
 from erclutch.wings.rig.twin.twin import Twin
 
 pytestmark = pytest.mark.slow
@@ -41,6 +42,27 @@ MODEL = Path(__file__).resolve().parents[1] / "live" / "model.json"
 @pytest.fixture(scope="module")
 def ready() -> Any:
     return live_model(MODEL, "coaxial"), [load_model(MODEL)]
+
+
+@pytest.fixture(scope="module")
+def fitted() -> dict[int, Any]:
+    """By seed, the models of the TWIN as it is: what the experiments of torque and of impedance begin with."""
+    return {}
+
+
+@pytest.fixture
+def fitted_once(fitted: dict[int, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second experiment takes the models that the first has fitted to the same log."""
+    fit = torque_control.fitted_models
+
+    def once(rig: RigParameters, seed: int, folder: Path) -> Any:
+        assert rig == default_rig()
+        if seed not in fitted:
+            fitted[seed] = fit(rig, seed, folder)
+        return fitted[seed]
+
+    for place in (torque_control, hand_experiments):
+        monkeypatch.setattr(place, "fitted_models", once)
 
 
 @pytest.mark.parametrize("name", list(EXPERIMENTS))
@@ -145,6 +167,7 @@ def test_kept_runs_of_other_logs_do_not_count(
     assert kept_runs(tmp_path, rig).others == 1
 
 
+@pytest.mark.usefixtures("fitted_once")
 def test_torque_control_wins_where_it_should(tmp_path: Path) -> None:
     """One seed: stages beat the inverse, a sensor makes up for what the models do not know."""
     rig, told = default_rig(), []
@@ -168,7 +191,7 @@ def test_torque_control_wins_where_it_should(tmp_path: Path) -> None:
     assert again == runs
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("fitted_once")
 def test_a_hand_feels_what_was_asked_and_a_brake_lets_it_go(tmp_path: Path) -> None:
     """One seed, TWIN: stiffness with a sensor, damping that stays above zero, a calm wall, a pull that is let go."""
     rig = default_rig()
