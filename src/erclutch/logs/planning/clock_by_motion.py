@@ -75,7 +75,7 @@ def rate_by_motion(seen: SeenColumns) -> float | None:
         times = _in_one_kind(speed, position)
         rate = ratio * (times or 1.0)
         is_told = rate > 0.0 and (
-            times is not None or (_lies_in(rate, _USUAL_RATES) and _rounded(rate) is not None)
+            times is not None or (_lies_in(rate, _USUAL_RATES) and usual_rate(rate) is not None)
         )
         if is_told:
             rates.append(rate)
@@ -84,7 +84,7 @@ def rate_by_motion(seen: SeenColumns) -> float | None:
     if not rates or len(rates) <= others or max(rates) > (1.0 + _CLOSE) * min(rates):
         return None
     rate = float(np.median(rates))
-    return _rounded(rate) or float(f"{rate:.3g}")
+    return usual_rate(rate) or float(f"{rate:.3g}")
 
 
 def _in_one_kind(speed: SeenColumn, position: SeenColumn) -> float | None:
@@ -106,7 +106,7 @@ def _lies_in(number: float, ends: tuple[float, float]) -> bool:
     return low <= number <= high
 
 
-def _rounded(rate: float) -> float | None:
+def usual_rate(rate: float) -> float | None:
     """The round rate beside a rate; None where none is near."""
     power = 10.0 ** floor(log10(rate))
     nearest = min(_ROUND, key=lambda each: abs(rate / (each * power) - 1.0))

@@ -50,6 +50,7 @@ from erclutch.logs.planning.motions import (
     turn_screw,
 )
 from erclutch.logs.planning.named_columns import refuse_unreadable_signals, take_named
+from erclutch.logs.planning.nameless_columns import propose_columns_without_names
 from erclutch.logs.planning.no_field import settle_the_field
 from erclutch.logs.planning.one_joint import propose_one_joint
 from erclutch.logs.planning.open_units import (
@@ -151,6 +152,7 @@ STEPS = (
     Step("the slip is no shear rate beside a torque", doubt_a_shear_rate_beside_a_torque),
     Step("the effort is no size of an oscillation", doubt_an_oscillation),
     # What only the user can say.
+    Step("which columns without names may be asked about", propose_columns_without_names),
     Step("which options answer what is open", propose_answers),
     Step("whether the file states a number that they ask for", fill_in_stated_scales),
 )

@@ -1,0 +1,204 @@
+"""Columns without names are proposed by their numbers, so that the user has one command to check and not a riddle.
+
+Nothing is taken here: who knows the device says yes, or puts other columns in.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from erclutch.errors import shell_word
+from erclutch.logs.columns.shapes import known_rows, takes_both_signs
+from erclutch.logs.columns.two_courses import over_rate
+from erclutch.logs.planning.clock_by_motion import usual_rate
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.table import Table
+from erclutch.signals.array import Array
+
+_NUMBERED = re.compile(r"(.*?)_?(\d+)")
+_MOST = 8  # columns: of more, numbers alone tell too little
+_DISSIPATES = 0.1  # power of an effort over a motion, over the product of their root mean squares
+_SURELY = 0.3  # the same, where the effort follows a field most of all
+_ONE_COURSE = 0.999  # correlation of two columns that tell one thing
+_STEPS = 0.05  # of the variance, which a switched field makes in an effort and in no motion
+
+
+class _Roles(NamedTuple):
+    """Columns that may be a motion and its effort; "" where the numbers tell none."""
+
+    position: str = ""
+    slip: str = ""
+    effort: str = ""
+
+
+def propose_columns_without_names(draft: Draft) -> None:
+    """Propose a column for each signal that is asked for, where no column of the table has a name."""
+    table = draft.table
+    asked = draft.questions
+    if not {"slip", "effort"} <= {*asked} or not _are_without_names(table):
+        return
+    free = [column.name for column in draft.seen.without(draft.taken)]
+    options: dict[str, str] = {}
+
+    time = _rising_evenly(table, free) if "time" in asked else ""
+    stamps: Array = np.arange(float(table.rows))
+    if time:
+        free.remove(time)
+        options["time"] = f"--time {shell_word(f'{time} [s]')}"
+        stamps = table.columns[time]
+    elif draft.clock is not None and draft.clock.kind == "column":
+        stamps = table.columns[draft.clock.column]
+
+    levels = [name for name in free if draft.seen.columns[name].shape.keeps_levels]
+    switched = [name for name in levels if not takes_both_signs(table.columns[name])]
+    field = switched[0] if len(switched) == 1 else ""
+    options["field"] = f"--field {shell_word(field)}" if field else "--field none"
+
+    moving = [name for name in free if name not in levels and np.ptp(table.columns[name]) > 0.0]
+    roles = _roles(table, moving, stamps, field)
+    if not roles.effort:
+        return
+    if "time" in asked and not time and roles.slip and roles.position:
+        rate = over_rate(table.columns[roles.slip], table.columns[roles.position], stamps)
+        if rate is not None and usual_rate(rate) is not None:
+            options["time"] = f"--rate {shell_word(f'{usual_rate(rate):g} Hz')}"
+    motion = "slip" if roles.slip else "position"
+    options["slip"] = f"--{motion} {shell_word(roles.slip or roles.position)}"
+    options["effort"] = f"--effort {shell_word(roles.effort)}"
+
+    for about, option in options.items():
+        question = asked.get(about)
+        if question is None or question.option:
+            continue
+        missing, listed, columns = question.problem.partition("; the file has: ")
+        if about in ("slip", "effort"):
+            missing += f"; by the numbers alone it may be {option}"
+        asked[about] = replace(question, problem=f"{missing}{listed}{columns}", option=option)
+
+
+def _are_without_names(table: Table) -> bool:
+    """Whether a few columns are numbered from 1 on behind one word, as a reader calls those without a name."""
+    if not 2 <= len(table.columns) <= _MOST:
+        return False
+    matches = [_NUMBERED.fullmatch(name) for name in table.columns]
+    numbers = [int(match[2]) for match in matches if match is not None]
+    stems = {match[1] for match in matches if match is not None}
+    has_no_unit = not any(table.units.get(name) for name in table.columns)
+    return len(stems) == 1 and numbers == [*range(1, len(table.columns) + 1)] and has_no_unit
+
+
+def _rising_evenly(table: Table, names: Sequence[str]) -> str:
+    """The first column, if it rises by equal steps that are no whole number; else ""."""
+    steps = np.diff(table.columns[names[0]]) if names else np.zeros(0)
+    if not steps.size or not np.isfinite(steps).all():
+        return ""
+    step = float(np.median(steps))
+    is_even = step > 0.0 and bool(np.all(np.abs(steps - step) <= 0.1 * step))
+    return names[0] if is_even and not step.is_integer() else ""
+
+
+def _roles(table: Table, moving: Sequence[str], stamps: Array, field: str) -> _Roles:
+    """Which of the columns that move may be a motion and its effort."""
+    position, slip = _position_and_rate(table, moving, stamps)
+    rest = [name for name in moving if name not in (position, slip)]
+    if not slip:
+        switching = table.columns[field] if field else None
+        return (
+            _motion_and_effort(table, (rest[0], rest[1]), switching) if len(rest) == 2 else _Roles()
+        )
+    if not rest:  # an effort of a viscous device goes along with the rate that nobody logged
+        return _Roles(position, "", slip)
+    efforts: dict[str, float] = {}  # how far each goes along with the slip
+    for name in rest:
+        is_acceleration = over_rate(table.columns[name], table.columns[slip], stamps) is not None
+        if not is_acceleration:
+            efforts[name] = abs(_power(table.columns[name], table.columns[slip]))
+    effort = max(efforts, key=lambda name: efforts[name], default="")
+    return _Roles(position, slip, effort)
+
+
+def _position_and_rate(table: Table, names: Sequence[str], stamps: Array) -> tuple[str, str]:
+    """A column and the column that is its rate, the first of a chain of rates; "" and "" for none."""
+    rates: dict[str, str] = {}  # of each position
+    for position in names:
+        for speed in names:
+            if speed == position:
+                continue
+            ratio = over_rate(table.columns[speed], table.columns[position], stamps)
+            if ratio is not None and ratio > 0.0:
+                rates.setdefault(position, speed)
+    for position, speed in rates.items():
+        if position not in rates.values():
+            return position, speed
+    return "", ""
+
+
+def _motion_and_effort(table: Table, pair: tuple[str, str], switching: Array | None) -> _Roles:
+    """A motion and its effort among two columns.
+
+    A passive device takes power: an effort over the rate of a position makes more than nothing, a position over the
+    rate of an effort less. A speed goes along with its effort; there a switched field makes steps in the effort alone.
+    """
+    first, second = (table.columns[name] for name in pair)
+    along = abs(_power(first, second))
+    if along > _ONE_COURSE:
+        return _Roles()
+    # Over the rate of a noisy effort nothing is seen; where both are smooth, the sign tells which is the position.
+    first_takes = _power(first, np.gradient(second))
+    second_takes = _power(second, np.gradient(first))
+    beside = max(abs(first_takes), abs(second_takes))
+    if switching is not None:
+        shares = [_share_of_levels(values, switching) for values in (first, second)]
+        if max(shares) > max(_STEPS, 2.0 * min(shares)):
+            effort = int(shares[1] > shares[0])
+            takes = abs(second_takes if effort else first_takes)
+            moves = pair[1 - effort]
+            is_rate = along >= takes or takes < _SURELY
+            return (
+                _Roles(slip=moves, effort=pair[effort])
+                if is_rate
+                else _Roles(position=moves, effort=pair[effort])
+            )
+    if along > max(beside, _DISSIPATES):
+        effort = int(_roughness(second) > _roughness(first))
+        return _Roles(slip=pair[1 - effort], effort=pair[effort])
+    if beside < _DISSIPATES:
+        return _Roles()
+    if min(abs(first_takes), abs(second_takes)) < 0.5 * beside:
+        effort = int(abs(second_takes) > abs(first_takes))
+    else:
+        effort = int(second_takes > first_takes)
+    return _Roles(position=pair[1 - effort], effort=pair[effort])
+
+
+def _power(effort: Array, motion: Array) -> float:
+    """Mean of a product over the product of the root mean squares, each without its mean."""
+    a, b = known_rows(effort, motion)
+    if not a.size or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
+        return 0.0
+    return float(np.corrcoef(a, b)[0, 1])
+
+
+def _roughness(values: Array) -> float:
+    """Root mean square of second differences, over the range."""
+    (known,) = known_rows(values)
+    moved = float(np.ptp(known))
+    return (
+        float(np.sqrt(np.mean(np.diff(known, 2) ** 2))) / moved if known.size > 2 and moved else 0.0
+    )
+
+
+def _share_of_levels(values: Array, switching: Array) -> float:
+    """Share of the variance of a size that lies between the levels of a field."""
+    size, levels = known_rows(np.abs(values), switching)
+    means = np.empty_like(size)
+    for level in np.unique(levels):
+        at_level = levels == level
+        means[at_level] = size[at_level].mean()
+    whole = float(np.var(size))
+    return float(np.var(means)) / whole if whole else 0.0

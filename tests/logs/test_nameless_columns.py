@@ -1,0 +1,81 @@
+"""Columns without names are asked about, and the command that is printed has the likely ones in it. SYNTHETIC."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from erclutch.logs import ColumnMap, plan_of, read_table
+from erclutch.signals.array import Array
+
+RNG = np.random.default_rng(6)
+TIME: Array = 0.002 * np.arange(4000, dtype=np.float64)
+PLACE = 8.0 * np.sin(9.0 * TIME) + 3.0 * np.sin(4.1 * TIME)
+SPEED = 72.0 * np.cos(9.0 * TIME) + 12.3 * np.cos(4.1 * TIME)
+CURRENT = np.repeat([0.0, 0.5, 1.0, 0.25], 1000)
+FORCE = (20.0 + 250.0 * CURRENT) * np.tanh(SPEED / 8.0) + 0.6 * SPEED + RNG.normal(0.0, 2.0, 4000)
+FRICTION = 30.0 * np.tanh(SPEED / 8.0) + 0.3 * SPEED + RNG.normal(0.0, 1.0, 4000)
+TURNS = 30.0 + 12.0 * np.sin(3.1 * TIME)  # one way
+BRAKE = 0.5 + 12.0 * CURRENT + 0.02 * TURNS + RNG.normal(0.0, 0.05, 4000)
+
+KINDS = [
+    ([TIME, PLACE, SPEED, FORCE, CURRENT], "--time 'c1 [s]' --field c5 --slip c3 --effort c4"),
+    ([TIME, CURRENT, FORCE, SPEED, PLACE], "--time 'c1 [s]' --field c2 --slip c4 --effort c3"),
+    ([TIME, PLACE, FRICTION], "--time 'c1 [s]' --field none --position c2 --effort c3"),
+    ([TIME, FRICTION, PLACE], "--time 'c1 [s]' --field none --position c3 --effort c2"),
+    ([PLACE, SPEED, FRICTION], "--rate '500 Hz' --field none --slip c2 --effort c3"),
+    ([SPEED, FRICTION], "--rate 'RATE Hz' --field none --slip c1 --effort c2"),
+    ([TIME, CURRENT, TURNS, BRAKE], "--time 'c1 [s]' --field c2 --slip c3 --effort c4"),
+    ([TIME, BRAKE, TURNS, CURRENT], "--time 'c1 [s]' --field c4 --slip c3 --effort c2"),
+]
+
+
+@pytest.mark.parametrize(("columns", "wanted"), KINDS)
+def test_the_command_has_the_columns_that_the_numbers_speak_for(
+    tmp_path: Path, columns: list[Array], wanted: str
+) -> None:
+    path = tmp_path / "log.txt"
+    np.savetxt(path, np.column_stack(columns), fmt="%.7g")
+    plan = plan_of(read_table(path), ColumnMap())
+    assert plan.questions  # nothing is taken in silence
+    words = shlex.split(plan.command())
+    assert shlex.join(words[3:]) == wanted
+    assert any("by the numbers alone" in question.problem for question in plan.questions)
+
+
+def test_a_matrix_of_matlab_is_asked_about_so_too(tmp_path: Path) -> None:
+    path = tmp_path / "log.mat"
+    savemat(path, {"data": np.column_stack([TIME, PLACE, SPEED, FRICTION])})
+    command = plan_of(read_table(path), ColumnMap()).command()
+    assert command.endswith('--field none --slip "data_3" --effort "data_4"')
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        [TIME, PLACE],
+        [TIME, PLACE, PLACE * 2.0],
+        [TIME, RNG.standard_normal(4000), RNG.standard_normal(4000)],
+        [TIME, np.ones(4000), np.zeros(4000)],
+        [np.full(4000, np.nan), PLACE, FRICTION],
+    ],
+)
+def test_where_the_numbers_tell_nothing_a_place_is_left_to_fill_in(
+    tmp_path: Path, columns: list[Array]
+) -> None:
+    path = tmp_path / "log.txt"
+    np.savetxt(path, np.column_stack(columns), fmt="%.7g")
+    plan = plan_of(read_table(path), ColumnMap())
+    assert "COLUMN" in plan.command() or "position" in plan.command()
+
+
+def test_columns_with_names_are_none_of_these(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = np.column_stack([TIME, PLACE, SPEED, FRICTION])
+    np.savetxt(path, rows, fmt="%.7g", delimiter=",", header="k1,k2,k3,m4", comments="")
+    plan = plan_of(read_table(path), ColumnMap())
+    assert not any("by the numbers alone" in question.problem for question in plan.questions)
