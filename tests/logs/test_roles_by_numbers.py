@@ -99,6 +99,39 @@ def test_currents_of_both_machines_of_a_bench_are_asked_about_with_none_in_front
     assert plan.command().endswith("--field none")
 
 
+def command_for_two_currents(drives: str, brakes: str, of_the_brake: Array) -> str:
+    torque = 2 + 8 * of_the_brake + 0.05 * NOISE
+    columns = {"time [s]": TIME, "speed [rpm]": STEPS, "torque [N*m]": torque}
+    plan = planned({**columns, drives: 0.3 + 0.2 * torque, brakes: of_the_brake})
+    assert [question.signal for question in plan.questions] == ["field"]
+    return plan.command()
+
+
+@pytest.mark.parametrize(
+    ("drives", "brakes"),
+    [
+        ("I_motor [A]", "I_brake [A]"),
+        ("Motorstrom [A]", "Bremsstrom [A]"),
+        ("电机电流 [A]", "制动电流 [A]"),
+    ],
+)
+def test_of_the_currents_of_a_motor_and_a_brake_that_of_the_brake_is_proposed(
+    drives: str, brakes: str
+) -> None:
+    levels = np.tile(np.repeat([0.0, 0.5, 1.0], 25), 8) + 0.001 * np.sign(NOISE)
+    assert command_for_two_currents(drives, brakes, levels).endswith(f'--field "{brakes}"')
+
+
+def test_a_current_of_a_brake_that_turns_its_sign_with_the_torque_is_a_machines() -> None:
+    assert command_for_two_currents("I_motor [A]", "I_brake [A]", SLOW).endswith("--field none")
+
+
+def test_of_the_currents_of_two_brakes_none_is_proposed() -> None:
+    current = 2 + SLOW
+    command = command_for_two_currents("brake_1_current [A]", "brake_2_current [A]", current)
+    assert command.endswith("--field none")
+
+
 def book_of(path: Path, names: list[str]) -> Path:
     with pd.ExcelWriter(path) as book:
         for place, name in enumerate(names):

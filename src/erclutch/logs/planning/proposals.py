@@ -8,6 +8,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
 from erclutch.logs.columns.candidates import candidates
@@ -50,6 +52,13 @@ _COMMANDS = frozenset({"cmd", "command", "duty", "pwm", "valve", "brake", "excit
 _COILS = frozenset(
     {"coil", "magnet", "brake", "clutch", "spule", "bobine", "bobina", "field", "excitation"}
 )
+#: The same inside words that are written together.
+_IN_COILS = re.compile(
+    "bremsstrom|bremsenstrom|spulenstrom|erregerstrom|kupplungsstrom|制动|制動|励磁|线圈|線圈|电磁|電磁"
+    "|ブレーキ|コイル|브레이크|코일|тормоз|катушк|возбужд"
+)
+#: What a measured current of zero lies below it, as a share of the largest.
+_NOISE = 0.05
 #: Behind a name that an earlier column has too.
 _COPY = re.compile(r" \(\d+\)$")
 _ESTIMATED = frozenset({"est", "estimate", "estimated"})
@@ -153,7 +162,7 @@ def _field_option(
     if len(fields) > 1 and effort is not None and effort.column in seen.columns:
         measured = seen.columns[effort.column].values
         if all(go_straight(seen.columns[name].values, measured) for name in fields):
-            return "--field none"
+            return f"--field {_of_a_coil(seen, fields) or 'none'}"
 
     # A column with a name of several meanings may be the field, and is proposed for no other signal.
     _, _, named = question.problem.partition("; ")
@@ -192,6 +201,20 @@ def _field_option(
     if not likely:
         return "--field none"
     return f"--field {shell_word(seen.table.label(likely[0]))}"
+
+
+def _of_a_coil(seen: SeenColumns, names: Sequence[str]) -> str:
+    """The one of several currents that is named after a coil or a brake and never turns its sign, as a word; or ""."""
+    coils: list[str] = []
+    for name in names:
+        column = seen.columns[name]
+        if not column.spoken.says(_COILS) and not _IN_COILS.search(name.lower()):
+            continue
+        # A machine's current turns its sign with the torque, whatever the machine is called.
+        ends = sorted((abs(np.nanmin(column.values)), abs(np.nanmax(column.values))))
+        if not takes_both_signs(column.values) or ends[0] <= _NOISE * ends[1]:
+            coils.append(name)
+    return shell_word(seen.table.label(coils[0])) if len(coils) == 1 else ""
 
 
 def _joint_of(name: str) -> str:
