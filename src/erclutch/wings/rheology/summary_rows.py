@@ -6,7 +6,10 @@ deviation would be two points that nobody measured.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 
@@ -17,6 +20,15 @@ _MOST_ROWS = 6  # such as mean, deviation, least, largest, median and sum
 _FEWEST_POINTS = 4
 _FEWEST_COLUMNS = 2  # that a row must sum up: one number may be near a mean by chance
 _ROUNDING = 2e-3  # of a number of three digits or more
+_STATISTICS: Mapping[str, Callable[[Array], float]] = {
+    "mean": lambda column: float(column.mean()),
+    "standard deviation": lambda column: float(column.std(ddof=1)),
+    "deviation": lambda column: float(column.std()),
+    "median": lambda column: float(np.median(column)),
+    "least": lambda column: float(column.min()),
+    "largest": lambda column: float(column.max()),
+    "sum": lambda column: float(column.sum()),
+}
 
 
 def without_summary_rows(table: Table) -> Table:
@@ -30,8 +42,11 @@ def without_summary_rows(table: Table) -> Table:
     most = min(_MOST_ROWS, table.rows - _FEWEST_POINTS)
     for count in range(most, 1, -1):
         points = values[:-count]
-        statistics = [_statistic(row, points) for row in values[-count:]]
-        if not all(statistics) or not {"mean", "standard deviation"} <= {*statistics}:
+        found = (_statistic(row, points) for row in values[-count:])
+        statistics = [
+            *takewhile(bool, found)
+        ]  # most rows are points: the first one ends the search
+        if len(statistics) < count or not {"mean", "standard deviation"} <= {*statistics}:
             continue
         left = table.rows - count
         note = f"the last {count} rows are {', '.join(statistics)} of the rows above: left out"
@@ -62,16 +77,12 @@ def _statistic(row: Array, points: Array) -> str:
             columns.append(measured)
     if len(numbers) < _FEWEST_COLUMNS:
         return ""
-    statistics = {
-        "mean": [column.mean() for column in columns],
-        "standard deviation": [column.std(ddof=1) for column in columns],
-        "deviation": [column.std() for column in columns],
-        "median": [np.median(column) for column in columns],
-        "least": [column.min() for column in columns],
-        "largest": [column.max() for column in columns],
-        "sum": [column.sum() for column in columns],
-    }
-    for name, expected in statistics.items():
-        if np.allclose(numbers, expected, rtol=_ROUNDING, atol=0.0):
+    for name, statistic in _STATISTICS.items():
+        if all(map(_is_near, numbers, map(statistic, columns))):
             return "standard deviation" if name == "deviation" else name
     return ""
+
+
+def _is_near(number: float, expected: float) -> bool:
+    """Whether a number of the file is a statistic but for its rounding; a sum beyond double precision is none."""
+    return math.isfinite(expected) and abs(number - expected) <= _ROUNDING * abs(expected)
