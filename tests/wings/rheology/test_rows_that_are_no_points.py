@@ -97,6 +97,15 @@ def test_statistics_without_a_word_behind_a_blank_line_are_no_points(tmp_path: P
     )
 
 
+def test_points_below_a_mean_and_a_deviation_stay_with_all_rows(tmp_path: Path) -> None:
+    """What sums up the rows above is left out at the end alone: a further point below it may be of another test."""
+    stress = herschel_bulkley(RATES)
+    rows = [(RATES.mean(), stress.mean()), (RATES.std(), stress.std()), (7.77, 77.7), (8.88, 8.8)]
+    below = "\n" + "".join(f"{rate:.6g},{number:.6g}\n" for rate, number in rows)
+    file = read_flow_curves(written(tmp_path, NAMES, RATES, stress, below=below))
+    assert not [note for note in file.notes if "of the rows above: left out" in note]
+
+
 def test_a_point_at_the_mean_of_all_others_stays(tmp_path: Path) -> None:
     rate = np.array(
         [10.0, 20.0, 30.0, 40.0, 50.0, 30.0]
