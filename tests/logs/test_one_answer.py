@@ -233,3 +233,11 @@ def test_a_rising_column_of_another_quantity_is_no_time(
     columns = {name: np.floor(ROWS / 7), "displacement": ANGLE, "force": SPEED}
     plan = plan_of(Table("a.csv", columns, {name: unit}, "0" * 64, path="a.csv"), ColumnMap())
     assert option in plan.command()
+
+
+@pytest.mark.parametrize("name", ["orient_x", "tool orientation", "quaternion w"])
+def test_an_orientation_that_is_left_over_is_proposed_for_no_effort(name: str) -> None:
+    plan = planned({"t": TIME, "velocity": SPEED, name: 0.1 * ANGLE})
+    assert [each for each in plan.examples if each.startswith("--effort")] == [
+        '--effort "COLUMN [N]"'
+    ]

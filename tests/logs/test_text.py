@@ -659,3 +659,15 @@ def test_a_line_of_too_few_names_is_told(tmp_path: Path) -> None:
         "the line above the rows names 3 columns, the rows have 5 cells: the columns are called c1 .. c5"
         in table.notes
     )
+
+
+@pytest.mark.parametrize("between", ["/", "-", "_", "T", " "])
+def test_a_date_and_a_time_of_day_may_have_any_sign_between_them(
+    tmp_path: Path, between: str
+) -> None:
+    stamps = "".join(f"2023/09/04{between}16:29:{k / 100 + 10:.2f},{k % 7}\n" for k in range(60))
+    path = tmp_path / "dated.csv"
+    path.write_text("stamp,force [N]\n" + stamps, encoding="utf-8")
+    table = read_table(path)
+    assert table.clock is not None
+    np.testing.assert_allclose(table.clock, np.arange(60) / 100, atol=1e-9)

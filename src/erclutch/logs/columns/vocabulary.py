@@ -95,6 +95,7 @@ OTHER = set_of(
     "pressure druck pression presion presiones pressione pressao temperature temp esc vibration gap diameter thickness "
     "separation abstand werkzeugabstand "
     "noise error normal accuracy resolution power viscosity strain crack radius size length width mass weight h fn "
+    "orient orientation orientacion ausrichtung quat quaternion "
     "horsepower count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
     "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness coefficient coeff mu density inertia "

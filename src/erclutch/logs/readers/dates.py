@@ -24,6 +24,8 @@ _DAY = 86_400.0  # s
 _TIMES = {"%H:%M:%S.%f": _DAY, "%I:%M:%S.%f %p": _DAY, "%H:%M": _DAY, "%M:%S.%f": 3600.0}
 _LIKELY = re.compile(r".*\d:\d\d.*")
 _WHOLE = re.compile(r"(:\d\d:\d\d)(?![.\d])")  # a time of day in whole seconds
+#: What stands between a date and a time of day in place of a blank: 2024-05-01T10:00, 2024/05/01/10:00:00.
+_JOINT = re.compile(r"\S*?\d(T(?=\d)|[/_-](?=\d{1,2}:\d\d:\d\d))")
 _FINER = re.compile(r"(\.\d{6})\d+")
 
 
@@ -71,7 +73,8 @@ def seconds(cells: pd.Series[Any]) -> Array | None:
 
     first, last = texts.iloc[0], texts.iloc[-1]
     zone = "%z" if re.search(r"(?:Z|[+-]\d\d:?\d\d)$", first) else ""
-    joint = "T" if re.search(r"\dT\d", first) else " "
+    signs_between = _JOINT.match(first)
+    joint = signs_between.group(1) if signs_between else " "
     # strptime reads no more than microseconds.
     ends = [_FINER.sub(r"\1", cell) for cell in (first, last)]
     days = [*(f"{date}{joint}" for date in _DATES), ""]  # "": a time of day alone
