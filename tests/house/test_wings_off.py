@@ -138,7 +138,7 @@ def test_these_rooms_look_up_nothing_that_a_wing_brings() -> None:
         group for group in GROUPS for _ in wings.glob(f"*/{group.rpartition('.')[2]}/[!_]*.py")
     }
     assert brought >= {"erclutch.commands", "erclutch.readers", "erclutch.targets"}
-    for room in NO_GROUP_OF_A_WING:
+    for room in (*NO_GROUP_OF_A_WING, "files"):
         for path in (ROOT / "src/erclutch" / room).rglob("*.py"):
             allowed = {"erclutch.readers"} if path.name == "log_reader.py" else set[str]()
             named = set(re.findall(r"erclutch\.\w+", path.read_text("utf-8")))
@@ -192,14 +192,13 @@ def test_without_all_wings_the_tests_of_the_core_pass(without: Callable[..., Pat
     ).is_dir():  # recordings that tests of the core read stand beside the project
         folder = folder.rename(folder.with_name("project"))
         (folder.parent / "shared").symlink_to(ROOT.parent / "shared")
-    elsewhere = ("house", "docs", "wings", *NO_GROUP_OF_A_WING)
+    of_files = ROOT / "tests/test_files.py"  # the room `files` stands below all others
+    elsewhere = ("house", "docs", "wings", of_files.name, *NO_GROUP_OF_A_WING)
     rooms = [path for path in sorted((folder / "tests").iterdir()) if path.name not in elsewhere]
-    asking = [
-        Path(argument).relative_to(ROOT)
-        for room in NO_GROUP_OF_A_WING
-        for path in sorted((ROOT / "tests" / room).rglob("test_*.py"))
-        for argument in arguments(path)
-    ]
+    below = [of_files]
+    for room in NO_GROUP_OF_A_WING:
+        below += sorted((ROOT / "tests" / room).rglob("test_*.py"))
+    asking = [Path(argument).relative_to(ROOT) for path in below for argument in arguments(path)]
     asked = ("-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow", *asking)
     done = run(
         folder, *asked, *(path for path in rooms if path.is_dir() or path.name.startswith("test_"))
