@@ -211,9 +211,14 @@ def refit_near(
     nearest = _LINEAR
     if shapes:
         start = coordinates(shapes, list(model.shape.values()))
-        # With the curvature, for a dead time beside a lag is a valley in which Gauss and Newton end half-way.
-        problem = with_curvature(outer_problem(few))
-        nearest = minimise(problem, start, tolerance=1e-6, max_iterations=30)
+        problem = outer_problem(few)
+        tolerance = 1e-5
+        # With the curvature, for a dead time beside a lag is a valley in which Gauss and Newton end half-way. A law
+        # alone stays near: rows at two fields do not tell its form, and the curvature leads far along what is flat.
+        if structure.dynamics != "none":
+            problem = with_curvature(problem)
+            tolerance = 1e-6
+        nearest = minimise(problem, start, tolerance=tolerance, max_iterations=30)
     return _outcome(data, structure, reference, few, nearest, True, False)
 
 
