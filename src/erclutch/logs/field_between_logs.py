@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.errors import UnloggedFieldError, listed, shell_word
 from erclutch.logs.columns.name_pattern import constants_of, pattern_among
@@ -83,9 +84,47 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
 
 
 def efforts_of_two_devices(logs: Sequence[CourseOfLog]) -> EffortsApart | None:
-    """Two logs of which one has much more effort at the same field and slip; None where all are as of one device."""
+    """Two logs of which one has much more effort at the same field and slip; None where all are as of one device.
+
+    The zero of a sensor makes one difference at all fields and slips, in either sense: another device does not.
+    """
     apart = _furthest_apart(_courses(logs))
-    return apart if apart.times > _APART else None
+    if apart.times <= _APART:
+        return None
+    more, less = _means_in_cells(logs[apart.more], logs[apart.less])
+    off_mean = less - less.mean() if less.size else less
+    variation = float(off_mean @ off_mean)
+    steepness = float(off_mean @ more) / variation if variation > 0.0 else 0.0
+    return apart if steepness > _APART else None
+
+
+def _means_in_cells(first: CourseOfLog, second: CourseOfLog) -> tuple[Array, Array]:
+    """Mean efforts of two logs in the cells of field and signed slip where both have enough rows, (cells,) each."""
+    slips = np.concatenate([first.slip, second.slip])
+    fields = np.concatenate(
+        [log.slip if log.field is None else log.field for log in (first, second)]
+    )
+    efforts = np.concatenate([first.effort, second.effort])
+    along_slip = _numbered(slips, 2 * _BINS)
+    along_field = _numbered(np.abs(fields), _LEVELS)
+    cell = along_field * 2 * _BINS + along_slip
+    cells = _LEVELS * 2 * _BINS
+    of_first = np.arange(slips.size) < first.slip.size
+    rows: list[NDArray[np.intp]] = []
+    means: list[Array] = []
+    for own in (of_first, ~of_first):
+        count = np.bincount(cell[own], minlength=cells)
+        rows.append(count)
+        means.append(np.bincount(cell[own], efforts[own], minlength=cells) / np.maximum(count, 1))
+    shared = np.minimum(*rows) >= _FEWEST_ROWS
+    return means[0][shared], means[1][shared]
+
+
+def _numbered(values: Array, cells: int) -> NDArray[np.intp]:
+    """The number of the cell of each value, of so many of one width from the smallest to the largest, shape (n,)."""
+    low = float(values.min())
+    width = (float(values.max()) - low) / cells or 1.0
+    return np.minimum((values - low) / width, cells - 1).astype(np.intp)
 
 
 def _courses(logs: Sequence[CourseOfLog]) -> Array:
