@@ -97,7 +97,7 @@ def test_logs_that_a_test_plan_alone_tells_apart_are_asked_about(tmp_path: Path)
     assert said.code == 1
     assert "note: testplan.csv left out" in said.error
     assert "times the effort of run1.csv" in said.out
-    assert 'run2.csv.toml: constants.field = "0.5 A"' in said.out
+    assert "testplan.csv says run1.csv 0 A, run2.csv 0.5 A" in said.out
     for name, amperes in (("run1", 0), ("run2", 0.5)):
         (logs / f"{name}.csv.toml").write_text(f'constants.field = "{amperes} A"\n')
     assert "Understood" in run("inspect", "logs", cwd=tmp_path).out
@@ -269,3 +269,60 @@ def test_logs_of_two_devices_are_told_and_each_has_its_command(tmp_path: Path) -
     said = " ".join(said.split())
     assert "times the effort of brake1_" in said
     assert "they are of two devices, or of one that changed" in said
+
+
+PLANS = {
+    "plan.csv": "file,current [A]\nrun1.csv,0\nrun2.csv,0.5\n",
+    "plan2.csv": "run;Strom [A];Datum\n1;0;3.5.2026\n2;0,5;3.5.2026\n",
+    "README.md": "# Runs\n\n| file | current (A) |\n|---|---|\n| run1.csv | 0 |\n| run2.csv | 0.5 |\n",
+    "meta.json": '{"run1.csv": {"current_A": 0}, "run2.csv": {"current_A": 0.5}}',
+    "list.json": '[{"file": "run1.csv", "current": 0, "unit": "A"}, {"file": "run2.csv", "current": 0.5, "unit": "A"}]',
+    "flat.json": '{"current_A": {"run1": 0, "run2": 0.5}}',
+    "runs.yaml": "runs:\n  - file: run1.csv\n    current_A: 0\n  - file: run2.csv\n    current_A: 0.5\n",
+    "notes.txt": "Measured in May.\n\nrun1: 0 A\nrun2: 0.5 A\n",
+}
+
+
+@pytest.mark.parametrize("plan", PLANS)
+@pytest.mark.parametrize("effort", [0.6, 0.12], ids=["far apart", "near each other"])
+def test_the_fields_of_a_plan_beside_logs_are_offered_and_one_command_takes_them(
+    tmp_path: Path, plan: str, effort: float
+) -> None:
+    logs = folder_of(tmp_path / "logs", {"run1": 0.1, "run2": effort})
+    (logs / plan).write_text(PLANS[plan])
+    said = run("inspect", "logs", cwd=tmp_path)
+    assert said.code == 1
+    assert f"{plan} says run1.csv 0 A, run2.csv 0.5 A" in said.out
+    last = 'What settles it: erclutch inspect logs --write-mapping "logs/erclutch.toml"'
+    assert said.out.splitlines()[-1] == last
+    if effort > 0.5:
+        assert run("fit", "logs", cwd=tmp_path).code == 2
+    settled = run("inspect", "logs", "--write-mapping", "logs/erclutch.toml", cwd=tmp_path)
+    assert settled.out.splitlines()[-1] == "Understood. Fit them: erclutch fit logs --out RUN"
+    fields = [set(read(logs / f"run{number}.csv").signals["field"]) for number in (1, 2)]
+    assert fields == [{0.0}, {0.5}]
+
+
+def test_files_of_settings_that_are_called_like_logs_tell_their_fields(tmp_path: Path) -> None:
+    logs = folder_of(tmp_path / "logs", {"a": 0.1, "b": 0.6})
+    for name, amperes in (("a", 0), ("b", 0.5)):
+        text = f'{{"coil_current_A": {amperes}, "operator": "x", "max_current_A": 2}}'
+        (logs / f"{name}_meta.json").write_text(text)
+    said = run("inspect", "logs", cwd=tmp_path)
+    assert "a_meta.json says a.csv 0 A, b.csv 0.5 A" in said.out
+
+
+def test_a_mapping_file_names_the_logs_whose_fields_nothing_says(tmp_path: Path) -> None:
+    logs = folder_of(tmp_path / "logs", {"low": 0.1, "high": 0.6})
+    last = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last.endswith('--write-mapping "logs/erclutch.toml"')
+    mapping = logs / "erclutch.toml"
+    last = good(
+        "inspect", "logs", "--write-mapping", "logs/erclutch.toml", cwd=tmp_path, code=1
+    ).splitlines()[-1]
+    assert last == "Fill in 2 fields in logs/erclutch.toml, then: erclutch inspect logs"
+    assert "the field of high.csv is to be filled in" in refused("fit", "logs", cwd=tmp_path)
+    filled = mapping.read_text().replace('"?"', '"0.5 A"', 1).replace('"?"', '"0 A"')
+    mapping.write_text(filled)
+    good("inspect", "logs", cwd=tmp_path)
+    assert set(read(logs / "high.csv").signals["field"]) == {0.5}

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import pytest
 from scipy.io import savemat
@@ -52,6 +54,95 @@ def test_pages_of_matlab_have_the_names_and_units_of_cells(tmp_path: Path) -> No
     recording = read(tmp_path / "log.mat", variable="data(2)")
     assert recording.units == {"field": "A", "slip": "m/s", "effort": "N"}
     np.testing.assert_allclose(recording.signals["effort"], force(0.5))
+
+
+def stack(fields: tuple[float, ...]) -> np.ndarray[Any, Any]:
+    """Runs by rows by time, current, speed and torque, SYNTHETIC."""
+    time = np.arange(400) / 100
+    speed = 3 * np.sin(3 * time)
+    runs = [
+        np.column_stack([time, np.full(400, field), speed, (0.1 + field) * np.tanh(5 * speed)])
+        for field in fields
+    ]
+    return np.stack(runs)
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1), (1, 2, 0)])
+@pytest.mark.parametrize("kind", ["npz", "h5", "h5 with attributes"])
+@pytest.mark.parametrize("fields", [(0.0, 0.3, 0.6, 0.9), (0.0, 0.5)])
+def test_runs_by_rows_by_signals_are_told_by_names_and_by_the_time(
+    tmp_path: Path, order: tuple[int, int, int], kind: str, fields: tuple[float, ...]
+) -> None:
+    array = np.transpose(stack(fields), order)
+    names = ["time", "current", "speed", "torque"]
+    path = tmp_path / f"runs.{kind[:3].strip()}"
+    if kind == "npz":
+        np.savez(path, data=array, columns=np.array(names))
+    else:
+        with h5py.File(path, "w") as file:
+            file["data"] = array
+            of_names = np.array(names, dtype="S")
+            if kind == "h5":
+                file["names"] = of_names
+            else:
+                file["data"].attrs["columns"] = of_names
+    logs = [read(path, variable=f"data({number + 1})") for number in range(len(fields))]
+    assert [set(log.signals["field"]) for log in logs] == [{field} for field in fields]
+    np.testing.assert_allclose(logs[1].signals["effort"], stack(fields)[1][:, 3])
+
+
+@pytest.mark.parametrize("kind", ["npz", "h5"])
+def test_an_array_of_three_sides_without_names_is_named_in_the_error(
+    tmp_path: Path, kind: str
+) -> None:
+    path = tmp_path / f"runs.{kind}"
+    if kind == "npz":
+        np.savez(path, data=stack((0.0, 0.5)))
+    else:
+        with h5py.File(path, "w") as file:
+            file["data"] = stack((0.0, 0.5))
+    with pytest.raises(LogError, match="array data is 2 x 400 x 4, and no names beside it"):
+        read_table(path)
+
+
+def test_a_field_for_each_row_of_a_matrix_is_of_its_trial(tmp_path: Path) -> None:
+    fields = (0.0, 0.3, 0.6)
+    runs = stack(fields)
+    np.savez(
+        tmp_path / "runs.npz",
+        time=runs[0, :, 0],
+        current=np.array(fields),
+        speed=runs[:, :, 2],
+        torque=runs[:, :, 3],
+    )
+    assert set(read(tmp_path / "runs.npz", variable="trial(2)").signals["field"]) == {0.3}
+
+
+def test_the_field_of_a_run_stands_in_its_group_or_its_object(tmp_path: Path) -> None:
+    fields = (0.0, 0.3, 0.6)
+    objects: list[dict[str, Any]] = []
+    with h5py.File(tmp_path / "runs.h5", "w") as file:
+        for number, (field, run) in enumerate(zip(fields, stack(fields), strict=True), start=1):
+            signals = dict(zip(("time", "speed", "torque"), run[:, [0, 2, 3]].T, strict=True))
+            group = file.create_group(f"run{number}")
+            group.attrs["current"] = field
+            for name, values in signals.items():
+                group[name] = values
+            lists = {name: values.tolist() for name, values in signals.items()}
+            objects.append({"current_A": field, **lists})
+    (tmp_path / "runs.json").write_text(json.dumps({"runs": objects}))
+    assert set(read(tmp_path / "runs.h5", variable="run2").signals["field"]) == {0.3}
+    assert set(read(tmp_path / "runs.json", variable="runs.3").signals["field"]) == {0.6}
+
+
+def test_days_of_one_length_in_one_json_are_recordings_of_their_own(tmp_path: Path) -> None:
+    days = {}
+    for day, run in zip(("2026-05-01", "2026-05-02"), stack((0.0, 0.5)), strict=True):
+        names = ("time", "current", "speed", "torque")
+        days[day] = {name: run[:, place].tolist() for place, name in enumerate(names)}
+    (tmp_path / "days.json").write_text(json.dumps(days))
+    log = read(tmp_path / "days.json", variable="2026-05-02")
+    assert (log.rows, set(log.signals["field"])) == (400, {0.5})
 
 
 def test_pages_without_names_are_refused(tmp_path: Path) -> None:

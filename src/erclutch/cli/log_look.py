@@ -103,7 +103,7 @@ def look_at(
         SettingError: an option cannot be as it is; what a log has against it is kept instead.
     """
     from erclutch.logs import apply
-    from erclutch.logs.field_between_logs import with_paths
+    from erclutch.logs.field_between_logs import require_no_plan, with_paths
 
     plan = reading.plan(raw, log)
     missing: tuple[str, ...] = ()
@@ -139,6 +139,7 @@ def look_at(
     if read and len(read) + len(further) > 1:
         try:
             covered = reading.dataset([*read, *further])
+            require_no_plan(covered.notes, [log, *others])
         except ErclutchError as error:  # such as logs in different units
             # No column holds the field: the user is asked.
             if isinstance(error, UnloggedFieldError):
@@ -210,3 +211,13 @@ def _few_or_steady(rows: Dataset) -> tuple[str, float | None]:
     except CheckError as error:
         unfit = str(error)
     return unfit, share
+
+
+def write_fields(logs: Sequence[Path], mapping: Path) -> int:
+    """Write a mapping file that names the logs and their fields; how many of these are left to fill in."""
+    from erclutch.logs.field_between_logs import mapping_of_fields
+    from erclutch.logs.plan import save_mapping
+
+    text, to_fill_in = mapping_of_fields(logs)
+    save_mapping(text, mapping)
+    return to_fill_in

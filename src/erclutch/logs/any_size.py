@@ -28,7 +28,7 @@ from erclutch.logs.dataset import (
     refuse_unlogged_fields,
     require_units,
 )
-from erclutch.logs.field_between_logs import with_paths
+from erclutch.logs.field_between_logs import require_no_plan, with_paths
 from erclutch.logs.reading import Reading
 from erclutch.logs.stretch_choice import STRETCH, Stretch, StretchChoice, cut
 from erclutch.signals.device import DeviceName
@@ -167,6 +167,7 @@ def read_rows(
             recordings += whole.get(path) or how.read(path, device)
         try:
             data = build_dataset(recordings, device=device, derivative=how.derivative)
+            require_no_plan(data.notes, files)
         except UnloggedFieldError as error:
             raise with_paths(error, files) from error
         return RowsOfLogs(data, tuple(recordings))
@@ -177,7 +178,9 @@ def read_rows(
         for number, recording in enumerate(whole.pop(path, ())):
             reader.read(path, number, [one_batch(recording)])
     try:
-        return reader.rows()
+        read = reader.rows()
+        require_no_plan(read.data.notes, files)
+        return read
     except UnloggedFieldError as error:
         raise with_paths(error, files) from error
 

@@ -7,6 +7,7 @@ mixed in a fit.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -17,9 +18,13 @@ from numpy.typing import NDArray
 
 from erclutch.errors import UnloggedFieldError, listed, shell_word
 from erclutch.logs.columns.name_pattern import constants_of, pattern_among
+from erclutch.logs.fields_beside_logs import fields_beside
+from erclutch.logs.mapping import TO_FILL_IN
 from erclutch.signals.array import Array
 from erclutch.signals.recording import NO_FIELD
 
+#: The mapping file of a folder.
+MAPPING = "erclutch.toml"
 _BINS = 8  # of the size of the slip
 _LEVELS = 16  # of the size of the field
 _RESTS = 0.1  # of the largest slip: slower rows may stick
@@ -200,12 +205,63 @@ def _remedy(pattern: str, where: str) -> str:
 
 
 def with_paths(error: UnloggedFieldError, paths: Sequence[Path]) -> UnloggedFieldError:
-    """The same error, with a pattern of the paths: the folders of logs may tell the field where their names do not."""
+    """The same error, with what files and folders say: a plan beside the logs, a pattern of their names or folders.
+
+    Where nothing says it, a mapping file is offered that names the logs.
+    """
     stems = [path.resolve().with_suffix("") for path in paths]
-    pattern = pattern_among([stem.name for stem in stems])
+    names = [stem.name for stem in stems]
+    pattern = pattern_among(names)
     if not pattern:
         pattern = pattern_among([f"{stem.parent.name}/{stem.name}" for stem in stems])
-    if not pattern:
+    beside = fields_beside(paths)
+    if "--write-mapping" in error.remedy:
+        return error  # which names the plan
+    if beside is not None and not pattern_among(names, called_so=True):
+        problem = f"{error.problem}; {beside}"
+        return UnloggedFieldError(problem, where=error.where, remedy=_remedy_of_plan(paths))
+    if pattern:
+        remedy = _remedy(pattern, error.where)
+    elif len({path.parent for path in paths}) > 1 or len(paths) < 2:
         return error
-    remedy = _remedy(pattern, error.where)
+    else:
+        mapping = shell_word(str(paths[0].with_name(MAPPING)))
+        remedy = (
+            f"Give the field of each log in a mapping file: --write-mapping {mapping} names the logs; or by names of "
+            "files with --name-pattern; else --field none"
+        )
     return UnloggedFieldError(error.problem, where=error.where, remedy=remedy)
+
+
+def require_no_plan(notes: Sequence[str], paths: Sequence[Path]) -> None:
+    """Ask about the field that a file beside logs gives them, where none is logged and nobody said that there is none.
+
+    Args:
+        notes: of the logs.
+        paths: their files.
+
+    Raises:
+        UnloggedFieldError: a file says different fields.
+    """
+    if len(paths) < 2 or not any(note.startswith(f"{NO_FIELD}:") for note in notes):
+        return
+    beside = fields_beside(paths)
+    if beside is None or len({*beside.texts.values()}) < 2:
+        return
+    problem = f"no field is logged; {beside}"
+    raise UnloggedFieldError(problem, where=paths[0].name, remedy=_remedy_of_plan(paths))
+
+
+def _remedy_of_plan(paths: Sequence[Path]) -> str:
+    mapping = shell_word(str(paths[0].with_name(MAPPING)))
+    return f"If that is the field, write it into a mapping file: --write-mapping {mapping}; else --field none"
+
+
+def mapping_of_fields(paths: Sequence[Path]) -> tuple[str, int]:
+    """A mapping file that gives each log its field, and how many fields are left to fill in."""
+    beside = fields_beside(paths)
+    texts = {path.name: TO_FILL_IN for path in paths} | (beside.texts if beside else {})
+    source = f"by {beside.file}" if beside else 'such as "0.5 A"'
+    lines = [f"# The field of each log, {source}.", "[fields]"]
+    lines += [f"{json.dumps(name)} = {json.dumps(text)}" for name, text in texts.items()]
+    return "\n".join([*lines, ""]), [*texts.values()].count(TO_FILL_IN)

@@ -23,6 +23,9 @@ of the log; the first that exists is read. Its keys, all optional::
     [constants]                      # signals that are the same all through the log, and other numbers
     field = "0.5 A"                  # or one number a segment between gaps: "0, 0.25, 0.5 A"
 
+    [fields]                         # of several logs in the folder, by their names
+    "run1.csv" = "0.5 A"
+
 A label is a column's name, with the unit in brackets where the file does not give it or gives it wrongly; a minus
 before it turns the sign (``-F [N]``). ``n_in - n_out [rpm]`` is what two columns differ by.
 What the command line says wins over the file, and the file over guesses.
@@ -43,7 +46,9 @@ from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
 _TEXT_KEYS = ("name_pattern", "variable", "invalid", "decimal", "values")
-_KEYS = ("time", "rate", "lead", *_TEXT_KEYS, "inputs", "columns", "scales", "constants")
+_KEYS = ("time", "rate", "lead", *_TEXT_KEYS, "inputs", "columns", "scales", "constants", "fields")
+#: In place of a field in a mapping file that names logs: the user is to fill it in.
+TO_FILL_IN = "?"
 _ALLOWED = {"invalid": ("error", "drop"), "decimal": (".", ","), "values": ("keep",)}
 _CHOICE_KEYS = ("column", "unit", "scale")
 
@@ -90,6 +95,7 @@ class ColumnMap:
         values: "keep" for values that loggers write for no measurement.
         invalid: "error" or "drop" for values that are not finite.
         inputs: further columns that networks may take as inputs.
+        fields: the field of each of several logs by its file's name, as text.
         source: who said so, for the notes.
         file: name and SHA-256 of the mapping file that had a say, if one had.
     """
@@ -106,6 +112,7 @@ class ColumnMap:
     decimal: str | None = None
     values: str | None = None
     inputs: tuple[ColumnChoice, ...] = ()
+    fields: Mapping[str, str] = field(default_factory=dict[str, str])
     source: str = "given"
     file: tuple[str, str] | None = None
 
@@ -175,6 +182,7 @@ class ColumnMap:
             constants={str(name): str(value) for name, value in constants.items()},
             scales={name: str(value) for name, value in scales.items()},
             inputs=tuple(_choice("inputs", label, source) for label in cast("list[Any]", inputs)),
+            fields={name: str(text) for name, text in _table_of(values, "fields").items()},
             source=source,
             **_texts(values),
         )
@@ -206,6 +214,23 @@ class ColumnMap:
                     raise MappingError(f"--{option} {name!r} is no signal", remedy=remedy)
             given[f"{option}s"] = texts
         return cls.from_dict(given, source)
+
+    def of_log(self, name: str) -> ColumnMap:
+        """The same for one log, whose field is a constant where the mapping names the log.
+
+        Raises:
+            MappingError: its field is still to be filled in.
+        """
+        text = self.fields.get(name)
+        if text is None or "field" in self.columns or "field" in self.constants:
+            return self
+        if TO_FILL_IN in text:
+            where = self.file[0] if self.file else self.source
+            remedy = f'Write it like "{name}" = "0.5 A"'
+            raise MappingError(
+                f"the field of {name} is to be filled in", remedy=remedy, where=where
+            )
+        return replace(self, constants={**self.constants, "field": text})
 
     def over(self, base: ColumnMap) -> ColumnMap:
         """This mapping with what it leaves open taken from another."""
@@ -322,14 +347,14 @@ def file_mapping(log: object, named: str | Path | None = None) -> ColumnMap:
         MappingError: the mapping file cannot be used.
     """
     beside = file_beside(Path(log)) if isinstance(log, str | Path) else None
+    name = Path(log).name if isinstance(log, str | Path) else ""
     if named is not None:
-        return ColumnMap.from_toml(named)
+        return ColumnMap.from_toml(named).of_log(name)
     if beside is None:
         return ColumnMap()
     try:
-        return ColumnMap.from_toml(beside)
+        return ColumnMap.from_toml(beside).of_log(name)
     except MappingError as error:
-        name = Path(str(log)).name
         beside_log = f"it is read as it lies beside {name}: rename it if it is no mapping"
         remedy = f"{error.remedy}; {beside_log}"
         raise MappingError(error.problem, where=error.where, remedy=remedy) from error

@@ -376,14 +376,23 @@ class Plan:
         Raises:
             MappingError: the file is there already, or cannot be written.
         """
-        if path.exists():
-            problem = "there is such a file, and it may be your own mapping"
-            remedy = "Give another name, or delete the file first"
-            raise MappingError(problem, where=str(path), remedy=remedy)
-        remedy = "Give a file in a folder that you may write to"
-        refused = partial(unwritable, remedy=remedy, kind=MappingError)
-        with whole_file(path, refused, nothing) as whole:
-            whole.write_text(self.to_toml(), encoding="utf-8")
+        save_mapping(self.to_toml(), path)
+
+
+def save_mapping(text: str, path: Path) -> None:
+    """Write a mapping file, whole or not at all.
+
+    Raises:
+        MappingError: the file is there already, or cannot be written.
+    """
+    if path.exists():
+        problem = "there is such a file, and it may be your own mapping"
+        remedy = "Give another name, or delete the file first"
+        raise MappingError(problem, where=str(path), remedy=remedy)
+    remedy = "Give a file in a folder that you may write to"
+    refused = partial(unwritable, remedy=remedy, kind=MappingError)
+    with whole_file(path, refused, nothing) as whole:
+        whole.write_text(text, encoding="utf-8")
 
 
 def _column_lines(plan: Plan, apart: tuple[str, ...]) -> list[str]:

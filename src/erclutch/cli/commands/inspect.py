@@ -15,10 +15,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from erclutch.cli import log_tables, terminal
-from erclutch.cli.log_look import LogLook, look_at, table_of_first
+from erclutch.cli.log_look import LogLook, look_at, table_of_first, write_fields
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.cli.quantities import SECONDS
-from erclutch.errors import AlikeRecordingsError, ErclutchError, LogError, SettingError, require
+from erclutch.errors import (
+    AlikeRecordingsError,
+    ErclutchError,
+    LogError,
+    SettingError,
+    UnloggedFieldError,
+    require,
+)
 from erclutch.files import may_fill, require_room
 
 if TYPE_CHECKING:
@@ -34,7 +41,8 @@ COMMAND = {
 #: out (``--variable ''``, "leave --variable out").
 _WORD = r"""(?:'[^']+'|"[^"]+"|[^\s,;'"]+)"""
 _OPTION = re.compile(
-    rf"--variable (?!out\b){_WORD}(?: --[a-z-]+(?: (?!--){_WORD})?)*|--decimal [.,]|--name-pattern {_WORD}"
+    rf"--variable (?!out\b){_WORD}(?: --[a-z-]+(?: (?!--){_WORD})?)*|--decimal [.,]|--name-pattern {_WORD}|"
+    rf"--write-mapping {_WORD}"
 )
 #: The column of words that a question is about.
 _PARTING = re.compile(r"column (.+?) parts the rows into \d+")
@@ -101,7 +109,12 @@ def inspect(
         coverage = describe_coverage(reading.dataset([recording]), titled(recording))
         drawn += save_plot(section, plots / f"{log.stem}-section.png")
         drawn += save_plot(coverage, plots / f"{log.stem}-coverage.png")
-    if write_mapping is not None:
+    fields_to_fill_in = 0
+    if write_mapping is not None and isinstance(look.problem, UnloggedFieldError):
+        fields_to_fill_in = write_fields([log, *others], write_mapping)
+        if not fields_to_fill_in:
+            look = look_at(log, others, raw, reading)
+    elif write_mapping is not None:
         look.plan.save(write_mapping)
     if json:
         body = _as_json(look, courses)
@@ -110,6 +123,11 @@ def inspect(
         _tell(look, write_mapping)
         for path in drawn:
             terminal.say(f"drawn: {path}")
+        if fields_to_fill_in:
+            typed = shlex.join(map(str, logs))
+            them = f"{fields_to_fill_in} field{'s'[: fields_to_fill_in != 1]}"
+            terminal.say(f"Fill in {them} in {write_mapping}, then: erclutch inspect {typed}")
+            return 1
         _tell_what_is_next(look, shlex.join(map(str, logs)), asked)
     return int(look.doubtful or bool(_held(look, asked)))
 

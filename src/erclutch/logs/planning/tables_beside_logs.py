@@ -30,17 +30,27 @@ def tables_beside_logs(files: Sequence[Path]) -> list[Path]:
     )  # logs of a series are alike: none of them is read twice
     small = [file for file, size in sizes.items() if size <= largest]
     tables: dict[Path, Table] = {}
+    beside: list[Path] = []  # JSON of another kind than the logs, which says something of these
     for file in small:
+        is_of_another_kind = file.suffix.lower() == ".json" and any(
+            other.suffix != file.suffix for other in sizes
+        )
         try:
             table = read_table(file)
         except ErclutchError:
+            if is_of_another_kind:
+                beside.append(file)
             continue  # whoever reads the log says what is wrong with it
+        if is_of_another_kind and _OF_A_LOG.isdisjoint(signals_of(table)):
+            beside.append(file)
+            continue
         # Columns without any unit may be those of a short log of which nobody knows what they are.
         has_units = any(table.units.get(name) or spoken_name(name).end for name in table.columns)
         if has_units and table.rows <= _MOST_ROWS and _OF_A_LOG.isdisjoint(signals_of(table)):
             tables[file] = table
-    others = sorted((file for file in sizes if file not in tables), key=lambda file: sizes[file])
-    if not tables or not others:
+    apart = {*tables, *beside}
+    others = sorted((file for file in sizes if file not in apart), key=lambda file: sizes[file])
+    if not apart or not others:
         return []
     for file in others[:2]:  # one of them may be broken
         try:
@@ -48,9 +58,10 @@ def tables_beside_logs(files: Sequence[Path]) -> list[Path]:
         except ErclutchError:
             continue
         if is_log(log):
-            return [
+            without = [
                 each
                 for each, table in tables.items()
                 if table.columns.keys().isdisjoint(log.columns)
             ]
+            return [*beside, *without]
     return []

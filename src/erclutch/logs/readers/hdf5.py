@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings, mat, reader_in_child
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.readers.header_pairs import sample_period
 from erclutch.logs.readers.mat_tree import stored_values
+from erclutch.logs.readers.trials import trials_in, without_names
 from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table
 from erclutch.signals.units import is_unit
@@ -34,6 +36,11 @@ class _Place:
     units: dict[str, str | None] = field(default_factory=dict[str, "str | None"])
     notes: list[str] = field(default_factory=list[str])
     unit: str | None = None  # what the group says of its only vector
+    fields: dict[str, float] = field(
+        default_factory=dict[str, float]
+    )  # numbers that it has for a field
+    # Lists of texts beside the vectors or in their attributes: names of columns, or units.
+    lists: list[list[str]] = field(default_factory=list[list[str]])
     # Attributes of the vectors, by their names.
     of_vectors: dict[str, dict[str, str]] = field(default_factory=dict[str, "dict[str, str]"])
 
@@ -50,6 +57,29 @@ def _texts(attributes: Any) -> dict[str, str]:
         if np.isscalar(single):
             texts[key] = str(single)
     return texts
+
+
+def _fields(attributes: Any) -> dict[str, float]:
+    """Attributes of a group that are a number and called like a field."""
+    fields: dict[str, float] = {}
+    for key, value in attributes.items():
+        is_number = np.size(value) == 1 and np.asarray(value).dtype.kind in "iuf"
+        if is_number and len(spoken_name(key).forms["field"] or "") > 1:
+            fields[key] = float(np.ravel(value)[0])
+    return fields
+
+
+def _lists(attributes: Any) -> list[list[str]]:
+    """Attributes or vectors that are several texts."""
+    lists: list[list[str]] = []
+    for value in attributes.values():
+        if np.size(value) < 2 or np.asarray(value).dtype.kind not in "OSU":
+            continue
+        texts: list[str] = []
+        for each in np.ravel(value).tolist():
+            texts.append(each.decode("utf-8", "replace") if isinstance(each, bytes) else str(each))
+        lists.append(texts)
+    return lists
 
 
 def _zeros_that_check(item: Any, values: np.ndarray[Any, Any]) -> str:
@@ -88,7 +118,7 @@ def find(path: str, variable: str | None) -> Table:
     places: dict[str, _Place] = {}
 
     def visit(name: str, item: Any) -> None:
-        if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual or item.ndim > 2:
+        if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual or item.ndim > 3:
             return
         budget.take_names()
         # By their shape: none of them is read yet.
@@ -108,8 +138,10 @@ def find(path: str, variable: str | None) -> Table:
         else:
             place = places.setdefault(group or "/", _Place(texts))
             place.unit = place.unit or said
+            place.fields |= _fields(item.parent.attrs)
             place.nodes[label] = values
             place.of_vectors[label] = attributes
+            place.lists += _lists({label: values}) + _lists(item.attrs) + _lists(item.parent.attrs)
         if doubt := _zeros_that_check(item, values):
             place.notes.append(doubt)
         unit = next((attributes[key] for key in _UNITS if key in attributes), None)
@@ -122,24 +154,7 @@ def find(path: str, variable: str | None) -> Table:
 
     recordings: dict[str, Found] = {}
     for name, place in places.items():
-        recording = of_vectors(place.nodes)
-        if recording is None:
-            continue
-        period = sample_period(place.texts)
-        # What is said of the only vector is said of its group.
-        if period is None and len(place.of_vectors) == 1:
-            (attributes,) = place.of_vectors.values()
-            period = sample_period(attributes)
-        recording.period = period[0] if period else None
-        recording.units = place.units
-        time = found_recordings.TIME
-        signals = [label for label in recording.columns if not time.fullmatch(label)]
-        if len(signals) == 1:
-            (signal,) = signals
-            recording.units[signal] = recording.units.get(signal) or place.unit
-        recording.metadata = place.texts
-        recording.notes += place.notes
-        recordings[name] = recording
+        recordings |= _recordings_of(name, place)
     if variable is None or variable == found_recordings.ALL:
         starts: set[tuple[str | None, ...]] = set()
         for place in places.values():
@@ -147,9 +162,47 @@ def find(path: str, variable: str | None) -> Table:
                 starts.add(tuple(attributes.get(key) for key in _STARTS))
         if len(starts) == 1:
             recordings = _signals_of_one_group(recordings) or recordings
+    if not recordings:
+        for place in places.values():
+            unnamed = without_names(place.nodes)
+            if unnamed is not None:
+                raise unnamed
     return found_recordings.chosen(
         recordings, variable, "group", "no group of the file holds vectors of numbers"
     )
+
+
+def _recordings_of(name: str, place: _Place) -> dict[str, Found]:
+    """The recording of a place, by its name; or the trials of an array of three sides."""
+    period = sample_period(place.texts)
+    trials = trials_in(place.nodes, place.lists)
+    recordings: dict[str, Found] = {}
+    for trial, columns in trials.items():
+        recording = of_vectors(columns)
+        if recording is None:
+            continue
+        recording.period = period[0] if period else None
+        recording.units = {key: place.units[key] for key in columns if key in place.units}
+        recording.metadata = place.texts
+        recordings[trial if name == "/" else f"{name}/{trial}"] = recording
+    recording = None if trials else of_vectors(place.nodes)
+    if recording is None:
+        return recordings
+    # What is said of the only vector is said of its group.
+    if period is None and len(place.of_vectors) == 1:
+        (attributes,) = place.of_vectors.values()
+        period = sample_period(attributes)
+    recording.period = period[0] if period else None
+    recording.units = place.units
+    time = found_recordings.TIME
+    signals = [label for label in recording.columns if not time.fullmatch(label)]
+    if len(signals) == 1:
+        (signal,) = signals
+        recording.units[signal] = recording.units.get(signal) or place.unit
+    recording.metadata = place.texts
+    recording.constants |= place.fields
+    recording.notes += place.notes
+    return {name: recording}
 
 
 def _signals_of_one_group(recordings: Mapping[str, Found]) -> dict[str, Found]:

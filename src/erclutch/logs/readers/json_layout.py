@@ -20,6 +20,7 @@ from erclutch.logs.readers.found_recordings import told_apart
 
 DEEPEST = 20  # objects inside of objects
 MOST_PLACES = 500  # numbers in a list of a row
+_LISTS_OF_A_RUN = 4  # or more: a time, a field, a motion and an effort
 _MOST_SIGNALS = 1000  # of one recording
 _LARGEST = 1e300
 _TIME = re.compile(r"t|time|zeit|timestamps?|time_?s|t \[.*|time \[.*", re.I)
@@ -114,9 +115,14 @@ def _of_items(
     for own, run in zip(told_apart(names), objects, strict=True):
         place = f"{name}.{own}" if name else own
         of_run = list(_recordings(run, "", depth + 1))
+        numbers: Lists = {}  # that hold for the whole run, such as its current
+        for key, value in flat(run, "", 0):
+            if isinstance(value, int | float) and not isinstance(value, bool):
+                numbers[key] = [value]
         for inner, recording in of_run:
             is_only = len(of_run) == 1 or not inner
-            yield place if is_only else f"{place}.{inner}", recording
+            whole = {**numbers, **recording} if isinstance(recording, dict) else recording
+            yield place if is_only else f"{place}.{inner}", whole
 
 
 def _are_signals(items: Sequence[Any]) -> bool:
@@ -273,7 +279,12 @@ def _grouped(lists: Lists, name: str) -> Iterator[tuple[str, Lists]]:
         if len(group) > 1 and any(map(_TIME.fullmatch, names)):
             timed.append(above)
     lengths = {len(values) for values in lists.values()}
-    if len(timed) < 2 or len(lengths) == 1:
+    inner_names = {
+        frozenset(place.removeprefix(f"{above}.") for place in groups[above]) for above in timed
+    }
+    # Objects with the same lists and a time each are runs, as long as each other or not.
+    are_runs = len(inner_names) == 1 and len(groups[timed[0]]) >= _LISTS_OF_A_RUN
+    if len(timed) < 2 or (len(lengths) == 1 and not are_runs):
         yield name, lists
         return
 

@@ -92,7 +92,8 @@ def _read(source: LogSource) -> Table:
         others = [place for place in recordings if place != name]
         table = _table_of_lists(source, recording, notes)
         shared = json_layout.shared_numbers(document)
-        return replace(table, constants={**shared, **_numbers_beside(document, others)})
+        beside = _numbers_beside(document, others)
+        return replace(table, constants={**shared, **beside, **table.constants})
     of_list: list[_Row] = []
     for number, row in enumerate(recording, start=1):
         of_list.append((f"row {number} of {name or 'the list'}", row))
@@ -173,9 +174,13 @@ def _table_of_lists(
     columns: dict[str, list[Any]] = {}
     left_out: list[str] = []
     unreadable: dict[str, str] = {}
+    constants: dict[str, float] = {}
     for name, values in lists.items():
         if len(values) == rows:
             columns[name] = values
+            continue
+        if len(values) == 1 and type(values[0]) in (int, float) and abs(values[0]) < _LARGEST:
+            constants[printable(name.rpartition(".")[2])] = float(values[0])
             continue
         problem = f"list {name} has {len(values)} values, not {rows}"
         left_out.append(f"{problem}: left out")
@@ -184,7 +189,7 @@ def _table_of_lists(
             unreadable[name.rpartition(".")[2]] = problem
     places = [f"value {number}" for number in range(1, rows + 1)]
     table = _table(source, columns, places, (*notes, *left_out))
-    return replace(table, unreadable={**table.unreadable, **unreadable})
+    return replace(table, unreadable={**table.unreadable, **unreadable}, constants=constants)
 
 
 def _table(

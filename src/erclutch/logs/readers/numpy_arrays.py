@@ -16,7 +16,7 @@ from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings, reader_in_child
 from erclutch.logs.readers.budget import budget_of, take_zip
 from erclutch.logs.readers.found_recordings import Found, listed
-from erclutch.logs.readers.trials import trials_in
+from erclutch.logs.readers.trials import trials_in, without_names
 from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table
 
@@ -99,6 +99,8 @@ def find(path: str, variable: str | None) -> Table:
         raise LogError(f"the arrays are no numbers: {'; '.join(left_out)}", remedy=_SAVE_NUMBERS)
     if recording is not None:
         recording.notes.extend(f"left out: {what}" for what in left_out)
+    if recording is None and (unnamed := without_names(nodes)) is not None:
+        raise unnamed
     recordings = {file.stem: recording} if recording is not None else {}
     return found_recordings.chosen(recordings, variable, "arrays", _NONE)
 

@@ -11,6 +11,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from erclutch.errors import LogError
 from erclutch.logs.columns.names import spoken_name
 from erclutch.signals import units
 
@@ -41,7 +42,10 @@ def trials_in(nodes: Mapping[str, Any], texts: Sequence[Sequence[str]]) -> Trial
     shapes = {array.shape for array in arrays.values() if array.ndim == 2}
     if len(shapes) != 1:
         return {}
-    rows, count = shapes.pop()
+    shape = shapes.pop()
+    rows, count = max(shape), min(shape)
+    if shape[0] < shape[1]:  # a trial in each row
+        arrays = {name: array.T for name, array in arrays.items()}
     levels = {name: array for name, array in arrays.items() if array.shape == (count,)}
     of_rows = ((rows,), (rows, count))
     courses = {name: array for name, array in arrays.items() if array.shape in of_rows}
@@ -61,26 +65,60 @@ def trials_in(nodes: Mapping[str, Any], texts: Sequence[Sequence[str]]) -> Trial
     return trials
 
 
+def without_names(nodes: Mapping[str, Any]) -> LogError | None:
+    """The error for arrays of three sides, of which nothing beside them says which side has the signals."""
+    for name, node in nodes.items():
+        array = cast("np.ndarray[Any, Any]", node)
+        if (
+            isinstance(node, np.ndarray)
+            and array.squeeze().ndim == 3
+            and array.dtype.kind in "biuf"
+        ):
+            sides = " x ".join(map(str, array.shape))
+            problem = (
+                f"array {name} is {sides}, and no names beside it say which side has the signals"
+            )
+            remedy = (
+                "Save their names in the same file, such as columns = time, current, speed, torque"
+            )
+            return LogError(problem, remedy=remedy)
+    return None
+
+
 def _pages(name: str, array: np.ndarray[Any, Any], texts: Sequence[Sequence[str]]) -> Trials:
-    """The pages of an array, one of whose sides is as long as a list of names."""
-    lengths = {len(each) for each in texts}
-    of_signals = [axis for axis in range(3) if array.shape[axis] in lengths]
-    if len(of_signals) != 1:
-        return {}
-    count = array.shape[of_signals[0]]
-    fitting = [each for each in texts if len(each) == count]
-    lists_of_units = [each for each in fitting if all(map(units.is_unit, each))]
-    names = next((each for each in fitting if each not in lists_of_units), ())
-    if len({*names}) != count:
-        return {}
-    labels = [*names]
-    if lists_of_units:
-        labels = [f"{each} [{unit}]" for each, unit in zip(names, lists_of_units[0], strict=True)]
-    others = [axis for axis in range(3) if axis not in of_signals]
-    rows, pages = sorted(others, key=lambda axis: -array.shape[axis])
-    if array.shape[pages] > _MOST or array.shape[rows] < _FEWEST_ROWS * array.shape[pages]:
-        return {}
-    upright = np.transpose(array, (pages, rows, of_signals[0]))
+    """The pages of an array, one of whose sides is as long as a list of names; the longest has the rows.
+
+    Where two sides are as long, the one along which the time would rise from row to row has the signals.
+    """
+    rows = int(np.argmax(array.shape))
+    for axis in (side for side in range(3) if side != rows):
+        count = array.shape[axis]
+        pages = 3 - rows - axis
+        few = array.shape[pages] <= _MOST and array.shape[rows] >= _FEWEST_ROWS * array.shape[pages]
+        fitting = [each for each in texts if len(each) == count]
+        lists_of_units = [each for each in fitting if all(map(units.is_unit, each))]
+        names = next((each for each in fitting if each not in lists_of_units), ())
+        if not few or len({*names}) != count:
+            continue
+        upright = np.transpose(array, (pages, rows, axis))
+        if count == array.shape[pages] and not _has_a_time(names, upright):
+            continue
+        labels = [*names]
+        if lists_of_units:
+            pairs = zip(names, lists_of_units[0], strict=True)
+            labels = [f"{each} [{unit}]" for each, unit in pairs]
+        return _trials_of(name, upright, labels)
+    return {}
+
+
+def _has_a_time(names: Sequence[str], upright: np.ndarray[Any, Any]) -> bool:
+    """Whether the column that is called like the time rises in each trial; trials by rows by signals."""
+    times = [place for place, each in enumerate(names) if spoken_name(each).is_time]
+    return len(times) == 1 and bool(np.all(np.diff(upright[:, :, times[0]], axis=1) > 0))
+
+
+def _trials_of(name: str, upright: np.ndarray[Any, Any], labels: Sequence[str]) -> Trials:
+    """A recording of each trial; trials by rows by signals."""
     trials: Trials = {}
     for number, page in enumerate(upright, start=1):
         trials[f"{name}({number})"] = dict(zip(labels, page.T, strict=True))

@@ -1,0 +1,233 @@
+"""The field of each log may stand in a file beside the logs: a test plan, a table of a README, JSON or YAML.
+
+Such a file is searched for the names of the logs, and for a number that is called like a field beside each. What is
+found is proposed: it is taken once it stands in a mapping file.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, cast
+
+from erclutch.errors import UnitError
+from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME
+from erclutch.logs.columns.names import spoken_name, words_of
+from erclutch.logs.columns.vocabulary import OTHER, TOLD
+from erclutch.signals import units
+
+_LARGEST = 65_536  # bytes of such a file
+_MOST_FILES = 2_000  # of a folder that is searched
+_SUFFIXES = frozenset({".json", ".yaml", ".yml", ".csv", ".tsv", ".txt", ".md", ".rst"})
+_NUMBERS_LOGS = frozenset(
+    {"run", "nr", "no", "test", "trial", "log", "file", "id", "versuch", "messung", "lauf", "n"}
+)
+_NUMBER = re.compile(r"\d+")
+_KEY = re.compile(r"\s*(- )?\s*[\"']?([^:\"'#]+?)[\"']?\s*:\s*(.*?)\s*")
+_RULE = re.compile(r"[\s|:+=-]+")
+_FIELD_UNITS = ("A", "V", "V/m", "T", "A/m")
+_NAME = ""  # the key of what stands in front of a record
+
+
+class FieldsOfLogs(NamedTuple):
+    """What a file beside the logs says of their fields.
+
+    Attributes:
+        file: its name, or that of the first of several.
+        texts: the field of each log by its file's name, such as ``0.5 A``.
+    """
+
+    file: str
+    texts: dict[str, str]
+
+    def __str__(self) -> str:
+        return f"{self.file} says " + ", ".join(
+            f"{name} {text}" for name, text in self.texts.items()
+        )
+
+
+def fields_beside(logs: Sequence[Path]) -> FieldsOfLogs | None:
+    """The fields of logs by files beside them: the file that says most; None where none says any."""
+    files: list[Path] = []
+    for folder in sorted({log.parent for log in logs}):
+        files += sorted(folder.iterdir())
+        if len(files) > _MOST_FILES:
+            return None
+    best: FieldsOfLogs | None = None
+    own: dict[str, str] = {}  # of files that belong to one log each
+    file_of_own = ""
+    for file in files:
+        if file in logs or file.suffix.lower() not in _SUFFIXES or file.name.startswith("."):
+            continue
+        if not file.is_file() or file.stat().st_size > _LARGEST:
+            continue
+        records = _records(file)
+        logs_of_file = [log for log in logs if _belongs_to(file, log)]
+        if len(logs_of_file) == 1:
+            merged = {key: text for record in records for key, text in record.items() if key}
+            text = _field_of(merged)
+            if text:
+                own[logs_of_file[0].name] = text
+                file_of_own = file_of_own or file.name
+            continue
+        texts: dict[str, str] = {}
+        for record in records:
+            name = _log_of(record, logs)
+            text = _field_of(record)
+            if name and text:
+                texts.setdefault(name, text)
+        if texts and (best is None or len(texts) > len(best.texts)):
+            best = FieldsOfLogs(file.name, texts)
+    if own and (best is None or len(own) > len(best.texts)):
+        return FieldsOfLogs(file_of_own, own)
+    return best
+
+
+def _belongs_to(file: Path, log: Path) -> bool:
+    """Whether a file is called like a log: ``run1.json`` and ``run1_meta.json`` beside ``run1.csv``."""
+    rest = file.stem.removeprefix(log.stem)
+    return file.stem.startswith(log.stem) and (not rest or not rest[0].isalnum())
+
+
+def _log_of(record: Mapping[str, str], logs: Sequence[Path]) -> str:
+    """The log that a record names, by its file, its stem or its number; "" for none."""
+    said = {text.strip() for key, text in record.items() if key == _NAME or not _is_field(key)}
+    for log in logs:
+        if said & {log.name, log.stem, str(log)}:
+            return log.name
+    for key, text in record.items():
+        if _NUMBERS_LOGS.isdisjoint(words_of(key)) or not text.strip().isdecimal():
+            continue
+        numbered = [log for log in logs if _numbers(log.stem) == [int(text)]]
+        if len(numbered) == 1:
+            return numbered[0].name
+    return ""
+
+
+def _numbers(stem: str) -> list[int]:
+    return [int(number) for number in _NUMBER.findall(stem)]
+
+
+def _is_field(key: str) -> bool:
+    """Whether a key is called like a current or a voltage, and not like a supply or a set point."""
+    label, _ = split_label(key)
+    spoken = spoken_name(label)
+    form = spoken.forms["field"] or spoken.heads.get("field") or ""
+    is_another = "field" in spoken.turned or bool({*spoken.words} & (TOLD | OTHER))
+    return (len(form) > 2 or label == "I") and not is_another
+
+
+def _field_of(record: Mapping[str, str]) -> str:
+    """The one field of a record as text with its unit; "" for none, and for several."""
+    found: list[str] = []
+    for key, text in record.items():
+        if not _is_field(key):
+            continue
+        label, unit = split_label(key)
+        unit = unit or spoken_name(label).end or record.get("unit") or record.get("units")
+        try:
+            number, own = units.quantity(text.strip())
+            unit = own or unit
+            is_of_a_field = not unit or units.fits(unit, _FIELD_UNITS) is not None
+        except UnitError:
+            continue
+        if is_of_a_field:
+            found.append(f"{number:g} {unit or ''}".strip())
+    currents = [text for text in found if text.endswith("A")]
+    chosen = currents if len(currents) == 1 else found
+    return chosen[0] if len(chosen) == 1 else ""
+
+
+def _records(file: Path) -> list[dict[str, str]]:
+    """What a file says, a record for each row, item or line that may be of a log."""
+    text = file.read_bytes().decode("utf-8", "replace").removeprefix("\ufeff")
+    if file.suffix.lower() == ".json":
+        try:
+            return [*_of_json(json.loads(text))]
+        except (ValueError, RecursionError):
+            return []
+    lines = text.splitlines()
+    if file.suffix.lower() in (".yaml", ".yml"):
+        return [*_of_yaml(lines)]
+    return [*_of_tables(lines), *_of_remarks(lines)]
+
+
+def _of_json(value: Any, name: str = _NAME, above: str = "") -> Iterator[dict[str, str]]:
+    """A record for each object, with the key in front of it; and for each number, with the key above."""
+    if isinstance(value, list):
+        for each in cast("list[Any]", value):
+            yield from _of_json(each, name, above)
+    elif isinstance(value, dict):
+        record = {_NAME: name}
+        for key, each in cast("dict[str, Any]", value).items():
+            if isinstance(each, dict | list):
+                yield from _of_json(each, key, key)
+            else:
+                record[key] = str(each)
+                yield {_NAME: key, above or name: str(each)}
+        yield record
+
+
+def _of_yaml(lines: Iterable[str]) -> Iterator[dict[str, str]]:
+    """A record for each item of a list and for each key with keys below it."""
+    record: dict[str, str] = {}
+    head = _NAME
+    for line in lines:
+        match = _KEY.fullmatch(line.partition(" #")[0])
+        if match is None:
+            continue
+        item, key, value = match.groups()
+        if item or not value:
+            if record:
+                yield record
+            head = "" if item else key
+            record = {_NAME: head}
+        if value:
+            record[key] = value.strip("\"'")
+            yield {_NAME: key, head or _NAME: value.strip("\"'")}
+    if record:
+        yield record
+
+
+def _of_tables(lines: Sequence[str]) -> Iterator[dict[str, str]]:
+    """A record for each row of a table in text or Markdown whose head has a field."""
+    head: list[str] = []
+    mark = ""
+    for line in lines:
+        if not line.strip():
+            head = []
+            continue
+        if not head:
+            for mark in ("|", ";", "\t", ","):
+                cells = _cells(line, mark)
+                if len(cells) > 1 and any(map(_is_field, cells)):
+                    head = cells
+                    break
+            continue
+        if _RULE.fullmatch(line):
+            continue
+        cells = _cells(line, mark)
+        if len(cells) == len(head):
+            if mark != ",":
+                cells = [re.sub(r"^(\d+),(\d+)$", r"\1.\2", cell) for cell in cells]
+            yield dict(zip(head, cells, strict=True))
+
+
+def _cells(line: str, mark: str) -> list[str]:
+    return [cell.strip().strip('"`') for cell in line.strip().strip("|").split(mark)]
+
+
+def _of_remarks(lines: Iterable[str]) -> Iterator[dict[str, str]]:
+    """A record for each line with a name in front of a colon or an equals sign and one field behind it."""
+    for line in lines:
+        name, parted, rest = line.strip(" \t-*").partition(":" if ":" in line else "=")
+        fields = FIELD_IN_A_NAME.findall(rest)
+        if parted and len(fields) == 1:
+            number, _, unit = fields[0]
+            yield {
+                _NAME: name.strip(' `"'),
+                "current" if unit.endswith("A") else "voltage": f"{number} {unit}",
+            }
