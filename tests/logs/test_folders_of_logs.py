@@ -295,8 +295,7 @@ def test_the_fields_of_a_plan_beside_logs_are_offered_and_one_command_takes_them
     assert f"{plan} says run1.csv 0 A, run2.csv 0.5 A" in said.out
     last = 'What settles it: erclutch inspect logs --write-mapping "logs/erclutch.toml"'
     assert said.out.splitlines()[-1] == last
-    if effort > 0.5:
-        assert run("fit", "logs", cwd=tmp_path).code == 2
+    assert run("fit", "logs", cwd=tmp_path).code == 2
     settled = run("inspect", "logs", "--write-mapping", "logs/erclutch.toml", cwd=tmp_path)
     assert settled.out.splitlines()[-1] == "Understood. Fit them: erclutch fit logs --out RUN"
     fields = [set(read(logs / f"run{number}.csv").signals["field"]) for number in (1, 2)]

@@ -169,7 +169,7 @@ def read_rows(
             data = build_dataset(recordings, device=device, derivative=how.derivative)
             require_no_plan(data.notes, files)
         except UnloggedFieldError as error:
-            raise with_paths(error, files) from error
+            raise with_paths(error, files) from None  # it may be the same error
         return RowsOfLogs(data, tuple(recordings))
     reader = _BlockReader(device, how, StretchChoice(rows, most), rows, progress)
     for path in files:
@@ -182,7 +182,7 @@ def read_rows(
         require_no_plan(read.data.notes, files)
         return read
     except UnloggedFieldError as error:
-        raise with_paths(error, files) from error
+        raise with_paths(error, files) from None  # it may be the same error
 
 
 class _BlockReader:
