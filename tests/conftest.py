@@ -29,6 +29,26 @@ from tests.support.examples import examples
 # Set before NumPy is imported, and inherited by the commands that tests start.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+# Tests write thousands of small files over each other, and on a disk each of them is waited for. Programs that tests
+# compile are run from there too, so a memory disk has to let them.
+_MEMORY_DISK = "/dev/shm"
+_ROOM = 4 * 2**30  # bytes; all tests together leave a twentieth of that
+
+
+def memory_disk() -> str | None:
+    """The memory disk of this machine, where it has room and runs programs; None elsewhere."""
+    if not os.access(_MEMORY_DISK, os.W_OK | os.X_OK):
+        return None
+    disk = os.statvfs(_MEMORY_DISK)
+    has_room = disk.f_bavail * disk.f_frsize >= _ROOM
+    return _MEMORY_DISK if has_room and not disk.f_flag & os.ST_NOEXEC else None
+
+
+if "PYTEST_DEBUG_TEMPROOT" not in os.environ and sys.platform == "linux":
+    found = memory_disk()
+    if found is not None:
+        os.environ["PYTEST_DEBUG_TEMPROOT"] = found
+
 # Whether a test passes does not depend on how busy the machine is. CI says the same of a commit each time, so that a
 # change is not refused for what another one brought; elsewhere each run draws new examples, and finds it.
 settings.register_profile(
