@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError
 from erclutch.logs import Plan, plan_of, read, read_table, recordings_in
-from erclutch.logs.columns.fields_in_names import differ_by_field
 from erclutch.logs.columns.labels import name_columns, own_unit, split_end
+from erclutch.logs.columns.levels_in_names import differ_by_field
 from erclutch.logs.columns.name_pattern import constants_of
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.planning.recording_choice import table_of_log

@@ -11,7 +11,7 @@ from scipy.io import savemat
 
 from erclutch.errors import MappingError
 from erclutch.logs import read, read_all, read_table
-from erclutch.logs.columns.fields_in_names import stated_in
+from erclutch.logs.columns.levels_in_names import stated_in
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.table import Table

@@ -16,7 +16,7 @@ from erclutch.logs.clock.names_over_times import with_names_at_values
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import ROWS_WANTED
-from erclutch.logs.rows.fields_across import with_a_row_for_each_field
+from erclutch.logs.rows.levels_across import with_rows_for_each_level
 from erclutch.logs.rows.senses_across import with_a_row_for_each_sense
 from erclutch.logs.rows.tidy_rows import untidied
 from erclutch.logs.table import Table
@@ -35,7 +35,7 @@ TIDYINGS = (
     Tidying("a name for each channel, though it stands over its time", with_names_at_values),
     Tidying("one time for all channels, though each has its own", with_times_joined),
     Tidying("a column for each signal, though its name stands in the rows", untidied),
-    Tidying("rows for each field, though it stands in the names", with_a_row_for_each_field),
+    Tidying("rows for each field, though it stands in the names", with_rows_for_each_level),
     Tidying("rows for each sense, though each has a column", with_a_row_for_each_sense),
     Tidying("rows without holes, though channels are woven", unwoven),
     Tidying("a speed with its sign, though a word or a number says the sense", with_senses),

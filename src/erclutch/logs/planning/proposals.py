@@ -13,8 +13,8 @@ import numpy as np
 from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
 from erclutch.logs.columns.candidates import candidates
-from erclutch.logs.columns.fields_in_names import differ_by_field
 from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.levels_in_names import differ_by_field
 from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs

@@ -12,7 +12,7 @@ import numpy as np
 
 from erclutch.errors import AlikeRecordingsError, LogError, listed
 from erclutch.logs.clock.timing import MINIMUM_ROWS
-from erclutch.logs.columns.fields_in_names import differ_by_field
+from erclutch.logs.columns.levels_in_names import differ_by_field
 from erclutch.logs.log_file import read_table
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan

@@ -8,8 +8,8 @@ from fnmatch import fnmatchcase
 
 from erclutch.errors import MappingError
 from erclutch.logs.columns.candidates import candidates
-from erclutch.logs.columns.fields_in_names import differ_by_field, stated_in
 from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.levels_in_names import differ_by_field, stated_in
 from erclutch.logs.columns.name_pattern import constants_of
 from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.mapping import ColumnChoice, ColumnMap

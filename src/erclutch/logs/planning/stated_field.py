@@ -9,13 +9,13 @@ import re
 from collections.abc import Sequence
 
 from erclutch.errors import MappingError, UnitError, listed, shell_word
-from erclutch.logs.columns.fields_in_names import (
-    StatedField,
+from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.levels_in_names import (
+    StatedLevel,
     differ_by_field,
     stated_in,
     without_field,
 )
-from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME, FIELD_UNITS, NUMBER, number_of
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.vocabulary import OTHER, TOLD
@@ -98,7 +98,7 @@ def ask_about_specimens(names: Sequence[str], told: ColumnMap) -> None:
     raise MappingError(problem, remedy=remedy)
 
 
-def _take(draft: Draft, stated: StatedField, where: str) -> None:
+def _take(draft: Draft, stated: StatedLevel, where: str) -> None:
     if stated.unit:
         factor, si = units.conversion(stated.unit, SIGNALS["field"], stated.name)
         how = ""
@@ -120,13 +120,13 @@ def _take(draft: Draft, stated: StatedField, where: str) -> None:
     draft.notes.append(f"field <- {stated}, {reason} {where}{how}")
 
 
-def _beside_the_columns(draft: Draft) -> list[StatedField]:
+def _beside_the_columns(draft: Draft) -> list[StatedLevel]:
     """Numbers of the header, and numbers beside vectors, whose name is that of a current or a voltage."""
-    stated: list[StatedField] = []
+    stated: list[StatedLevel] = []
     for name, number in draft.table.constants.items():
         if _is_called_so(name):
             stated.append(
-                StatedField(name, number, draft.table.units.get(name) or spoken_name(name).end)
+                StatedLevel(name, number, draft.table.units.get(name) or spoken_name(name).end)
             )
     for key, text in draft.table.metadata.items():
         label, unit = split_label(key)
@@ -137,9 +137,9 @@ def _beside_the_columns(draft: Draft) -> list[StatedField]:
         except UnitError:
             continue
         if own or unit:
-            stated.append(StatedField(label, number, own or unit))
+            stated.append(StatedLevel(label, number, own or unit))
     units_of_field = SIGNALS["field"].si_units[1:]  # of a current, a voltage or a magnetic field
-    fitting: list[StatedField] = []
+    fitting: list[StatedLevel] = []
     for each in stated:
         unit = each.unit
         if not unit or (units.is_unit(unit) and units.fits(unit, units_of_field) is not None):

@@ -1,4 +1,4 @@
-"""A bench sheet with a column for each field gets rows for each field; nothing else is taken apart. SYNTHETIC."""
+"""A bench sheet with a column for each field or speed gets rows for each; nothing else is taken apart. SYNTHETIC."""
 
 from __future__ import annotations
 
@@ -118,3 +118,47 @@ def test_other_tables_stay_as_they_are(tmp_path: Path, names: list[str]) -> None
     table = read_table(written(tmp_path, names, [SPEED, *map(torque, FIELDS)]))
     assert table.rows == SPEED.size
     assert "field" not in table.columns
+
+
+CURRENT: Array = np.linspace(0.0, 2.0, 9)
+TURNS = (100.0, 250.0, 400.0)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["Torque @ {} rpm (Nm)", "Torque_{}rpm [Nm]", "{} 1/min Torque (Nm)", "T at {} U/min [Nm]"],
+)
+def test_each_speed_gets_rows_of_its_own(tmp_path: Path, name: str) -> None:
+    torques = [0.2 + 3.0 * CURRENT + 1e-3 * turns for turns in TURNS]
+    names = ["Current [A]", *(name.format(f"{turns:g}") for turns in TURNS)]
+    log = read(written(tmp_path, names, [CURRENT, *torques]))
+    np.testing.assert_allclose(log.signals["slip"], np.repeat(TURNS, 9) * np.pi / 30)
+    np.testing.assert_array_equal(log.signals["field"], np.tile(CURRENT, 3))
+    np.testing.assert_allclose(log.signals["effort"], np.concatenate(torques))
+    assert any("its rows are points" in note for note in log.notes)
+
+
+def test_columns_called_by_their_speeds_alone_are_asked_about_with_a_command(
+    tmp_path: Path,
+) -> None:
+    torques = [0.2 + 3.0 * CURRENT + 1e-3 * turns for turns in TURNS]
+    names = ["I [A]", *(f"{turns:g} rpm" for turns in TURNS)]
+    path = written(tmp_path, names, [CURRENT, *torques])
+    assert plan_of(read_table(path), ColumnMap()).command().endswith('--effort "value"')
+    log = read(path, time="none", effort="value [Nm]")
+    np.testing.assert_allclose(log.signals["slip"], np.repeat(TURNS, 9) * np.pi / 30)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["Time [s]", "Force 10mm/s [N]", "Force 50mm/s [N]", "Force 100mm/s [N]"],
+        ["Displacement [mm]", "Force 10mm/s [N]", "Force 50mm/s [N]", "Force 100mm/s [N]"],
+        ["Current [A]", "Temperature 100rpm", "Temperature 200rpm", "Temperature 300rpm"],
+    ],
+)
+def test_efforts_over_time_or_way_and_other_quantities_at_speeds_stay(
+    tmp_path: Path, names: list[str]
+) -> None:
+    table = read_table(written(tmp_path, names, [SPEED, *map(torque, FIELDS)]))
+    assert "slip" not in table.columns

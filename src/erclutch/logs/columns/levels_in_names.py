@@ -1,0 +1,71 @@
+"""A name may hold a level that was set: ``F_0.5A`` is an effort at a field, ``Torque @ 100 rpm`` one at a speed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME, FIELD_UNITS, NUMBER, number_of
+
+#: How a speed is written behind its number in a name, and the unit that it means.
+_SPEED_UNITS = {
+    **{word: "rpm" for word in ("rpm", "RPM", "r/min", "1/min", "U/min", "min-1", "tr/min")},
+    **{unit: unit for unit in ("rad/s", "deg/s", "mm/s", "cm/s", "m/s", "in/s")},
+    **{unit.replace("/", "_"): unit for unit in ("rad/s", "mm/s", "cm/s", "m/s", "in/s")},
+}
+_SPEED_IN_A_NAME = re.compile(
+    rf"(?<![A-Za-z0-9.,])({NUMBER}) ?({'|'.join(sorted(_SPEED_UNITS, key=len, reverse=True))})(?![A-Za-z0-9/])"
+)
+
+
+class StatedLevel(NamedTuple):
+    """A number that may be the field or the speed of what bears the name.
+
+    Attributes:
+        name: what it is called.
+        number: as written.
+        unit: as written; None where nobody says it.
+    """
+
+    name: str
+    number: float
+    unit: str | None
+
+    def __str__(self) -> str:
+        number = f"{self.number:g} {self.unit}" if self.unit else f"{self.number:g}"
+        return f"{self.name} = {number}"
+
+
+def stated_in(name: str) -> StatedLevel | None:
+    """The field that a name such as ``F_0.5A`` or ``1 A`` holds; None for no or several numbers with such a unit."""
+    numbers = FIELD_IN_A_NAME.findall(name)
+    if len(numbers) != 1:
+        return None
+    (number, _, letters), *_ = numbers
+    return StatedLevel(name, number_of(number), FIELD_UNITS[letters])
+
+
+def without_field(name: str) -> str:
+    """A name without the number that may be the field: of logs that differ in the field alone all are the same."""
+    return FIELD_IN_A_NAME.sub("", name)
+
+
+def speed_in(name: str) -> StatedLevel | None:
+    """The speed that a name such as ``Torque @ 100 rpm`` holds; None for no or several numbers with such a unit."""
+    numbers = _SPEED_IN_A_NAME.findall(name)
+    if len(numbers) != 1:
+        return None
+    number, letters = numbers[0]
+    return StatedLevel(name, number_of(number), _SPEED_UNITS[letters])
+
+
+def without_speed(name: str) -> str:
+    """A name without the number that may be the speed."""
+    return _SPEED_IN_A_NAME.sub("", name)
+
+
+def differ_by_field(names: Sequence[str]) -> bool:
+    """Whether names are the same but for the field that each of them holds."""
+    fields = {each.number for each in map(stated_in, names) if each is not None}
+    return 1 < len(fields) == len(names) and len({*map(without_field, names)}) == 1
