@@ -175,3 +175,35 @@ def test_columns_beside_a_field_with_a_number_for_each_are_trials(
 def test_columns_of_joints_are_no_trials(beside: dict[str, Array]) -> None:
     joints = {"t": TIME, "dq": np.tile(SPEED[:, None], 3), "tau": PAGES[:, 2, :]}
     assert trials_in({**joints, **beside}, []) == {}
+
+
+@pytest.mark.parametrize("lengths", [(300, 300, 300), (300, 250, 280)])
+@pytest.mark.parametrize("named", [False, True])
+def test_matrices_called_alike_with_a_time_each_are_logs(
+    tmp_path: Path, lengths: tuple[int, ...], named: bool
+) -> None:
+    file: dict[str, Any] = {}
+    for current, length in zip((0, 50, 100), lengths, strict=True):
+        time = 0.01 * np.arange(length)
+        speed = np.cos(5.0 * time)
+        file[f"I{current:03d}"] = np.column_stack(
+            [time, np.sin(5.0 * time) / 5.0, speed, 3.0 * speed]
+        )
+    if named:
+        file["names"] = np.array(["time", "position", "velocity", "force"], dtype=object)
+    path = tmp_path / "runs.mat"
+    savemat(path, file)
+    assert [*recordings_in(path)] == ["I000", "I050", "I100"]
+    told: dict[str, Any] = {} if named else {"time": "c1 [s]", "slip": "c3", "effort": "c4"}
+    log = read(path, variable="I050", field="none", **told)
+    assert log.rows == lengths[1]
+    np.testing.assert_allclose(log.signals["effort"], 3.0 * file["I050"][:, 2])
+
+
+def test_matrices_without_a_time_or_of_other_names_stay_together(tmp_path: Path) -> None:
+    course = np.cos(0.1 * np.arange(300))
+    for names, first in ((("x1", "x2"), course), (("disp", "force"), np.arange(300.0))):
+        savemat(
+            tmp_path / "a.mat", {name: np.column_stack([first, course, course]) for name in names}
+        )
+        assert len(read_table(tmp_path / "a.mat").columns) == 6

@@ -58,9 +58,10 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
     notes: list[str] = []
     if _LAST_RESULT in tree and variable in (None, ALL):
         tree, notes = _without_last_result(tree)
-    if variable not in tree:
-        texts = [cast("list[str]", node) for node in tree.values() if all_of(node, str)]
-        tree = trials_in(tree, texts) or _with_signals(tree)
+    texts = [cast("list[str]", node) for node in tree.values() if all_of(node, str)]
+    trials = trials_in(tree, texts)
+    if variable not in tree or variable in trials:
+        tree = trials or _with_signals(tree)
     variables = _variables(tree, variable, asked)
     if variable == ALL:
         raise RecordingNames(_recordings_in(variables))

@@ -6,6 +6,7 @@ each of them: of the joints of a robot, each has a course of its own and no fiel
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
@@ -18,6 +19,8 @@ from erclutch.signals import units
 Trials = dict[str, dict[str, Any]]  # vectors by label, of each trial by its name
 _MOST = 64  # trials
 _FEWEST_ROWS = 10  # for each trial
+_FEWEST_SIGNALS, _MOST_SIGNALS = 3, 16  # of a matrix, the time among them
+_DIGITS = re.compile(r"\d+")
 
 
 def trials_in(nodes: Mapping[str, Any], texts: Sequence[Sequence[str]]) -> Trials:
@@ -37,6 +40,11 @@ def trials_in(nodes: Mapping[str, Any], texts: Sequence[Sequence[str]]) -> Trial
     deep = [name for name, array in arrays.items() if array.ndim == 3]
     if len(deep) == 1 == len(arrays):
         return _pages(deep[0], arrays[deep[0]], texts)
+
+    if len(arrays) > 1 and all(array.ndim == 2 for array in arrays.values()):
+        each_a_trial = _matrices(arrays, texts)
+        if each_a_trial:
+            return each_a_trial
 
     # The columns of matrices of one shape are trials beside a field with a number for each column.
     shapes = {array.shape for array in arrays.values() if array.ndim == 2}
@@ -63,6 +71,25 @@ def trials_in(nodes: Mapping[str, Any], texts: Sequence[Sequence[str]]) -> Trial
             columns[name] = np.full(rows, float(array[number]))
         trials[f"trial({number + 1})"] = columns
     return trials
+
+
+def _matrices(arrays: Mapping[str, np.ndarray[Any, Any]], texts: Sequence[Sequence[str]]) -> Trials:
+    """A trial of each matrix, where their names differ in numbers alone and the first column of each is a time."""
+    upright = {
+        name: array if len(array) >= array.shape[1] else array.T for name, array in arrays.items()
+    }
+    widths = {array.shape[1] for array in upright.values()}
+    are_alike = len({_DIGITS.sub("", name) for name in upright}) == 1
+    if len(widths) != 1 or not are_alike or len(upright) > _MOST:
+        return {}
+    width = widths.pop()
+    have_a_time = all(bool(np.all(np.diff(array[:, 0]) > 0)) for array in upright.values())
+    are_long = min(map(len, upright.values())) >= _FEWEST_ROWS
+    if not _FEWEST_SIGNALS <= width <= _MOST_SIGNALS or not have_a_time or not are_long:
+        return {}
+    labels = next((each for each in texts if len({*each}) == width), None)
+    labels = labels or [f"c{number}" for number in range(1, width + 1)]
+    return {name: dict(zip(labels, array.T, strict=True)) for name, array in upright.items()}
 
 
 def without_names(nodes: Mapping[str, Any]) -> LogError | None:
