@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import signal
 import subprocess
 import sys
@@ -133,3 +134,22 @@ def test_a_reader_whose_parent_died_before_it_began_reads_nothing(tmp_path: Path
         child.wait(60.0)
     assert child.returncode == -signal.SIGKILL
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_an_interrupt_in_a_text_that_runs_ends_the_process_with_its_code(tmp_path: Path) -> None:
+    lines = [
+        "import sys",
+        "from erclutch.cli.ending_signal import EndingSignal",
+        "ending = EndingSignal()",
+        "try:",
+        "    exec('raise KeyboardInterrupt')  # as a dataclass that is made",
+        "except KeyboardInterrupt:",
+        "    ending.end()",
+        "sys.exit(130)",
+    ]
+    (tmp_path / "interrupted.py").write_text("\n".join(lines), encoding="utf-8")
+    command = [sys.executable, "-m", "interrupted"]
+    path = os.pathsep.join([*sys.path, str(tmp_path)])
+    env = {**os.environ, "PYTHONPATH": path}
+    assert subprocess.run(command, cwd=tmp_path, env=env, check=False).returncode == 130
