@@ -2,6 +2,7 @@
 
 import os
 import sys
+from typing import NamedTuple
 
 #: Matrices are small here: more threads of BLAS would wait for each other, and take CPU time from all else meanwhile.
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -18,13 +19,21 @@ def main() -> int:
     try:
         from erclutch.cli import main as run
 
-        return run()
+        code = run()
     except KeyboardInterrupt:
         sys.stderr.write("error: interrupted; nothing was left half-written\n")
-        eval(
-            "None"
-        )  # see `erclutch.cli.ending_signal.forget_interrupt`, which may not be there yet
-        return 130
+        code = 130
+    _forget_interrupt()
+    return code
+
+
+def _forget_interrupt() -> None:
+    """Let this process end with its exit code, though an interrupt came.
+
+    Python ends itself by the signal, whatever the code, where an interrupt came while it made a named tuple or a
+    dataclass, as it does for many modules that are imported. It forgets the interrupt when it makes the next one.
+    """
+    NamedTuple("_Next", [])
 
 
 if __name__ == "__main__":

@@ -137,16 +137,21 @@ def test_a_reader_whose_parent_died_before_it_began_reads_nothing(tmp_path: Path
 
 
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
-def test_an_interrupt_in_a_text_that_runs_ends_the_process_with_its_code(tmp_path: Path) -> None:
+@pytest.mark.parametrize("is_told", [True, False])
+def test_an_interrupt_while_a_dataclass_is_made_ends_the_process_with_its_code(
+    tmp_path: Path, is_told: bool
+) -> None:
     lines = [
         "import sys",
-        "from erclutch.cli.ending_signal import EndingSignal",
-        "ending = EndingSignal()",
-        "try:",
-        "    exec('raise KeyboardInterrupt')  # as a dataclass that is made",
-        "except KeyboardInterrupt:",
-        "    ending.end()",
-        "sys.exit(130)",
+        "import erclutch.cli",
+        "from erclutch.__main__ import main",
+        "def command():",
+        "    try:",
+        "        exec('raise KeyboardInterrupt')  # as a dataclass is made",
+        "    except KeyboardInterrupt:",
+        "        return 130" if is_told else "        raise",
+        "erclutch.cli.main = command",
+        "sys.exit(main())",
     ]
     (tmp_path / "interrupted.py").write_text("\n".join(lines), encoding="utf-8")
     command = [sys.executable, "-m", "interrupted"]

@@ -14,15 +14,6 @@ _CLEARS_UP = 5.0
 _COMES_AGAIN = 0.05
 
 
-def forget_interrupt() -> None:
-    """Let this process end with its exit code, though an interrupt came.
-
-    Python ends itself by the signal, whatever the code, where an interrupt left a text that it ran: a dataclass is made
-    of such a text while a module is imported. It forgets that when it runs the next text.
-    """
-    eval("None")
-
-
 class EndingSignal:
     """The signal that ends this command, if one has come.
 
@@ -69,7 +60,6 @@ class EndingSignal:
         self._over = True
         if sys.unraisablehook == self._hear_again:
             sys.unraisablehook = self._unraisable
-        forget_interrupt()
         try:
             if signal.getsignal(signal.SIGINT) == self._hear:
                 signal.signal(signal.SIGINT, signal.default_int_handler)
