@@ -55,6 +55,13 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def test_score_finds_the_only_run_itself(place: Path) -> None:
+    named = run("score", "two.csv", "--run", "run", cwd=place)
+    found = run("score", "two.csv", cwd=place)
+    assert (found.code, found.out) == (0, named.out)
+    assert found.error == "run: run, the only run here\n"
+
+
 def test_predict_writes_all_rows_with_the_band_and_needs_no_effort(
     place: Path, tmp_path: Path
 ) -> None:

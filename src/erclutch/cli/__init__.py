@@ -117,6 +117,7 @@ def _run(words: Sequence[str]) -> int:
     from cyclopts import CycloptsError
 
     from erclutch.cli.folded_help import HELP_ALL, whole_help
+    from erclutch.cli.lone_run import words_with_lone_run
     from erclutch.cli.parser import app, fraction_given, load_command, misused
 
     load_command(words)
@@ -127,7 +128,10 @@ def _run(words: Sequence[str]) -> int:
         with whole_help(whole=HELP_ALL in words):
             result = app(plain, exit_on_error=False, print_error=False)
     except CycloptsError as error:
-        return failed(misused(error), 2)
+        completed = words_with_lone_run(plain, error)
+        if completed is None:
+            return failed(misused(error), 2)
+        return _run(completed)
     return result if isinstance(result, int) else 0
 
 

@@ -16,6 +16,7 @@ from erclutch._version import __version__
 from erclutch.cli.command_list import Command, commands
 from erclutch.cli.failed import failed
 from erclutch.cli.folded_help import HELP_ALL, Flowing
+from erclutch.cli.lone_run import several_near
 from erclutch.cli.overview import TITLE, first_steps
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def misused(error: CycloptsError) -> str:
         given = ""
         if name == "--run" and runs:
             given = f" {runs[0]} is a run: give it as --run {shlex.quote(runs[0])}."
-        missing = f"{name} is missing.{given} {_written(typed)}"
+        missing = f"{name} is missing.{given}{several_near(words, error)} {_written(typed)}"
         if valueless:
             missing = f"{valueless[0]} needs a value: see erclutch {typed} --help."
         return shown(f"{missing}{_taken_by_a_list(words)}")

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from erclutch.errors import SettingError
 from erclutch.signals.speed import Derivative, live
 from erclutch.wings.live import loop_margins as lm
+from tests.support.command import run
 from tests.support.examples import examples
 from tests.support.warm_log import warm_run
 
@@ -200,3 +201,9 @@ def test_tune_takes_the_best_model_that_will_do_and_says_why(
     _erclutch("fit", "log.csv", "--slip", "w", "--effort", "M", *unfit)
     with pytest.raises(SettingError, match="was fitted without a field"):
         _erclutch("tune", "still", "--model", "m1", "--force")
+
+
+def test_tune_takes_the_only_run_of_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "first").mkdir()
+    (tmp_path / "first" / "run.json").write_text("{}", encoding="utf-8")
+    assert run("tune", cwd=tmp_path).error.startswith("run: first, the only run here\n")

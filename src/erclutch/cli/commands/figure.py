@@ -43,6 +43,7 @@ def figure(
         wide: Draw over both columns of a page.
     """
     from erclutch.cli import terminal
+    from erclutch.cli.lone_run import lone_run
     from erclutch.errors import CheckError, SettingError, did_you_mean
     from erclutch.files import may_fill
     from erclutch.report.plots.run_plots import FIGURES, write_figure
@@ -58,6 +59,7 @@ def figure(
             f"no figure {name!r}",
             remedy=f"{hint}Figures are {', '.join(FIGURES)}, or all of them: all",
         )
+    run = run or lone_run()
     if run is None:
         raise SettingError("no run was given", remedy=f"Write erclutch figure {name} RUN")
     may_fill(out)
