@@ -58,6 +58,7 @@ from erclutch.logs.planning.open_units import (
     ask_about_ranges_of_sensors,
 )
 from erclutch.logs.planning.parted_rows import ask_about_groups, ask_about_woven_devices
+from erclutch.logs.planning.planned_files import doubt_what_was_planned
 from erclutch.logs.planning.points import say_what_is_a_map, take_points
 from erclutch.logs.planning.proposals import propose_answers
 from erclutch.logs.planning.rheometer_columns import (
@@ -151,6 +152,7 @@ STEPS = (
     Step("whether the effort's name and unit are of one kind", doubt_a_torque_in_a_unit_of_force),
     Step("the slip is no shear rate beside a torque", doubt_a_shear_rate_beside_a_torque),
     Step("the effort is no size of an oscillation", doubt_an_oscillation),
+    Step("whether the file is called a plan or a simulation", doubt_what_was_planned),
     # What only the user can say.
     Step("which columns without names may be asked about", propose_columns_without_names),
     Step("which options answer what is open", propose_answers),
