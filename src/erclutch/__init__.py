@@ -128,7 +128,7 @@ def __getattr__(name: str) -> Any:
     try:
         home = importlib.import_module(f"erclutch.{_HOME_OF[name]}")
     except ModuleNotFoundError as error:
-        from erclutch.errors import of_missing_wing
+        from erclutch.registry import of_missing_wing
 
         raise of_missing_wing(error, f"erclutch.{name}") or error from None
     value = getattr(home, name)

@@ -258,21 +258,6 @@ class PluginError(SettingError):
     """A plug-in that is needed is not installed, or it fails."""
 
 
-def of_missing_wing(error: ModuleNotFoundError, what: str) -> PluginError | None:
-    """The error to raise where a module is in a wing whose folder is not there, else None.
-
-    Args:
-        error: that names the module.
-        what: needs it, for example "the command live".
-    """
-    room, *below = (error.name or "").removeprefix("erclutch.").split(".")
-    if room != "wings" or len(below) > 1:
-        return None
-    wing = below[0] if below else "all wings"
-    remedy = "Install erclutch whole: its package has all wings"
-    return PluginError(f"{what} needs the wing {wing}, whose folder is not there", remedy=remedy)
-
-
 class RunError(ErclutchError):
     """A run folder or a saved model cannot be written or read back."""
 

@@ -31,7 +31,6 @@ from erclutch.errors import (
     PluginError,
     SettingError,
     did_you_mean,
-    of_missing_wing,
     placed,
 )
 
@@ -255,6 +254,21 @@ def require(needed: Any, where: str) -> None:
             what = f"the {_GROUPS[group].kind} {name!r} of {package} {named.get('version', '')}"
             remedy = f"Install the package {package} that the model was made with"
             raise PluginError(f"{what} is needed and not installed", where=where, remedy=remedy)
+
+
+def of_missing_wing(error: ModuleNotFoundError, what: str) -> PluginError | None:
+    """The error to raise where a module is in a wing whose folder is not there, else None.
+
+    Args:
+        error: that names the module.
+        what: needs it, for example "the command live".
+    """
+    room, *below = (error.name or "").removeprefix("erclutch.").split(".")
+    if room != "wings" or len(below) > 1:
+        return None
+    wing = below[0] if below else "all wings"
+    remedy = "Install erclutch whole: its package has all wings"
+    return PluginError(f"{what} needs the wing {wing}, whose folder is not there", remedy=remedy)
 
 
 def _asked_for_from_outside(error: BaseException) -> bool:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from erclutch.cli.ending_signal import EndingSignal
 from erclutch.cli.failed import failed
 from erclutch.cli.standard_output import standard_output
-from erclutch.errors import ErclutchError, PluginError, for_a_shell, of_missing_wing
+from erclutch.errors import ErclutchError, PluginError, for_a_shell
 from erclutch.files.places import release_all
 
 if TYPE_CHECKING:
@@ -85,6 +85,8 @@ def _code_of(words: Sequence[str]) -> int:
         if isinstance(error, ErclutchError):
             return failed(str(error), error.exit_code)
         if isinstance(error, ModuleNotFoundError):
+            from erclutch.registry import of_missing_wing
+
             missing = of_missing_wing(error, f"the command {words[0]!r}")
             if missing is None:
                 raise

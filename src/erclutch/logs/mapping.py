@@ -215,23 +215,6 @@ class ColumnMap:
             given[f"{option}s"] = texts
         return cls.from_dict(given, source)
 
-    def of_log(self, name: str) -> ColumnMap:
-        """The same for one log, whose field is a constant where the mapping names the log.
-
-        Raises:
-            MappingError: its field is still to be filled in.
-        """
-        text = self.fields.get(name)
-        if text is None or "field" in self.columns or "field" in self.constants:
-            return self
-        if TO_FILL_IN in text:
-            where = self.file[0] if self.file else self.source
-            remedy = f'Write it like "{name}" = "0.5 A"'
-            raise MappingError(
-                f"the field of {name} is to be filled in", remedy=remedy, where=where
-            )
-        return replace(self, constants={**self.constants, "field": text})
-
     def over(self, base: ColumnMap) -> ColumnMap:
         """This mapping with what it leaves open taken from another."""
         # A signal is a column or a constant: whichever is chosen here, the other's choice of either is left out.
@@ -339,22 +322,36 @@ def column_map(mapping: ColumnMap | Mapping[str, Any] | None) -> ColumnMap:
 def file_mapping(log: object, named: str | Path | None = None) -> ColumnMap:
     """What a mapping file says of a log: the file that is named, else that beside the log.
 
+    Where the file names the log under its fields, the log's field is a constant.
+
     Args:
         log: its path; a log in memory has no file beside it.
         named: a mapping file in place of that beside the log.
 
     Raises:
-        MappingError: the mapping file cannot be used.
+        MappingError: the mapping file cannot be used, or the log's field is still to be filled in.
     """
-    beside = file_beside(Path(log)) if isinstance(log, str | Path) else None
     name = Path(log).name if isinstance(log, str | Path) else ""
-    if named is not None:
-        return ColumnMap.from_toml(named).of_log(name)
-    if beside is None:
+    path = named
+    if named is None and isinstance(log, str | Path):
+        path = file_beside(Path(log))
+    if path is None:
         return ColumnMap()
     try:
-        return ColumnMap.from_toml(beside).of_log(name)
+        told = ColumnMap.from_toml(path)
+        level = told.fields.get(name)
+        if level is None or "field" in told.columns or "field" in told.constants:
+            return told
+        if TO_FILL_IN in level:
+            raise MappingError(
+                f"the field of {name} is to be filled in",
+                remedy=f'Write it like "{name}" = "0.5 A"',
+                where=Path(path).name,
+            )
+        return replace(told, constants={**told.constants, "field": level})
     except MappingError as error:
+        if named is not None:
+            raise
         beside_log = f"it is read as it lies beside {name}: rename it if it is no mapping"
         remedy = f"{error.remedy}; {beside_log}"
         raise MappingError(error.problem, where=error.where, remedy=remedy) from error

@@ -270,8 +270,8 @@ def units_behind_names(labels: Sequence[str]) -> dict[str, str]:
     """
     letters = True  # whether a letter behind a blank is a unit: it is where a unit ends each label
     for label in labels:
-        _, behind = _front_and_unit(label, letters=True)
         _, end = split_end(label)
+        _, behind = _front_and_unit(label, letters=True)
         if behind is None and end is None and label.strip().lower() not in _TIMES:
             letters = False
 
@@ -366,7 +366,7 @@ def name_columns(
     if len(shown) > 1 and all(label.startswith(_OF_A_MESSAGE) for label in shown[1:]):
         shown = [label.removeprefix(_OF_A_MESSAGE) for label in shown]
     notes: list[str] = []
-    ends = ends_of_paths([(*split_label(label), label) for label in shown])
+    ends = _ends_of_paths(shown)
     if ends != shown:
         shown = ends
         notes.append("names are the last parts of the paths in a model")
@@ -405,17 +405,15 @@ def name_columns(
     return list(names), units_of, notes
 
 
-def ends_of_paths(labels: Sequence[tuple[str, str | None, str]]) -> list[str]:
+def _ends_of_paths(labels: Sequence[str]) -> list[str]:
     """Labels without the way through a model and the port behind: ``Torque`` for ``Model Root/Sensors/Torque/Out1``.
 
     As they were where that leaves two labels the same, or no two are such paths.
-
-    Args:
-        labels: name, unit and whole label of each column.
     """
     ends: list[str] = []
     paths = 0
-    for name, unit, label in labels:
+    for label in labels:
+        name, unit = split_label(label)
         with_port = _PATH.fullmatch(label)
         match = with_port or _IN_A_MODEL.fullmatch(name)
         if match is None:
@@ -423,4 +421,4 @@ def ends_of_paths(labels: Sequence[tuple[str, str | None, str]]) -> list[str]:
             continue
         paths += 1
         ends.append(match[1] if with_port or not unit else f"{match[1]} [{unit}]")
-    return ends if paths > 1 and len({*ends}) == len(labels) else [label for _, _, label in labels]
+    return ends if paths > 1 and len({*ends}) == len(labels) else [*labels]
