@@ -9,8 +9,8 @@ import pytest
 
 from erclutch.errors import AlikeRecordingsError, LogError
 from erclutch.logs import ColumnMap, Plan, plan_of, read_table, table_of_log
+from erclutch.logs.log_file import recordings_of_file
 from erclutch.logs.planning.recording_choice import logs_among
-from erclutch.logs.several_recordings import recordings_of_file
 
 ROWS = 300
 TIME = np.arange(ROWS) / 100

@@ -10,8 +10,8 @@ from openpyxl import Workbook
 
 from erclutch.errors import LogError, MappingError
 from erclutch.logs import ColumnMap, plan_of, read_table, recordings_in
+from erclutch.logs.log_file import tables_in
 from erclutch.logs.readers import child_process
-from erclutch.logs.several_recordings import tables_in
 from tests.support.command import good
 from tests.support.old_workbook import write_old_workbook
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import Table, read_table, recordings_in
+from erclutch.logs.log_file import tables_in
 from erclutch.logs.readers import dialect, text_tables
-from erclutch.logs.several_recordings import tables_in
 from tests.support.examples import examples
 
 TIME = np.arange(50) / 100

@@ -24,13 +24,12 @@ from erclutch.logs.clock.resample import resampled
 from erclutch.logs.columns.row_groups import group_of
 from erclutch.logs.data_frame import table_of_frame
 from erclutch.logs.keywords import all_options, new_rate, options_of, window_of
-from erclutch.logs.log_file import read_table, table_of
+from erclutch.logs.log_file import read_table, recordings_in, table_of, tables_in
 from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
 from erclutch.logs.mapping import ColumnChoice, ColumnMap, file_mapping, map_over, told_of
 from erclutch.logs.plan import NEEDS, Invalid, Plan
 from erclutch.logs.planning.recording_choice import table_of_log
 from erclutch.logs.planning.whole_plan import plan_of
-from erclutch.logs.several_recordings import recordings_in, tables_in
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
 from erclutch.signals.device import DeviceName

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from erclutch.errors import ErclutchError, LogError, SettingError, ShortLogError
 from erclutch.logs.applied import apply_rows
 from erclutch.logs.dataset import Dataset, dataset_of, device_of, joined
+from erclutch.logs.log_file import tidied
 from erclutch.logs.log_reader import LogSource, Windows
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Invalid, Plan
 from erclutch.logs.planning.whole_plan import plan_of
-from erclutch.logs.tidying import tidied
 from erclutch.signals.clock import Clock, Span, within
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording

@@ -1,20 +1,59 @@
-"""A log file is opened, its format is found, and its table is read: nothing of it is called a signal yet."""
+"""A log file becomes a table: it is opened and read, and its table is tidied; of several recordings each has a table.
+
+Nothing of a table is called a signal yet. `TIDYINGS` lists the rules by which it is tidied. A rule gives the table back
+as it is where there is nothing to tidy.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from erclutch.errors import placed
-from erclutch.logs.columns.row_groups import group_of, rows_of
-from erclutch.logs.log_reader import log_at, names_in, read_by, source_of
+from erclutch.errors import LogError, placed
+from erclutch.logs.clock.channel_times import unwoven, with_times_joined
+from erclutch.logs.clock.names_over_times import with_names_at_values
+from erclutch.logs.clock.one_time import with_whole_stamps
+from erclutch.logs.columns.row_groups import EACH, group_of, groups_in, rows_of
+from erclutch.logs.columns.senses import with_senses
+from erclutch.logs.log_reader import (
+    ROWS_WANTED,
+    LogReader,
+    log_at,
+    names_in,
+    read_by,
+    source_of,
+)
+from erclutch.logs.rows.levels_across import with_rows_for_each_level
+from erclutch.logs.rows.senses_across import with_a_row_for_each_sense
+from erclutch.logs.rows.tidy_rows import untidied
 from erclutch.logs.table import Table
-from erclutch.logs.tidying import finished
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+
+class Tidying(NamedTuple):
+    """One rule: what each table has behind it, and the function that makes it so."""
+
+    settles: str
+    rule: Callable[[Table], Table]
+
+
+#: All rules, in the order in which they are gone through.
+TIDYINGS = (
+    Tidying("one time a row, though a stamp stands in several columns", with_whole_stamps),
+    Tidying("a name for each channel, though it stands over its time", with_names_at_values),
+    Tidying("one time for all channels, though each has its own", with_times_joined),
+    Tidying("a column for each signal, though its name stands in the rows", untidied),
+    Tidying("rows for each field, though it stands in the names", with_rows_for_each_level),
+    Tidying("rows for each sense, though each has a column", with_a_row_for_each_sense),
+    Tidying("rows without holes, though channels are woven", unwoven),
+    Tidying("a speed with its sign, though a word or a number says the sense", with_senses),
+)
 
 
 def table_of(log: str | Path | DataFrame, variable: str | None = None) -> Table:
@@ -59,3 +98,109 @@ def read_table(
             whole = read_by(log.plugin, replace(source, variable=group.recording))
             table = rows_of(whole, group)
     return finished(table, log.notes, path)
+
+
+def tidied(table: Table) -> Table:
+    """The table behind all rules; the same object where there is nothing to tidy."""
+    for tidying in TIDYINGS:
+        table = tidying.rule(table)
+    return table
+
+
+def finished(table: Table, notes: Sequence[str], path: str | Path) -> Table:
+    """What a reader gave, behind all rules, with the notes of its opening and the path as the user gave it.
+
+    Raises:
+        LogError: there are no rows of numbers.
+    """
+    if not table.columns or not table.rows:
+        raise LogError("the file has no rows of numbers", remedy=ROWS_WANTED, where=table.name)
+    table = tidied(table)
+    return replace(table, notes=(*table.notes, *notes), path=str(path))
+
+
+def tables_in(
+    path: str | Path, names: Sequence[str], decimal: str | None = None
+) -> dict[str, Table | LogError]:
+    """The tables of recordings of a file, by name, or what stands against one: the file is read once where it can be.
+
+    Args:
+        path: see `read`.
+        names: of recordings.
+        decimal: see `read_table`.
+    """
+    log = log_at(path)
+    reader = log.plugin.of_type(LogReader)
+    at_once: Mapping[str, Table | LogError] = {}
+    if reader.each is not None and len(names) > 1:
+        with suppress(LogError):  # such as too much for one reading
+            at_once = _at_once(log.path, source_of(log).digest)
+    tables: dict[str, Table | LogError] = {}
+    for name in names:
+        try:
+            table = at_once.get(name)
+            if table is None:
+                tables[name] = read_table(path, variable=name or None, decimal=decimal)
+            elif isinstance(table, LogError):
+                tables[name] = table
+            else:
+                table = replace(table, damage=reader.tells_damage)
+                tables[name] = finished(table, log.notes, path)
+        except LogError as error:
+            tables[name] = error
+    return tables
+
+
+def readable_tables(
+    path: str | Path, names: Sequence[str], decimal: str | None = None
+) -> dict[str, Table]:
+    """The tables of recordings of a file, by name; a recording that is none has no table. See `tables_in`."""
+    tables = tables_in(path, names, decimal)
+    return {name: table for name, table in tables.items() if not isinstance(table, LogError)}
+
+
+def recordings_in(path: str | Path, variable: str | None = None) -> list[str]:
+    """Names of the recordings that a file holds beside each other; none where it is a recording itself.
+
+    Args:
+        path: of the file.
+        variable: ``COLUMN=all`` for the rows of each word of a column; anything else: what the file holds.
+
+    Raises:
+        LogError: the file cannot be read, or has no such column.
+    """
+    group = group_of(variable)
+    if group is not None and group.word == EACH:
+        with placed(Path(path).name):
+            parted = groups_in(read_table(path, variable=group.recording), group.column)
+        return [f"{group.recording}; {name}" if group.recording else name for name in parted]
+    return recordings_of_file(path)
+
+
+def recordings_of_file(path: str | Path) -> list[str]:
+    """Names of the recordings that the format of a file tells apart; none where it is a recording itself.
+
+    Raises:
+        LogError: the file cannot be read.
+    """
+    log = log_at(path)
+    if log.plugin.of_type(LogReader).recordings is None:
+        return []
+    return list(_names_at_once(log.path, source_of(log).digest))
+
+
+@lru_cache(maxsize=1)
+def _at_once(file: Path, digest: str) -> Mapping[str, Table | LogError]:
+    """The tables of all recordings of a file; of the last file they are kept, since a look at it asks several times."""
+    log = log_at(file)
+    each = log.plugin.of_type(LogReader).each
+    assert each is not None
+    with log.plugin.working(f"failed on {file.name}"):
+        return each(replace(source_of(log), digest=digest))
+
+
+@lru_cache(maxsize=1)
+def _names_at_once(file: Path, digest: str) -> tuple[str, ...]:
+    """The names of these recordings."""
+    log = log_at(file)
+    return tuple(names_in(log.plugin, replace(source_of(log), digest=digest)))

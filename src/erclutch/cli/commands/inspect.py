@@ -135,7 +135,7 @@ def inspect(
 def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
     """The log as it is; None where an option must say how it is read, and that option is printed as a command."""
     from erclutch.logs.columns.rheometer_names import of_oscillation, tells_a_flow_curve
-    from erclutch.logs.several_recordings import recordings_in, tables_in
+    from erclutch.logs.log_file import recordings_in, tables_in
 
     try:
         return table_of_first(log, reading)

@@ -13,12 +13,11 @@ import numpy as np
 from erclutch.errors import AlikeRecordingsError, LogError, listed
 from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.logs.columns.levels_in_names import differ_by_field
-from erclutch.logs.log_file import read_table
+from erclutch.logs.log_file import read_table, readable_tables, recordings_of_file
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
 from erclutch.logs.planning.whole_plan import plan_if_any
 from erclutch.logs.readers.found_recordings import JOINT
-from erclutch.logs.several_recordings import readable_tables, recordings_of_file
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName

@@ -26,7 +26,7 @@ from erclutch.errors import (
 from erclutch.logs import read_table, recordings_in
 from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.columns.row_groups import EACH, group_of, rows_of, wants_each
-from erclutch.logs.several_recordings import tables_in
+from erclutch.logs.log_file import tables_in
 from erclutch.logs.table import Table, WordColumn
 from erclutch.wings.rheology.conditions import (
     RATES_OF_A_SWEEP,
