@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
-from erclutch.logs.columns.labels import name_columns, split_end
+from erclutch.logs.columns.labels import name_columns
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.signals import units
 from erclutch.signals.array import Array
 

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError
 from erclutch.logs import Plan, plan_of, read, read_table, recordings_in
-from erclutch.logs.columns.labels import name_columns, own_unit, split_end
+from erclutch.logs.columns.labels import name_columns, own_unit
 from erclutch.logs.columns.levels_in_names import differ_by_field
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.name_pattern import constants_of
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.planning.recording_choice import table_of_log
@@ -215,12 +216,34 @@ def test_what_stands_above_the_first_table_alone_is_no_setting_of_it(tmp_path: P
         ("Torque..Nm.", "Torque", "N*m"),
         ("Coil.current..A.", "Coil.current", "A"),
         ("Velocity..mm.s.", "Velocity", "mm/s"),
+        ("Torque.N.m.", "Torque", "N*m"),
+        ("Angular.Velocity..rad.s.", "Angular.Velocity", "rad/s"),
     ],
 )
 def test_units_in_brackets_that_matlab_and_r_took_away_are_units(
     name: str, stem: str, unit: str
 ) -> None:
     assert split_end(name) == (stem, unit)
+
+
+@pytest.mark.parametrize(
+    ("name", "stem", "unit"),
+    [
+        ("brakeTorqueNm", "brakeTorque", "N*m"),
+        ("motorSpeedRpm", "motorSpeed", "rpm"),
+        ("coilCurrentA", "coilCurrent", "A"),
+        ("coilTempC", "coilTemp", "°C"),
+        ("timeMs", "time", "ms"),
+        ("velRadS", "vel", "rad/s"),
+    ],
+)
+def test_a_unit_may_end_a_name_with_capitals(name: str, stem: str, unit: str) -> None:
+    assert split_end(name) == (stem, unit)
+
+
+@pytest.mark.parametrize("name", ["torqueC", "deltaT", "phaseV", "motorN", "isOn", "lastIn", "xA"])
+def test_a_capital_behind_another_word_is_no_unit(name: str) -> None:
+    assert split_end(name) == (name, None)
 
 
 @pytest.mark.parametrize("name", ["Trial_", "x..y", "notes..."])

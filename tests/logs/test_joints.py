@@ -22,7 +22,7 @@ from erclutch.logs import (
     recording_from_arrays,
     recordings_in,
 )
-from erclutch.logs.columns.labels import split_end
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.plan import Plan
 

@@ -6,13 +6,8 @@ import time
 
 import pytest
 
-from erclutch.logs.columns.labels import (
-    name_columns,
-    own_unit,
-    split_end,
-    split_label,
-    units_behind_names,
-)
+from erclutch.logs.columns.labels import name_columns, own_unit, split_label, units_behind_names
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.readers.header_pairs import header_pairs, sample_period
 
 

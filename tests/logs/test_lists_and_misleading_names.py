@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
-from erclutch.logs.columns.labels import split_end
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import spoken_name
 
 ROWS = np.arange(400)

@@ -12,7 +12,8 @@ import pytest
 
 from erclutch.fit.checks.data_check import check
 from erclutch.logs import ColumnMap, Plan, Table, plan_of, read, read_table
-from erclutch.logs.columns.labels import split_end, split_label
+from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.held_out import hold_out
 
@@ -41,6 +42,15 @@ def test_the_voltage_of_a_sensor_is_no_field(name: str) -> None:
     assert _field(plan) is None
     assert [question.signal for question in plan.questions] == ["field"]
     assert plan.examples == ("--field none",)
+
+
+@pytest.mark.parametrize("name", ["strain gauge force", "Strain Gage Force", "force straingauge"])
+def test_a_force_of_a_strain_gauge_is_a_force_and_no_strain(name: str) -> None:
+    motion = {"time": TIME, "angle": np.sin(TIME)}
+    plan = _plan({**motion, name: np.cos(TIME)}, {"angle": "rad", name: "N"})
+    effort = plan.signal("effort")
+    assert effort is not None
+    assert effort.column == name
 
 
 @pytest.mark.parametrize("motion", ["angle", "speed"])

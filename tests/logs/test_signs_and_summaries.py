@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from erclutch.errors import LogError
 from erclutch.logs import read_table
-from erclutch.logs.columns.labels import split_end
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.readers.numerals import with_plain_minus
 from erclutch.logs.table import Table
 

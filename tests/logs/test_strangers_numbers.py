@@ -11,7 +11,7 @@ import pytest
 import erclutch
 from erclutch.errors import ErclutchError, LogError, MappingError, TimingError
 from erclutch.logs import read_table
-from erclutch.logs.columns.labels import split_end
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.log_writer import write_log
 from erclutch.logs.readers.numerals import is_grouped, ungrouped, weigh
 from erclutch.logs.rows.unmeasured_rows import sentinels

@@ -28,6 +28,7 @@ from erclutch.logs.log_reader import (
     source_of,
 )
 from erclutch.logs.rows.levels_across import with_rows_for_each_level
+from erclutch.logs.rows.levels_filled_down import with_levels_filled_down
 from erclutch.logs.rows.senses_across import with_a_row_for_each_sense
 from erclutch.logs.rows.tidy_rows import untidied
 from erclutch.logs.table import Table
@@ -49,6 +50,9 @@ TIDYINGS = (
     Tidying("a name for each channel, though it stands over its time", with_names_at_values),
     Tidying("one time for all channels, though each has its own", with_times_joined),
     Tidying("a column for each signal, though its name stands in the rows", untidied),
+    Tidying(
+        "a level in each of its rows, though the first alone gives it", with_levels_filled_down
+    ),
     Tidying("rows for each field, though it stands in the names", with_rows_for_each_level),
     Tidying("rows for each sense, though each has a column", with_a_row_for_each_sense),
     Tidying("rows without holes, though channels are woven", unwoven),

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from erclutch.logs.columns.joints import ESTIMATED, of_joints
-from erclutch.logs.columns.labels import split_end
 from erclutch.logs.columns.measured_names import of_whole_names, planned_beside_measured
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import headed, spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
-from erclutch.logs.columns.labels import EASTERN, split_end
+from erclutch.logs.columns.labels import EASTERN
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.vocabulary import (
     AGAINST,
     BESIDE,
@@ -70,6 +71,8 @@ _SOLL_OR_IST = re.compile(
 _BORDER = re.compile(
     r"(?<=[a-z])(?=[A-Z])|(?<=(?<![A-Za-z])[XYZ])(?=[A-Z][a-z])"
 )  # angularVelocity, XVelocity
+#: The sensor of a force or a torque: no strain of a specimen.
+_STRAIN_GAUGE = re.compile(r"\bstrain ?gau?ges?\b")
 # The rate of a rate: ddq, qdd, d2x, theta_ddot.
 _SHORT_POSITIONS = r"(?:q|x|y|z|s|theta|phi|alpha|pos|angle)"
 _SECOND_RATE = re.compile(rf"d(?:d|2){_SHORT_POSITIONS}|{_SHORT_POSITIONS}(?:dd|ddot|2dot|dotdot)")
@@ -224,6 +227,7 @@ def words_of(name: str) -> list[str]:
     """Words of a name, in small letters: at signs, where a small letter meets a large one, and behind an axis."""
     apart = _BORDER.sub(" ", unicodedata.normalize("NFKD", name))
     letters_alone = re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower()
+    letters_alone = _STRAIN_GAUGE.sub("straingauge", letters_alone)
     words = _SOLL_OR_IST.sub(r" \1\2 ", letters_alone).split()
     if "ff" in words and len(words) > 1:
         words[words.index("ff")] = "feedforward"
@@ -341,6 +345,7 @@ def _is_accounted(stem: str) -> bool:
     spoken = {re.sub(r"\d+$", "", word) for word in words_of(stem)}
     if _SECOND_RATE.fullmatch(plain(stem).rstrip("0123456789")):
         return True
-    if spoken & OTHER or any(_speaks(word, "field") for word in spoken):
+    is_of_a_gauge = "straingauge" in spoken
+    if is_of_a_gauge or spoken & OTHER or any(_speaks(word, "field") for word in spoken):
         return True
     return any(_german(word, signal) for word in spoken for signal in SINGLE[1:])

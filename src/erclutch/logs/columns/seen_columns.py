@@ -15,7 +15,8 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from erclutch.errors import UnitError
-from erclutch.logs.columns.labels import own_unit, split_end, without_unit
+from erclutch.logs.columns.labels import own_unit, without_unit
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import SpokenName, spoken
 from erclutch.logs.columns.shapes import Shape, shape_of, spread_of
 from erclutch.logs.columns.vocabulary import MEASURED, NAMES, OTHER, SINGLE

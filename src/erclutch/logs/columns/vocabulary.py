@@ -73,7 +73,7 @@ BESIDE = set_of(
     "shaft piston angular rotational linear relative total machine cart friction cell du de der des moteur "
     "exp experimental mesure mesuree medida compensate compensated corrected raw value j feedback fb fbk fdb "
     "front rear left right upper lower inner outer fl fr rl rr vorn vorne hinten links rechts avant arriere "
-    "gauche droite"
+    "gauche droite straingauge"
 )
 #: Those of them that say that it was measured.
 MEASURED = set_of("measured meas mea msr actual act ist gemessen")
@@ -126,9 +126,9 @@ MODELS = set_of("dahl lugre stribeck boucwen svm svr pinn lstm gru mlp ann gms m
 AGAINST = {
     "field": set_of("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt hall lvdt gauge "
                   "gage potentiometer pot poti tacho tachometer transducer thermocouple thermistor photodiode adc "
-                  "led lamp fan heater payload leakage capteur stromsensor stromwandler spannungssensor"),
+                  "led lamp fan heater payload leakage capteur straingauge stromsensor stromwandler spannungssensor"),
     "slip": set_of("rolling entrainment wind air fan pump flow sound stream freestream data frequency freq frequenz "
-                 "frame sampling refresh ball disc"),
+                 "frame sampling refresh ball"),
     "position": set_of("throttle valve pedal gps cursor mouse time phase attack incidence"),
     "effort": set_of("ball clamp gravity preload clamping gewichts"),
 }  # fmt: skip

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.columns.labels import COUNTS, split_end, split_label
+from erclutch.logs.columns.labels import COUNTS, split_label
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import plain
 from erclutch.logs.columns.seen_columns import EVEN, SeenColumns
 from erclutch.logs.columns.shapes import are_whole

@@ -8,7 +8,7 @@ import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import candidates
-from erclutch.logs.columns.labels import split_end
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.seen_columns import SeenColumn

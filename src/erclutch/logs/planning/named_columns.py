@@ -10,7 +10,8 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 from erclutch.errors import LogError, MappingError, UnitError, shell_word
-from erclutch.logs.columns.labels import own_unit, split_end, split_label
+from erclutch.logs.columns.labels import own_unit, split_label
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.vocabulary import NEED_UNIT, OTHER, TOLD
 from erclutch.logs.mapping import NONE, ColumnChoice

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from erclutch.errors import UnitError
-from erclutch.logs.columns.labels import split_end
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.name_pattern import FIELD_UNITS, NUMBER, number_of
 from erclutch.logs.table import Table
 from erclutch.signals import units

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 from erclutch.errors import UnitError
-from erclutch.logs.columns.labels import split_end
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.rheometer_names import Quantity, Role, said_by_name
 from erclutch.logs.table import Table
 from erclutch.signals.units import is_temperature, is_unit, parse

@@ -1,0 +1,189 @@
+"""The end of a column's name may be its unit: ``torque_Nm``, ``brakeTorqueNm``, ``Torque.N.m.``, ``speed rpm``."""
+
+from __future__ import annotations
+
+import re
+
+from erclutch.logs.columns.vocabulary import set_of
+
+# Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
+_AS_THEY_ARE = "A mA V mV kV N kN kg krpm gauss Pa kPa MPa s ms us ns mm cm m rad deg rpm T mT"
+_JOINT_DIGITS = 2  # of a joint's number at most
+TIMES = ("t", "time", "zeit", "temps")
+_SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s degps=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
+_OTHER_SPEEDS = (
+    "kmh=km/h km_h=km/h kph=km/h rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
+)
+# No in_s: time_in_s is no speed. No rps: radians or revolutions. No kN_m, N_mm, lbf_in: a stiffness is written so too.
+_TURNS_A_TIME = "rev_s=turn/s rot_s=turn/s rev_min=rpm rot_min=rpm r_min=rpm 1_min=1/min ft_s=ft/s ft_min=ft/min"
+_FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kA_m=kA/m"
+_OTHERS = "Upm=rpm UPM=rpm Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% percent=% psi=psi"
+_TORQUES = (
+    "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf ozin=oz*in "
+    "oz_in=oz*in inoz=oz*in"
+)
+_WEIGHTS = (
+    "in_oz=oz*in kgcm=kgf*cm kgfcm=kgf*cm kgfm=kgf*m kg_cm=kgf*cm gcm=gf*cm g_cm=gf*cm gfcm=gf*cm"
+)
+_POUNDS = {
+    end: f"{arm}*lbf"
+    for arm in ("ft", "in")
+    for pound in ("lb", "lbs", "lbf")
+    for end in (f"{arm}{pound}", f"{pound}{arm}", f"{arm}_{pound}")
+}
+_IN_WORDS = "degrees=deg degree=deg radians=rad radian=rad meters=m metres=m millimeters=mm millimetres=mm newtons=N"
+_TURNS_IN_WORDS = "turns=turn turns_s=turn/s turns_per_second=turn/s"
+_SPEEDS_IN_WORDS = "radians_per_second=rad/s degrees_per_second=deg/s meters_per_second=m/s"
+_TIMES_IN_WORDS = "seconds=s milliseconds=ms microseconds=us nanoseconds=ns msec=ms usec=us nsec=ns"
+# What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
+_LONGER = (
+    "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s Pas=Pa*s mPas=mPa*s cP=cP m_s2=m/s^2 rad_s2=rad/s^2"
+)
+_WRITTEN = " ".join(
+    (
+        *(_SPEEDS, _OTHER_SPEEDS, _TURNS_A_TIME, _FIELDS, _OTHERS, _TORQUES, _WEIGHTS),
+        *(_IN_WORDS, _TURNS_IN_WORDS, _SPEEDS_IN_WORDS, _TIMES_IN_WORDS, _LONGER),
+    )
+)
+ENDS = {
+    **{end: end for end in _AS_THEY_ARE.split()},
+    **{end: unit for end, _, unit in (pair.partition("=") for pair in _WRITTEN.split())},
+    **_POUNDS,
+}
+# A letter behind such a word, or behind a unit, is no unit: it tells one sensor, phase or side from another.
+_SIDES = frozenset("ABCDLR")
+_INDICES = frozenset({"A", "C", "T", "s", "m"})
+_LENGTHS = frozenset({"position", "displacement", "stroke", "travel", "extension", "weg", "hub"})
+_TURNING = set_of("torque moment omega rpm angle theta drehmoment drehzahl winkel couple")
+_FORCES_AND_SPEEDS = set_of("force thrust speed velocity kraft geschwindigkeit vitesse fuerza")
+_MEASURED = _LENGTHS | _TURNING | _FORCES_AND_SPEEDS
+#: Names that are a unit and nothing else: the column is told by it.
+_BARE = {
+    **{unit: unit for unit in set_of("rpm Nm kN mm ms us mNm rad/s mm/s m/s deg/s N*m")},
+    **{"N·m": "N*m", "N.m": "N*m", "millis": "ms", "micros": "us", "ms_today": "ms"},
+    **{"milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns"},
+    **dict.fromkeys(("RPM", "r/min", "tr/min", "U/min", "Upm"), "rpm"),
+    **dict.fromkeys(("newton", "newtons"), "N"),
+    **dict.fromkeys(("ampere", "amperes"), "A"),
+    **dict.fromkeys(("volt", "volts"), "V"),
+    **dict.fromkeys(("millimeters", "millimetres", "millimeter"), "mm"),
+    **dict.fromkeys(("meters", "metres"), "m"),
+    **dict.fromkeys(("degrees", "degree"), "deg"),
+    **{
+        "radians": "rad",
+        "kilonewtons": "kN",
+        "milliamps": "mA",
+        "seconds": "s",
+        "milliseconds": "ms",
+    },
+}
+_LOWER_ENDS = {
+    end.lower(): unit
+    for end, unit in ENDS.items()
+    if end not in ("mA", "mV", "mT", "MPa", "T", "C")
+}
+#: ``Torque (N.m)`` and ``Torque(N.m)`` as R writes them: each sign is a dot.
+_BY_R = re.compile(r"(\w[\w.]*?)\.\.?(\w[\w.]*)\.")
+#: Where a word of a name begins with a large letter: ``brakeTorqueNm``.
+_CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
+#: A large letter behind such a word is its unit.
+_LETTERS_BEHIND = {
+    "A": set_of("current strom amps courant corriente"),
+    "V": set_of("voltage volts spannung tension"),
+    "N": set_of("force load kraft"),
+    "C": set_of("temp temperature temperatur"),
+    "S": set_of("time zeit"),
+}
+_WORD = 5  # letters of a unit that is written out
+_POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
+
+
+def split_end(name: str) -> tuple[str, str | None]:
+    """``torque_Nm`` as ``torque`` and ``N*m``, ``rpm`` as itself in ``rpm``; None where no unit ends the name.
+
+    One letter alone before the end is a name of its own (``i_d``, ``F_N``), but for the time (``t_s``). The number of a
+    joint or the letter of a side may stand behind the unit (``torque_Nm_2``), or in its place (``Torque_A``). A blank
+    may stand for the ``_`` where the unit is longer than a letter (``speed rpm``): ``coil A`` may be the first of two
+    coils.
+    """
+    written = name.strip()
+    bare = _BARE.get(written) or _BARE.get(written.lower())
+    if bare:
+        return name, bare
+    # Torque (Nm) in names without brackets: Torque..Nm. as R writes it, Torque_Nm_ as MATLAB does.
+    if _BY_R.fullmatch(written):
+        return _split_at_dot(name)
+    without_bracket = written.rstrip("_")
+    if without_bracket and without_bracket != written:
+        stem, unit = split_end(without_bracket)
+        return (stem, unit) if unit else (name, None)
+    words = name.split()
+    for count in (2, 1):  # ``torque N m`` before ``distance m``
+        stem = " ".join(words[:-count])
+        if stem.lower().endswith(_POWERS):
+            return name, None  # squared meters: no length
+        end = "_".join(words[-count:])
+        unit = _BARE.get(end) or _unit_of_end(end)
+        is_time = end == "s" and stem.lower() in TIMES
+        if stem and unit and (len(end) > 1 or is_time):
+            return stem, unit
+
+    front, _, last = written.rpartition("_")
+    shorter, _, before = front.rpartition("_")
+    shortest, _, first = shorter.rpartition("_")
+    longest_first = (
+        (shortest, f"{first}_{before}_{last}"),
+        (shorter, f"{before}_{last}"),
+        (front, last),
+    )
+    for stem, end in longest_first:
+        unit = _unit_of_end(end)
+        if not unit:
+            continue
+        if stem.lower().endswith("_per"):
+            return name, None  # the last of a quotient that is no unit of ours
+        # A letter behind a word for a quantity cannot be its unit: it tells this column from others of its kind.
+        word = re.split(r"[\W_]+", stem.lower())[-1]
+        is_index = end in _INDICES and word in (_MEASURED - _LENGTHS if end == "m" else _MEASURED)
+        if is_index or (end in _SIDES and split_end(stem)[1]):
+            continue
+        if len(stem) > 1 or stem == "t" or (len(stem) == 1 and len(end) > 2):
+            return stem, unit
+
+    is_joint = last.isdecimal() and len(last) <= _JOINT_DIGITS
+    if front and (is_joint or last in _SIDES):
+        stem, unit = split_end(front)
+        if unit and stem != front:
+            return f"{stem}_{last}", unit
+    return _split_at_capital(name)
+
+
+def _split_at_dot(name: str) -> tuple[str, str | None]:
+    """``Torque`` and ``N*m`` of ``Torque..N.m.``, by the longest end that is a unit."""
+    parts = [part for part in name.strip().split(".") if part]
+    for place in range(1, len(parts)):
+        unit = _unit_of_end("_".join(parts[place:]))
+        if unit:
+            return ".".join(parts[:place]), unit
+    return name, None
+
+
+def _split_at_capital(name: str) -> tuple[str, str | None]:
+    """``brakeTorque`` and ``N*m`` of ``brakeTorqueNm``; the whole name and None where no such unit ends it."""
+    words = _CAPITAL.split(name)
+    for count in (3, 2, 1):
+        stem = "".join(words[:-count])
+        end = "_".join(words[-count:])
+        unit = ENDS.get(end) or _LOWER_ENDS.get(end.lower())
+        if stem and unit and len(end) > 1:
+            return stem, unit
+    last_word = re.split(r"[\W_]+", words[-2].lower())[-1] if len(words) > 1 else ""
+    if last_word in _LETTERS_BEHIND.get(words[-1], ()):
+        return "".join(words[:-1]), ENDS.get(words[-1]) or words[-1].lower()
+    return name, None
+
+
+def _unit_of_end(end: str) -> str | None:
+    """The unit that an end of a name is, in small letters too; a word in letters of any size (``Angle_Degrees``)."""
+    is_word = len(end) >= _WORD and end.isalpha()
+    return ENDS.get(end) or (_LOWER_ENDS.get(end.lower()) if is_word or end.islower() else None)
