@@ -9,6 +9,7 @@ import pytest
 
 from erclutch.errors import MappingError, UnitError
 from erclutch.wings.rheology.flow_curve_file import FlowFile, read_flow_curves
+from erclutch.wings.rheology.flow_law import flow_laws
 
 RATES = np.logspace(-1.0, 3.0, 12)
 STRESSES = 10.0 + 0.5 * RATES**0.8
@@ -63,6 +64,15 @@ def test_what_replicates_scatter_by_is_no_stress(tmp_path: Path, beside: str) ->
 def test_what_a_law_gives_is_no_measured_stress(tmp_path: Path, beside: str) -> None:
     head = f"Shear rate [1/s],Shear stress [Pa],{beside},Residual [Pa]"
     path = written(tmp_path, head, RATES, STRESSES, 1.01 * STRESSES, -0.01 * STRESSES)
+    assert_is_the_curve(read_flow_curves(path))
+
+
+@pytest.mark.parametrize("law", flow_laws())
+def test_a_stress_that_is_called_after_one_of_our_laws_is_no_measured_stress(
+    tmp_path: Path, law: str
+) -> None:
+    head = f"Shear rate [1/s],Shear stress [Pa],Stress {law.title()} [Pa]"
+    path = written(tmp_path, head, RATES, STRESSES, 1.01 * STRESSES)
     assert_is_the_curve(read_flow_curves(path))
 
 

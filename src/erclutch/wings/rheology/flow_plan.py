@@ -25,6 +25,7 @@ from erclutch.logs.columns.rheometer_names import (
 from erclutch.logs.table import Table
 from erclutch.signals.array import Mask
 from erclutch.signals.units import parse
+from erclutch.wings.rheology.flow_law import flow_laws
 from erclutch.wings.rheology.flow_questions import (
     compare_with_viscosity,
     missing_column,
@@ -54,7 +55,9 @@ _MEANING = {
 _NOT_MEASURED = re.compile(
     r"\b(?:target|set|setpoint|nominal|command(?:ed)?|requested|soll|consigne)\b|目标|设定|設定|目標"
     r"|\b(?:fit(?:ted)?|model(?:l?ed)?|predicted|prediction|residuals?|calc(?:ulated)?|theor\w*|regression)\b"
-    r"|\b(?:bingham|casson|herschel|power law|berechnet|ajust\w*|calcul\w*)\b|拟合|计算|計算|理论|理論"
+    r"|\b(?:power law|berechnet|ajust\w*|calcul\w*)\b|拟合|计算|計算|理论|理論"
+    # The first name that each of our laws has: ``Casson``, ``Herschel (fit)``.
+    rf"|\b(?:{'|'.join(law.partition('-')[0] for law in flow_laws())})\b"
 )
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 #: A difference of normal stresses, by its sign; samples may be called so too.
