@@ -5,8 +5,6 @@ A line may lack some of the names of the fullest line: these cells are empty.
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Iterable
 from dataclasses import replace
@@ -15,7 +13,7 @@ from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers.serial_monitor import STAMP
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
-from erclutch.logs.readers.text_table import read_text
+from erclutch.logs.readers.text_table import read_cells
 from erclutch.logs.table import Table
 
 _PAIR = re.compile(
@@ -97,18 +95,15 @@ def _read(source: LogSource) -> Table:
         )
         raise LogError(problem, remedy="Save each kind of line in a file of its own")
 
-    written = io.StringIO()
-    table = csv.writer(written)
-    table.writerow(f"{name} [{units[name]}]" if units[name] else name for name in names)
-    table.writerows([row.get(name, "") for name in names] for row in rows)
-    read = read_text(replace(source, data=written.getvalue().encode()))
+    labels = [f"{name} [{units[name]}]" if units[name] else name for name in names]
+    table = read_cells(source, labels, ([row.get(name, "") for name in names] for row in rows))
     notes = ["each line has the names of its values"]
     if left_out:
         notes.append(f"lines that do not hold these values left out: {left_out}")
     lacking = sum(len(row) < len(names) for row in rows)
     if lacking:
         notes.append(f"lines that lack some of the values: {lacking}; their cells are empty")
-    return replace(read, notes=(*notes, *read.notes))
+    return replace(table, notes=(*notes, *table.notes))
 
 
 READER = LogReader((), _claims, _read, tells_damage=DAMAGE)

@@ -6,7 +6,9 @@ double. What goes wrong there is looked up a second time, line by line, so that 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import csv
+import io
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -80,6 +82,24 @@ def read_text(source: LogSource) -> Table:
 
     # 5. Their cells become columns.
     return table_of_rows(body, dialect, source, [*cut, *notes])
+
+
+def read_cells(source: LogSource, labels: Iterable[str], rows: Iterable[Sequence[str]]) -> Table:
+    """Cells that a reader found in lines of another form are read on as a text that holds one table.
+
+    Args:
+        source: the file.
+        labels: of the columns.
+        rows: a cell for each label, "" where there is none.
+
+    Raises:
+        LogError: see `read_text`.
+    """
+    written = io.StringIO()
+    table = csv.writer(written)
+    table.writerow(labels)
+    table.writerows(rows)
+    return read_text(replace(source, data=written.getvalue().encode()))
 
 
 def weighed_dialect(text: str, decimal: str | None) -> tuple[Dialect, list[str]]:

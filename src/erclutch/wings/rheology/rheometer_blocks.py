@@ -5,6 +5,7 @@ A table is read on as a text log is, so that decimal commas, dates and texts are
 
 from __future__ import annotations
 
+import codecs
 import csv
 import itertools
 from collections import Counter
@@ -67,7 +68,7 @@ def delimiter_of(line: str) -> str:
     return max("\t;,", key=line.count)
 
 
-def chosen_table(source: LogSource, blocks: Sequence[Block], what: str) -> Table:
+def _chosen_table(source: LogSource, blocks: Sequence[Block], what: str) -> Table:
     """The table of the block that is wanted.
 
     Args:
@@ -122,27 +123,38 @@ def chosen_table(source: LogSource, blocks: Sequence[Block], what: str) -> Table
     return replace(table, notes=(note, *table.notes))
 
 
-def by_text(claims: Callable[[str], bool]) -> Callable[[bytes], bool]:
-    """Whether a reader claims a file, by its first bytes as a text; the zeros of UTF-16 are left out."""
-    return lambda head: claims(head.replace(b"\0", b"").decode("latin-1"))
-
-
 def reader_of_blocks(
-    claims: Callable[[bytes], bool],
-    blocks_of: Callable[[str], list[Block]],
+    claims: Callable[[str], bool],
+    blocks_of: Callable[[str], list[Block] | None],
     what: str,
+    note: str = "",
 ) -> LogReader:
     """A reader of texts that hold several tables.
 
     Args:
-        claims: whether it reads a file that begins so.
-        blocks_of: the tables of a text.
-        what: see `chosen_table`.
+        claims: whether it reads a file that begins with such a text.
+        blocks_of: the tables of a text; None for a plain table below a head of the instrument.
+        what: one of them is called in messages.
+        note: said of each table.
     """
 
+    def claims_head(head: bytes) -> bool:
+        is_wide = head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        if is_wide:
+            return claims(head.decode("utf-16", errors="replace"))
+        return claims(head.replace(b"\0", b"").decode("utf-8", errors="replace"))
+
     def read(source: LogSource) -> Table:
-        return chosen_table(source, blocks_of(decode(source.data)), what)
+        blocks = blocks_of(decode(source.data))
+        if blocks is None:
+            return read_text(source)
+        table = _chosen_table(source, blocks, what)
+        return replace(table, notes=(note, *table.notes)) if note else table
 
     return LogReader(
-        (), claims, read, recordings=found_recordings.names_by(read), tells_damage=DAMAGE
+        suffixes=(),
+        claims=claims_head,
+        read=read,
+        recordings=found_recordings.names_by(read),
+        tells_damage=DAMAGE,
     )

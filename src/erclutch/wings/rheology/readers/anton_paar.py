@@ -6,25 +6,13 @@ other languages than English their marks are known by their places.
 
 from __future__ import annotations
 
-import codecs
 import re
 from collections.abc import Sequence
 from dataclasses import replace
 
 from erclutch.errors import LogError
-from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.cells import is_numeric
-from erclutch.logs.readers.text_bytes import DAMAGE, decode
-from erclutch.logs.readers.text_table import read_text
-from erclutch.logs.table import Table
-from erclutch.wings.rheology.rheometer_blocks import (
-    Block,
-    by_text,
-    cells,
-    chosen_table,
-    delimiter_of,
-)
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, delimiter_of, reader_of_blocks
 
 _COUNT = re.compile(r"\d+(?:[.,]0*)?|")  # of a point; some copies leave it empty
 _COMPASS = "Interval data:"
@@ -51,9 +39,14 @@ _COMMA = re.compile(r"[+-]?\d+,\d+(?:E[+-]?\d+)?")
 _POINT = re.compile(r"^([+-]?\d+)\.(\d+E[+-]?\d+)$")
 
 
-def _in_english(content: str) -> str:
-    """The content with English marks: a table stands below a project, a test and a result, or the last of them."""
+def _in_english(content: str) -> str | None:
+    """The content with English marks, None without any mark.
+
+    A table stands below a project, a test and a result, or the last of them.
+    """
     table = _ANNOUNCED.search(content)
+    if table is None and not _ENGLISH.search(content):
+        return None
     if table is None or _COMPASS in content or _PLUS in content:
         return content
     names = table["names"].strip()
@@ -80,9 +73,15 @@ def _in_english(content: str) -> str:
     return "\n".join(lines)
 
 
-def _blocks(content: str) -> list[Block]:
-    """The table of each interval, called after its test; after its result too, where tests have one name."""
-    lines = _in_english(content).splitlines()
+def _blocks(content: str) -> list[Block] | None:
+    """The table of each interval, called after its test; after its result too, where tests have one name.
+
+    None for a plain table below a head of another instrument.
+    """
+    english = _in_english(content)
+    if english is None:
+        return None
+    lines = english.splitlines()
     head = next((line for line in lines if _COMPASS in line or _PLUS in line), "")
     delimiter = delimiter_of(head)
     blocks: list[Block] = []
@@ -140,10 +139,13 @@ def _blocks(content: str) -> list[Block]:
     if marks and marks < announced:
         problem = f"{announced} intervals are announced, and {marks} have a line {_COMPASS!r} above their points"
         raise LogError(problem, remedy="Correct the line above the names of each interval")
-    repeated = len({block.name for block in blocks}) < len(blocks)
-    if not repeated:
+    return _told_apart(blocks, results)
+
+
+def _told_apart(blocks: list[Block], results: Sequence[str]) -> list[Block]:
+    """Blocks under names of their own: where results have one name, their tests stand in front."""
+    if len({block.name for block in blocks}) == len(blocks):
         return blocks
-    # Results of one name: their tests tell them apart.
     told_apart: list[Block] = []
     for block, result in zip(blocks, results, strict=True):
         of_interval = block.name.rpartition(", interval ")[2]
@@ -195,22 +197,9 @@ def _called(test: str, interval: str, before: int) -> str:
     return f"{name}, interval {interval}" if interval else name
 
 
-def _read(source: LogSource) -> Table:
-    content = decode(source.data)
-    if not _ENGLISH.search(content) and not _ANNOUNCED.search(content):
-        return read_text(source)  # a head of another instrument above a plain table
-    return chosen_table(source, _blocks(content), "test")
-
-
-def _claims(head: bytes) -> bool:
-    """By a mark near the beginning, or by places in another language."""
-    is_wide = head.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    words = head.decode("utf-16" if is_wide else "utf-8", errors="replace")
-    if _ANNOUNCED.search(words) or _MARKED.search(words):
-        return True
-    return by_text(lambda text: _ENGLISH.search(text) is not None)(head)
-
-
-READER = LogReader(
-    (), _claims, _read, recordings=found_recordings.names_by(_read), tells_damage=DAMAGE
+# By a mark near the beginning, or by places in another language.
+READER = reader_of_blocks(
+    lambda text: any(mark.search(text) for mark in (_ANNOUNCED, _MARKED, _ENGLISH)),
+    _blocks,
+    "test",
 )

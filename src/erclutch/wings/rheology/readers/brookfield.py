@@ -5,8 +5,6 @@ The instrument names each value: speed, model, spindle, torque in per cent, visc
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from dataclasses import replace
 
@@ -14,7 +12,7 @@ from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers.cells import is_number
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
-from erclutch.logs.readers.text_table import read_text
+from erclutch.logs.readers.text_table import read_cells
 from erclutch.logs.table import Table
 
 _VALUE = re.compile(
@@ -47,15 +45,10 @@ def _read(source: LogSource) -> Table:
             "no line has values behind their names",
             remedy="Give the lines that the viscometer prints",
         )
-    written = io.StringIO()
-    table = csv.writer(written)
-    table.writerow(_LABELS[name] for name in names)
-    table.writerows([row.get(name, "") for name in names] for row in rows)
-    read = read_text(replace(source, data=written.getvalue().encode()))
-    return replace(
-        read,
-        notes=("each line has the names of its values, as a Brookfield prints them", *read.notes),
-    )
+    labels = [_LABELS[name] for name in names]
+    table = read_cells(source, labels, ([row.get(name, "") for name in names] for row in rows))
+    note = "each line has the names of its values, as a Brookfield prints them"
+    return replace(table, notes=(note, *table.notes))
 
 
 READER = LogReader((), lambda head: _FIRST.search(head) is not None, _read, tells_damage=DAMAGE)

@@ -7,28 +7,17 @@ the raw data are of the sample.
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 from erclutch.errors import LogError
-from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.cells import is_numeric
-from erclutch.logs.readers.text_bytes import DAMAGE, decode
-from erclutch.logs.table import Table
-from erclutch.wings.rheology.rheometer_blocks import (
-    Block,
-    by_text,
-    cells,
-    chosen_table,
-    delimiter_of,
-)
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, delimiter_of, reader_of_blocks
 
 _HEADING = re.compile(r"\s*-- (?P<section>[^|]+?) --[\s,;]*")
 _SAMPLE = "Raw Data"  # the section of the sample
 _FEWEST = 3  # columns of a table
 
 
-def _read(source: LogSource) -> Table:
+def _blocks(content: str) -> list[Block]:
     """The table of the sample; a test that was stopped and begun again has several."""
     blocks: list[Block] = []
     section = ""
@@ -36,7 +25,7 @@ def _read(source: LogSource) -> Table:
     units: list[str] = []
     rows: list[list[str]] = []
     delimiter = ","
-    for number, line in enumerate([*decode(source.data).splitlines(), ""], start=1):
+    for number, line in enumerate([*content.splitlines(), ""], start=1):
         heading = _HEADING.fullmatch(line)
         row = cells(line, delimiter)
         is_filled = sum(map(bool, row)) >= _FEWEST
@@ -60,15 +49,12 @@ def _read(source: LogSource) -> Table:
     if not blocks:
         problem = f"the export has no rows under its heading {_SAMPLE!r}: what it holds is the calibration"
         raise LogError(problem, remedy="Export the raw data of the test")
-    table = chosen_table(source, blocks, "table")
-    note = "the table of the calibration, by an oil and not the sample, is left out"
-    return replace(table, notes=(note, *table.notes))
+    return blocks
 
 
-READER = LogReader(
-    suffixes=(),
-    claims=by_text(lambda text: "Chandler Engineering" in text and "Rheometer" in text),
-    read=_read,
-    recordings=found_recordings.names_by(_read),
-    tells_damage=DAMAGE,
+READER = reader_of_blocks(
+    lambda text: "Chandler Engineering" in text and "Rheometer" in text,
+    _blocks,
+    "table",
+    note="the table of the calibration, by an oil and not the sample, is left out",
 )

@@ -55,10 +55,9 @@ def _blocks(content: str) -> list[Block]:
     return blocks
 
 
-def _claims(head: bytes) -> bool:
+def _claims(head: str) -> bool:
     """By the column's name in a line of names with units in round brackets."""
-    plain = head.replace(b"\0", b"").decode("utf-8", "replace")
-    named = next((line for line in plain.splitlines() if _ACTION in line), "")
+    named = next((line for line in head.splitlines() if _ACTION in line), "")
     return "(" in named and _ACTION in cells(named, delimiter_of(named))
 
 

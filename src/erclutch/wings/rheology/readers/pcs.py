@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 
 from erclutch.logs.readers.cells import is_number
-from erclutch.wings.rheology.rheometer_blocks import Block, by_text, cells, reader_of_blocks
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, reader_of_blocks
 
 _STEP = re.compile(r"(Step \d+)(?: \"[^\"]*\")? started at")
 _FEWEST = 3  # columns of a table; lines about the step have a word and a number
@@ -43,7 +43,7 @@ def _blocks(content: str) -> list[Block]:
 
 
 READER = reader_of_blocks(
-    by_text(lambda text: "Test Data File" in text[:200] and _STEP.search(text) is not None),
+    lambda text: "Test Data File" in text[:200] and _STEP.search(text) is not None,
     _blocks,
     "step",
 )

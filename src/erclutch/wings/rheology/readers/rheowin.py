@@ -10,13 +10,7 @@ import re
 
 from erclutch.errors import LogError
 from erclutch.logs.readers.cells import is_numeric
-from erclutch.wings.rheology.rheometer_blocks import (
-    Block,
-    by_text,
-    cells,
-    delimiter_of,
-    reader_of_blocks,
-)
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, delimiter_of, reader_of_blocks
 
 # The column of segments and points has no name, or "Nr-Seg".
 _NAMES = re.compile(
@@ -86,12 +80,10 @@ def _blocks(content: str) -> list[Block]:
 
 
 READER = reader_of_blocks(
-    by_text(
-        lambda text: (
-            "HAAKE RheoWin" in text
-            or _NAMES.search(text) is not None
-            or _SEGMENTS.search(text) is not None
-        )
+    lambda text: (
+        "HAAKE RheoWin" in text
+        or _NAMES.search(text) is not None
+        or _SEGMENTS.search(text) is not None
     ),
     _blocks,
     "segment",

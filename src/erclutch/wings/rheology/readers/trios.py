@@ -6,34 +6,22 @@ Another form has one table: "Variables" before the names, and "Data point" befor
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 
 from erclutch.errors import LogError
-from erclutch.logs.log_reader import LogReader, LogSource
-from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.cells import is_numeric
-from erclutch.logs.readers.text_bytes import DAMAGE, decode
-from erclutch.logs.readers.text_table import read_text
-from erclutch.logs.table import Table
-from erclutch.wings.rheology.rheometer_blocks import (
-    Block,
-    by_text,
-    cells,
-    chosen_table,
-    delimiter_of,
-)
+from erclutch.wings.rheology.rheometer_blocks import Block, cells, delimiter_of, reader_of_blocks
 
 _STEP = "[step]"
 _NEAR = 5  # lines from a step's mark to its first row: its name, names, units
 _VARIABLES = "variables"
 _POINT = "data point"
 #: Of a file without the mark of a step, in small letters; a mark of UTF-8 may stand before it.
-_HEAD = re.compile(
-    r"\s*(?:\xef\xbb\xbf)?filename[\t,;][^\n]*\n(?:instrument|operator|sample)", re.ASCII
-)
+_HEAD = re.compile(r"\s*\ufeff?filename[\t,;][^\n]*\n(?:instrument|operator|sample)", re.ASCII)
 
 
-def _blocks(content: str) -> list[Block]:
-    """The table of each step that has points."""
+def _blocks(content: str) -> list[Block] | None:
+    """The table of each step that has points; None for a plain table below a head of TRIOS."""
     lines = content.splitlines()
     for number, line in enumerate(lines, start=1):
         bare = line.strip().lower()
@@ -54,10 +42,8 @@ def _blocks(content: str) -> list[Block]:
         has_numbers = any(len(row) > 1 and all(map(is_numeric, row)) for row in soon)
         if has_numbers or bare.lower() == _STEP:
             starts.append(at)
-    if not starts:
-        return _points(lines)
-    blocks: list[Block] = []
-    for start, end in zip(starts, [*starts[1:], len(lines)], strict=True):
+    blocks = [] if starts else _points(lines)
+    for start, end in pairwise([*starts, len(lines)]):
         body = [at for at in range(start + 1, end) if lines[at].strip()]
         if len(body) < 4:
             continue  # a step without points
@@ -76,6 +62,8 @@ def _blocks(content: str) -> list[Block]:
             rows.append(cells(lines[at], delimiter))
         if rows:
             blocks.append(Block(lines[named].strip(), names, units, rows, points[0] + 1))
+    if not blocks and _STEP not in content.lower():
+        return None
     return blocks
 
 
@@ -104,24 +92,12 @@ def _points(lines: list[str]) -> list[Block]:
     return [Block("points", names, units or [], rows, first)]
 
 
-def _read(source: LogSource) -> Table:
-    content = decode(source.data)
-    blocks = _blocks(content)
-    if not blocks and _STEP not in content.lower():
-        return read_text(source)  # a head of TRIOS above a plain table
-    return chosen_table(source, blocks, "step")
-
-
-READER = LogReader(
-    suffixes=(),
-    claims=by_text(
-        lambda text: (
-            _STEP in text.lower()
-            or "trios version" in text.lower()
-            or _HEAD.match(text.lower()) is not None
-        )
+READER = reader_of_blocks(
+    lambda text: (
+        _STEP in text.lower()
+        or "trios version" in text.lower()
+        or _HEAD.match(text.lower()) is not None
     ),
-    read=_read,
-    recordings=found_recordings.names_by(_read),
-    tells_damage=DAMAGE,
+    _blocks,
+    "step",
 )
