@@ -36,6 +36,14 @@ def test_export_writes_the_folder(saved: Path, tmp_path: Path) -> None:
     assert f"erclutch verify {out}" in said.replace("\n", "")
 
 
+def test_angles_of_a_slow_loop_need_no_cutoff(saved: Path, tmp_path: Path) -> None:
+    """The usual 150 Hz are beyond what a loop at 100 Hz carries, and nobody had asked for them."""
+    out = tmp_path / "out"
+    good("export", saved, "--out", out, "--inputs", "angles", "--period", "10ms")
+    asked = json.loads((out / "export.json").read_text(encoding="utf-8"))["options"]
+    assert asked["derivative"]["cutoff"] == 40.0
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "says"),
@@ -46,6 +54,8 @@ def test_export_writes_the_folder(saved: Path, tmp_path: Path) -> None:
         (("--limits=2,1",), "Give the smaller one first"),
         (("--model", "hem"), "needs the folder of a run"),
         (("--period", "-1"), "a period of -1 s"),
+        (("--cutoff", "20"), "Add --inputs angles, or leave --cutoff out"),
+        (("--derivative", "lowpass"), "Add --inputs angles, or leave --derivative out"),
     ],
 )
 def test_bad_words_give_one_error(

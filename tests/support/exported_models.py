@@ -39,6 +39,7 @@ MEMORY = {
     "E_m": 555.5,
     "w_t": 0.4,
     "t_w": 0.3,
+    "b_y": 0.9,
 }
 CHAIN = "rise-fall+dahl-2/field+inertia+effort-lag"
 #: All stages that are not in the chain.

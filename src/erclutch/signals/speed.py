@@ -23,6 +23,16 @@ from erclutch.signals.clock import Clock
 DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"]
 DERIVATIVES: tuple[DerivativeName, ...] = ("central", "savgol", "difference", "lowpass", "kalman")
 CAUSAL: tuple[DerivativeName, ...] = ("difference", "lowpass", "kalman")
+_USUAL_CUTOFF = 150.0  # Hz
+#: Of the sampling rate: a filter needs a cutoff below half of it.
+_LARGEST_CUTOFF = 0.4
+
+
+def usual_cutoff(period: float) -> float:
+    """The bandwidth in Hz of a causal filter that is told none: 150 Hz, or what the sampling carries."""
+    if _USUAL_CUTOFF * period <= _LARGEST_CUTOFF:
+        return _USUAL_CUTOFF
+    return _LARGEST_CUTOFF / period
 
 
 @dataclass(frozen=True)
@@ -36,7 +46,7 @@ class Derivative:
     """
 
     name: DerivativeName = "savgol"
-    cutoff: float = 150.0
+    cutoff: float = _USUAL_CUTOFF
     window: int = 5
 
     def __post_init__(self) -> None:

@@ -38,7 +38,9 @@ from erclutch.models.networks.network_file import network_from_dict
 from erclutch.models.networks.network_inputs import inputs_of
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import DeviceName, Element, Units
+from erclutch.signals.recording import TEMPERATURE
 from tests.support.examples import examples
+from tests.support.exported_models import network_model
 from tests.support.pair import pair_rows
 
 
@@ -377,6 +379,17 @@ def test_rows_that_are_not_finite(bad: float) -> None:
 def body(data: Dataset) -> dict[str, Any]:
     """What the file of a network holds."""
     return fit_network(data, network_from_name("fnn-2")).model.to_dict()
+
+
+@pytest.mark.parametrize("fall", [-4.0, 0.0, 14.0])
+def test_a_yield_effort_that_rises_with_the_temperature_is_read_again(fall: float) -> None:
+    """The range of b_y has both signs; a run with a negative one was written and could not be read."""
+    model = network_model("fnn-3", "single", "softening", extras=(TEMPERATURE,))
+    rising = replace(model, dynamics={**model.dynamics, "b_y": fall})
+    assert network_from_dict(rising.to_dict()).dynamics["b_y"] == fall
+    beyond = replace(model, dynamics={**model.dynamics, "b_y": -15.1})
+    with pytest.raises(RunError, match=r"b_y is -15\.1, not from -15 to 15"):
+        network_from_dict(beyond.to_dict())
 
 
 @pytest.mark.parametrize("change", ["digest", "weights", "inputs", "scaling", "schema", "network"])

@@ -19,6 +19,7 @@ from erclutch.export import ExportOptions, export_model, step_of, verify_export
 from erclutch.export.c.compilers import EXACT, STRICT, native, natives
 from erclutch.export.targets import c
 from erclutch.export.targets.python import build
+from erclutch.signals.speed import Derivative, live
 from erclutch.wings.live.c_core import Core
 from erclutch.wings.live.controller_check import OUTPUTS
 from erclutch.wings.live.layout import EVENT_BITS, FRAME, MOST, SAMPLE, SETTINGS
@@ -363,6 +364,14 @@ def test_settings_that_cannot_be_leave_the_field_at_zero(
         for _ in range(50):
             lib.m_control_step(memory, sample, out)
         assert (out[0] > 0.0) == (not name), name
+
+
+def test_a_controller_is_written_for_a_slow_loop(models: Mapping[str, Any]) -> None:
+    """At 100 Hz the filter's usual 150 Hz ended in an error, with a remedy that no option carried out."""
+    slow = step_of(models["bingham, single"], replace(FLOAT64, period=0.01))
+    gains = live(Derivative("kalman", 40.0), 0.01)
+    text, _ = controller.texts(slow)
+    assert f"core->momentum.g = {slow.precision.constant(gains.g)};" in text
 
 
 def test_a_model_with_further_inputs_is_refused(models: Mapping[str, Any], tmp_path: Path) -> None:

@@ -34,8 +34,8 @@ def export(
     precision: _Precision = "float64",
     period: Annotated[float | None, SECONDS] = None,
     inputs: Literal["speeds", "angles"] = "speeds",
-    derivative: _Causal = "kalman",
-    cutoff: Annotated[float, HERTZ] = 150.0,
+    derivative: _Causal | None = None,
+    cutoff: Annotated[float | None, HERTZ] = None,
     limits: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     alarms: Annotated[bool, Parameter(negative=())] = False,
     adapt: Annotated[bool, Parameter(negative=())] = False,
@@ -53,8 +53,8 @@ def export(
         precision: Number format of all arithmetic; float32 is for processors without double (Cortex-M4F).
         period: Sampling period at which the step will be called, in s or as 1ms. Default: that of the training data.
         inputs: The step takes speeds, or angles (encoder positions) that it differentiates.
-        derivative: Filter that differentiates angles.
-        cutoff: Bandwidth of this filter in Hz (lowpass, kalman).
+        derivative: Filter that differentiates angles. Default: kalman.
+        cutoff: Bandwidth of this filter in Hz (lowpass, kalman). Default: 150 Hz, at most 0.4 of the sampling rate.
         limits: Smallest and largest effort, for example -2,2 or '-500,500 mN*m'. Default: the training range and half
             its width a side.
         alarms: Keep the effort's band, and warn of a wide band and of a residual that drifts (c, cpp, python).
@@ -68,8 +68,14 @@ def export(
     from erclutch.models.load import load_model
     from erclutch.models.model_titles import title_of
     from erclutch.runs.run_folder import read_run
-    from erclutch.signals.speed import Derivative
+    from erclutch.signals.speed import Derivative, usual_cutoff
 
+    if inputs == "speeds" and (derivative, cutoff) != (None, None):
+        option = "--derivative" if derivative else "--cutoff"
+        raise ExportError(
+            f"{option} is of a step that takes angles, and this step takes speeds",
+            remedy=f"Add --inputs angles, or leave {option} out",
+        )
     if out is not None:
         may_write(out, force)
     if run_model is not None and not model.is_dir():
@@ -84,12 +90,14 @@ def export(
         name = name or run.c_name
     else:
         chosen = load_model(model)
+    if cutoff is None:
+        cutoff = usual_cutoff(period or chosen.period or 1e-3)
     options = ExportOptions(
         name=name,
         precision=precision,
         period=period,
         inputs=inputs,
-        derivative=Derivative(derivative, cutoff),
+        derivative=Derivative(derivative or "kalman", cutoff),
         limits=_limits(limits, chosen.units.effort),
         alarms=alarms,
         adapt=adapt,

@@ -87,9 +87,10 @@ def _network_from(body: Mapping[str, Any], alone: bool) -> NetworkModel:
         for parameter in stage.parameters(period or model_file.LONGEST_PERIOD):
             name = parameter.name
             value = model_file.number_of(body["dynamics"][name], name, positive=parameter.lower > 0)
+            least = min(0.0, parameter.lower)  # a yield effort may rise with the temperature
             too_large = not parameter.dimension.slip and value > parameter.upper
-            if value < 0 or too_large:
-                raise ValueError(f"{name} is {value:g}, not from 0 to {parameter.upper:g}")
+            if value < least or too_large:
+                raise ValueError(f"{name} is {value:g}, not from {least:g} to {parameter.upper:g}")
             stage_numbers[name] = value
     ranges = [
         model_file.pair_of(body["input_range"][place], "range of an input")

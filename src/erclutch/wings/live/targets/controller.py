@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,7 +26,7 @@ from erclutch.export.step_record import feels_state
 from erclutch.export.target_check import Check
 from erclutch.export.targets import c
 from erclutch.signals.array import Array, largest_size
-from erclutch.signals.speed import live
+from erclutch.signals.speed import live, usual_cutoff
 from erclutch.wings.live.controller_check import INPUTS, check_source
 from erclutch.wings.live.layout import CONSTANTS, EVENT_BITS, EVENTS, LEAST, MOST, SETTINGS
 from erclutch.wings.live.motion_limits import USUAL_FILTER
@@ -237,7 +238,8 @@ def _places(step: ExportedStep) -> dict[str, str]:
         signals = ["applied[0]", "applied[1]", "theta_dot", "alpha_dot"]
     if step.measures:
         signals.append("torque")
-    usual = live(USUAL_FILTER, step.period or 1e-3)
+    period = step.period or 1e-3
+    usual = live(replace(USUAL_FILTER, cutoff=usual_cutoff(period)), period)
     constant = step.precision.constant
     known, step_call = "", "NAME_step(&core->model, sample, &core->estimate)"
     if _known_at_rest(step):
