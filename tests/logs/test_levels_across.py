@@ -43,6 +43,17 @@ def test_each_field_gets_rows_of_its_own(tmp_path: Path, name: str) -> None:
     assert any("the names of the columns tell the field" in note for note in log.notes)
 
 
+@pytest.mark.parametrize(("unit", "factor"), [("kV/mm", 1e6), ("V/mm", 1e3), ("kA/m", 1e3)])
+def test_a_field_strength_in_a_name_keeps_its_whole_unit(
+    tmp_path: Path, unit: str, factor: float
+) -> None:
+    names = ["Speed (rpm)", *(f"Torque @ {field:g} {unit} (Nm)" for field in FIELDS)]
+    log = read(written(tmp_path, names, [SPEED, *map(torque, FIELDS)]))
+    np.testing.assert_allclose(
+        log.signals["field"], np.repeat(factor * np.array(FIELDS), SPEED.size)
+    )
+
+
 @pytest.mark.parametrize("heads", [("0 A", "0.5 A", "1.5 A"), ("I=0A", "I=0.5A", "I=1.5A")])
 def test_what_is_called_by_its_field_alone_is_asked_about_with_a_command(
     tmp_path: Path, heads: tuple[str, ...]

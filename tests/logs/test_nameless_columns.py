@@ -54,6 +54,14 @@ def test_a_matrix_of_matlab_is_asked_about_so_too(tmp_path: Path) -> None:
     assert command.endswith('--field none --slip "data_3" --effort "data_4"')
 
 
+def test_an_array_beside_a_time_is_asked_about_so_too(tmp_path: Path) -> None:
+    path = tmp_path / "log.mat"
+    values = np.column_stack([PLACE, SPEED, FRICTION])
+    savemat(path, {"simout": {"time": TIME, "signals": {"values": values}}})
+    command = plan_of(read_table(path), ColumnMap()).command()
+    assert command.endswith('--field none --slip "simout_2" --effort "simout_3"')
+
+
 @pytest.mark.parametrize(
     "columns",
     [

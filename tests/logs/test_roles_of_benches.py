@@ -88,6 +88,31 @@ def test_three_currents_that_add_up_to_nothing_are_those_of_a_motor(
     assert taken(plan, "field") == "i_brake"
 
 
+@pytest.mark.parametrize("name", ["Efficiency", "eff. efficiency [%]", "Wirkungsgrad"])
+@pytest.mark.parametrize("coil", [True, False])
+def test_the_current_beside_an_efficiency_is_that_of_a_motor_under_test(
+    name: str, coil: bool
+) -> None:
+    current = "Coil current" if coil else "Current"
+    size = 2.0 + CURRENT
+    columns = {"t": TIME, current: size, "omega": 30.0 - size, "tau": 0.1 * size, name: size / 9.0}
+    plan = planned(columns, {current: "A", "omega": "rad/s", "tau": "N*m"})
+    doubts = [doubt for doubt in plan.doubts if "a motor under test" in doubt]
+    assert len(doubts) == (not coil)
+    assert plan.command().endswith("--field none") == (not coil)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_force_that_moves_a_mass_too_is_asked_about(sign: float) -> None:
+    own = 40.0 * np.tanh(SPEED)
+    inertia = 3.0 * np.gradient(SPEED, TIME)
+    columns = {"t": TIME, "v": SPEED, "loadcell": own + sign * inertia}
+    units = {"v": "m/s", "loadcell": "N", "damper_force": "N", "inertia_force": "N"}
+    plan = planned({**columns, "damper_force": own, "inertia_force": inertia}, units)
+    assert plan.command().endswith('--effort "damper_force [N]"')
+    assert not planned({**columns, "inertia_force": inertia}, units).doubts
+
+
 def test_three_currents_of_three_coils_are_no_phases() -> None:
     coils: dict[str, Array] = {f"i{number}": CURRENT * number for number in (1, 2, 3)}
     table = Table("log.csv", {"t": TIME, **coils}, dict.fromkeys(("t", *coils)), digest="0" * 64)

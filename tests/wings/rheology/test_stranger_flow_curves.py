@@ -65,6 +65,17 @@ def test_inspect_sends_points_of_shear_to_flowcurve_whatever_stands_before_their
     )
 
 
+def test_inspect_sends_stresses_that_are_called_by_their_field_alone_to_flowcurve(
+    tmp_path: Path,
+) -> None:
+    text = "Shear rate [1/s],0 kV/mm,1 kV/mm,2 kV/mm\n"
+    text += "".join(f"{k},{3 * k},{50 + 3 * k},{150 + 3 * k}\n" for k in range(1, 20))
+    written(tmp_path, text)
+    last = good("inspect", "flow.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == "What settles it: erclutch flowcurve flow.csv"
+    assert "2 kV/mm" in good("flowcurve", "flow.csv", "--laws", "bingham", cwd=tmp_path)
+
+
 def test_inspect_sends_a_workbook_of_tests_to_flowcurve(tmp_path: Path) -> None:
     book = Workbook()
     for number in range(3):

@@ -17,8 +17,9 @@ FIELD = re.compile(r"\{([A-Za-z_]\w*)(?:\s*(?::|\[)\s*([^{}\[\]]*?)\s*\]?)?\}")
 NUMBER = r"[+-]?\d+(?:[.,xp]\d+)?"
 _UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
 _NUMBER_WITH_LETTERS = re.compile(rf"{NUMBER}([A-Za-z]*)")
-_UNITS_OF_FIELD = ("A", "mA", "V", "kV", "T", "mT")
-#: What stands behind the number of a field in a name, and the unit that it means: no name of a file may hold a slash.
+_UNITS_OF_FIELD = ("A", "mA", "V", "kV", "T", "mT", "kA/m", "A/m", "kV/mm", "V/mm", "kV/m", "V/m")
+#: What stands behind the number of a field in a name, and the unit that it means. A name of a column may hold a slash,
+#: a name of a file none.
 FIELD_UNITS: dict[str, str] = {
     **{unit: unit for unit in _UNITS_OF_FIELD},
     **{word: "A" for word in ("Amp", "Amps", "Ampere", "Amperes", "amp", "amps", "ampere")},

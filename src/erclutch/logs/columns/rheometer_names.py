@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from erclutch.logs.columns.levels_in_names import stated_in, without_field
 from erclutch.signals.array import Array
 
 Quantity = Literal["rate", "stress", "viscosity"]
@@ -262,9 +263,19 @@ def said_by_name(name: str) -> Role:
 
 
 def tells_a_flow_curve(names: Iterable[str]) -> bool:
-    """Whether names tell a shear rate, and a shear stress or a viscosity."""
-    said = {said_by_name(name) for name in names}
-    return "rate" in said and not said.isdisjoint(("stress", "viscosity"))
+    """Whether names tell a shear rate, and a shear stress or a viscosity, or levels of a field alone (``1 kV/mm``)."""
+    others: list[str] = []
+    said: set[str | None] = set()
+    for name in names:
+        said.add(said_by_name(name))
+        if said_by_name(name) != "rate":
+            others.append(name)
+    if "rate" not in said:
+        return False
+    are_levels = all(
+        stated_in(name) is not None and not plain_name(without_field(name)) for name in others
+    )
+    return not said.isdisjoint(("stress", "viscosity")) or (len(others) > 1 and are_levels)
 
 
 def of_oscillation(names: Iterable[str]) -> list[str]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from erclutch.errors import UnitError, shell_word
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.quotients import rubbing_force
@@ -16,6 +18,9 @@ _EFFORTS_BY_NAME = {
     "N*m": ("torque", "moment", "drehmoment", "coppia"),
     "N": ("force", "kraft", "fuerza", "forza", "dampingforce"),
 }
+#: Words for the force of the bench's own mass.
+_OF_MASSES = frozenset({"inertia", "inertial", "traegheit", "tragheit", "tragheitskraft"})
+_LAST_DIGITS = 1e-3  # of the range, within which two forces make up a third
 _NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
 
 
@@ -39,6 +44,27 @@ def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:
         doubt += f": give --effort {label} alone if you want no torque"
         draft.doubt("effort", doubt, f"{label} --scale {shell_word(f'effort={arm:g} N*m/N')}")
         return
+
+
+def doubt_an_effort_with_inertia(draft: Draft) -> None:
+    """Doubt a guessed effort that another column and an inertia make up: the other column is the device's own."""
+    effort = draft.guessed("effort")
+    if effort is None:
+        return
+    measured = draft.table.columns[effort.column]
+    moved = float(np.ptp(measured[np.isfinite(measured)])) if np.isfinite(measured).any() else 0.0
+    others = draft.seen.without([effort.column])
+    for inertia in others:
+        if not inertia.spoken.says(_OF_MASSES):
+            continue
+        for own in others:
+            parts = (own.values + inertia.values, own.values - inertia.values)
+            off = [np.nanmax(np.abs(part - measured), initial=0.0) for part in parts]
+            if own is not inertia and own.kind == inertia.kind and min(off) <= _LAST_DIGITS * moved:
+                label = shell_word(draft.table.label(own.name))
+                doubt = f"which is {own.name} and {inertia.name} together: a mass of the bench moves, too"
+                draft.doubt("effort", doubt, label)
+                return
 
 
 def doubt_effort_without_power(draft: Draft) -> None:

@@ -29,6 +29,12 @@ _OF_DRIVES = frozenset({"motor", "mot", "servo", "drive", "iq", "isq", "q", "mot
 _OF_MACHINES = frozenset(
     {"load", "generator", "gen", "dut", "uut", "armature", "absorber", "alternator", "anker"}
 )
+#: What is computed of a motor under test alone.
+_OF_TESTS_OF_MOTORS = frozenset({"efficiency", "wirkungsgrad", "rendement", "eficiencia"})
+#: Words of a coil that makes a field.
+_OF_COILS = frozenset(
+    {"coil", "spule", "spulenstrom", "brake", "bremse", "damper", "clutch", "magnet", "excitation"}
+)
 LARGEST_SUPPLY = 100.0  # V, or as logged, above which a voltage is that across a fluid
 _COMMANDS = ("command", "cmd")
 _SI_OF_A_SUPPLY = ("A", "V")
@@ -127,6 +133,20 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     problem = f"column {field.column} may be the field by its unit, but {course}, as another output of its sensor does"
     remedy = f"Say which: --field none, or --field {label}"
     draft.ask("field", MappingError(problem, remedy=remedy), option="--field none")
+
+
+def doubt_the_current_of_a_motor_under_test(draft: Draft) -> None:
+    """Doubt a guessed field beside an efficiency: a motor's current makes its torque, and no field of a fluid."""
+    field = draft.guessed("field")
+    if field is None or field.si not in OF_A_SUPPLY or field.sureness == "doubtful":
+        return
+    if draft.seen.columns[field.column].spoken.says(_OF_COILS):
+        return
+    for other in draft.seen.without([*draft.taken, field.column]):
+        if other.spoken.says(_OF_TESTS_OF_MOTORS):
+            doubt = f"which stands beside {other.name}, as that of a motor under test"
+            draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
+            return
 
 
 def _unless_it_drives(what: str, field: SignalPlan) -> str:

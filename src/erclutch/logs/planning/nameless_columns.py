@@ -40,7 +40,8 @@ def propose_columns_without_names(draft: Draft) -> None:
     """Propose a column for each signal that is asked for, where no column of the table has a name."""
     table = draft.table
     asked = draft.questions
-    if not {"slip", "effort"} <= {*asked} or not _are_without_names(table):
+    clock = draft.clock.column if draft.clock is not None and draft.clock.kind == "column" else ""
+    if not {"slip", "effort"} <= {*asked} or not _are_without_names(table, clock):
         return
     free = [column.name for column in draft.seen.without(draft.taken)]
     options: dict[str, str] = {}
@@ -51,8 +52,8 @@ def propose_columns_without_names(draft: Draft) -> None:
         free.remove(time)
         options["time"] = f"--time {shell_word(f'{time} [s]')}"
         stamps = table.columns[time]
-    elif draft.clock is not None and draft.clock.kind == "column":
-        stamps = table.columns[draft.clock.column]
+    elif clock:
+        stamps = table.columns[clock]
 
     levels = [name for name in free if draft.seen.columns[name].shape.keeps_levels]
     switched = [name for name in levels if not takes_both_signs(table.columns[name])]
@@ -81,15 +82,19 @@ def propose_columns_without_names(draft: Draft) -> None:
         asked[about] = replace(question, problem=f"{missing}{listed}{columns}", option=option)
 
 
-def _are_without_names(table: Table) -> bool:
-    """Whether a few columns are numbered from 1 on behind one word, as a reader calls those without a name."""
-    if not 2 <= len(table.columns) <= _MOST:
+def _are_without_names(table: Table, clock: str) -> bool:
+    """Whether a few columns beside the clock are numbered from 1 on behind one word.
+
+    So a reader calls columns without a name, and those of one array.
+    """
+    names = [name for name in table.columns if name != clock]
+    if not 2 <= len(names) <= _MOST:
         return False
-    matches = [_NUMBERED.fullmatch(name) for name in table.columns]
+    matches = [_NUMBERED.fullmatch(name) for name in names]
     numbers = [int(match[2]) for match in matches if match is not None]
     stems = {match[1] for match in matches if match is not None}
-    has_no_unit = not any(table.units.get(name) for name in table.columns)
-    return len(stems) == 1 and numbers == [*range(1, len(table.columns) + 1)] and has_no_unit
+    has_no_unit = not any(table.units.get(name) for name in names)
+    return len(stems) == 1 and numbers == [*range(1, len(names) + 1)] and has_no_unit
 
 
 def _rising_evenly(table: Table, names: Sequence[str]) -> str:

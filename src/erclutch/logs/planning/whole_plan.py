@@ -22,11 +22,13 @@ from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.effort_doubts import (
     doubt_a_force_at_a_stated_arm,
     doubt_a_torque_in_a_unit_of_force,
+    doubt_an_effort_with_inertia,
     doubt_effort_without_power,
 )
 from erclutch.logs.planning.field_doubts import (
     doubt_the_command_of_a_drive,
     doubt_the_current_of_a_drive,
+    doubt_the_current_of_a_motor_under_test,
     doubt_the_monitor_of_an_amplifier,
     doubt_the_sensor_of_the_motion,
     leave_out_the_number_of_a_motor,
@@ -122,6 +124,10 @@ STEPS = (
     Step("the field is not the output of the effort's sensor", leave_out_the_sensor_of_the_effort),
     Step("the field is not the number of a motor", leave_out_the_number_of_a_motor),
     Step("the field is not the current of a drive", doubt_the_current_of_a_drive),
+    Step(
+        "the field is not the current of a motor under test",
+        doubt_the_current_of_a_motor_under_test,
+    ),
     Step("the field is not the supply of a drive", leave_out_the_supply_of_a_drive),
     Step("the field is not the output of the motion's sensor", doubt_the_sensor_of_the_motion),
     Step("the field is not what a drive was told", doubt_the_command_of_a_drive),
@@ -148,6 +154,7 @@ STEPS = (
     Step("whether the effort has its sign", doubt_an_effort_without_its_sense),
     Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),
     Step("whether counts or a motor want a stated number", doubt_counts_and_motors),
+    Step("whether the effort is the device's alone", doubt_an_effort_with_inertia),
     Step("whether slip and effort make a power", doubt_effort_without_power),
     Step("whether the effort's name and unit are of one kind", doubt_a_torque_in_a_unit_of_force),
     Step("the slip is no shear rate beside a torque", doubt_a_shear_rate_beside_a_torque),
