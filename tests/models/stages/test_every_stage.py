@@ -127,7 +127,7 @@ def rows_of(signal: Any) -> list[Any]:
 def responses(stage: Stage, signal: Any, q: Sequence[Any], rows: slice = slice(None)) -> list[Any]:
     """All outputs."""
     found = stage.respond(signal, CLOCK, q, rows)
-    return list(found) if stage.place in ("slip", "position") else [found]
+    return [found] if stage.place in ("command", "effort") else list(found)
 
 
 def exactly(signal: Any) -> Any:

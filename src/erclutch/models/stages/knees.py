@@ -10,21 +10,19 @@ and beyond the backward knee w_b. How steep the effort is below its knees, the l
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.elementary import less_select
 from erclutch.models.laws.law import SLIP, Dimension, Gain, ShapeParameter
-from erclutch.models.stages.stage import Memory, Place, SlipAndStrength, StageFamily
-from erclutch.signals.clock import Clock
+from erclutch.models.stages.stage import Place, RowByRow, SlipAndStrength, StageFamily
 
 _STEEPNESS = Dimension(effort=1, slip=-1)
 
 
 @dataclass(frozen=True)
-class Knees:
+class Knees(RowByRow):
     """The two knees as a stage."""
 
     name: str = "knees"
@@ -59,44 +57,16 @@ class Knees:
             ShapeParameter("w_b", "slip of the backward knee", 0.05, 3.0, SLIP, "log", usual),
         )
 
-    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
-        """The slip beyond the knees: nothing is remembered."""
-        return _beyond(signal.slip, q["w_f"], q["w_b"])
+    def outputs_at(self, signal: SlipAndStrength, *numbers: Any) -> tuple[Any, ...]:
+        """How far the slip is beyond its forward knee, and beyond its backward knee; 0 on this side of it."""
+        forward, backward = numbers
+        past = signal.slip - forward
+        short = signal.slip + backward
+        return less_select(0.0, past, past, 0.0), less_select(short, 0.0, short, 0.0)
 
     def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
         """The slip beyond the knees, whatever the field."""
         return tuple(outputs)
-
-    def respond(
-        self,
-        signal: SlipAndStrength,
-        clock: Clock,
-        q: Sequence[Any],
-        rows: slice,
-    ) -> list[Any]:
-        """The slip beyond the knees; see `Stage`."""
-        return [pick(output, rows) for output in _beyond(signal.slip, *q)]
-
-    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
-        """There is no state."""
-        return {}
-
-    def step(
-        self,
-        memory: Memory,
-        signal: SlipAndStrength,
-        q: Mapping[str, float],
-        period: float,
-    ) -> tuple[Any, ...]:
-        """One row."""
-        return _beyond(signal.slip, memory.number(q["w_f"]), memory.number(q["w_b"]))
-
-
-def _beyond(slip: Any, forward: Any, backward: Any) -> tuple[Any, Any]:
-    """How far the slip is beyond its forward knee, and beyond its backward knee; 0 on this side of it."""
-    past = slip - forward
-    short = slip + backward
-    return less_select(0.0, past, past, 0.0), less_select(short, 0.0, short, 0.0)
 
 
 STAGE = StageFamily(lambda count, forms: Knees(), ladder=("knees",), striking=True)

@@ -10,20 +10,19 @@ first row on.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import factorial, pi
 from typing import Any
 
 import numpy as np
 
-from erclutch.arithmetic.dual import pick, value_of
+from erclutch.arithmetic.dual import value_of
 from erclutch.arithmetic.elementary import whole_number_near
 from erclutch.models.laws.law import EFFORT, Gain, ShapeParameter
 from erclutch.models.stages.slip_memory import TRAVEL
-from erclutch.models.stages.stage import Memory, Place, StageFamily, numbered
+from erclutch.models.stages.stage import Place, RowByRow, StageFamily, numbered
 from erclutch.signals.array import Array
-from erclutch.signals.clock import Clock
 
 # Of sin and cos of half the angle, which is at most pi / 2: the first power that is left out is worth 7e-10.
 _SINE = [(-1) ** k * pi ** (2 * k + 1) / factorial(2 * k + 1) for k in range(7)]
@@ -35,7 +34,7 @@ _PERIODS = (
 
 
 @dataclass(frozen=True)
-class Ripple:
+class Ripple(RowByRow):
     """The ripple as a stage on the position.
 
     Attributes:
@@ -85,9 +84,9 @@ class Ripple:
         meaning = f"period of the {self.stem.replace('-', ' ')} over the position"
         return (ShapeParameter(self.of_period, meaning, 1e-6, 1e6, TRAVEL, "log", (1e-2, 10.0)),)
 
-    def outputs_at(self, position: Any, *numbers: Any) -> tuple[Any, ...]:
+    def outputs_at(self, signal: Any, *numbers: Any) -> tuple[Any, ...]:
         """Cosine and sine of each wave, elementwise on any operand; of the C's bits, for they are sums and products."""
-        z = position / numbers[0]  # in periods
+        z = signal / numbers[0]  # in periods
         z = z - whole_number_near(value_of(z))
         square = z * z
         half_sine = z * _power_series(square, _SINE)
@@ -142,30 +141,6 @@ class Ripple:
             if without_waves @ without_waves < left @ left:
                 left = without_waves
         return left
-
-    def respond(
-        self,
-        signal: Any,
-        clock: Clock,
-        q: Sequence[Any],
-        rows: slice,
-    ) -> list[Any]:
-        """The waves over all rows; see `Stage`."""
-        return [pick(wave, rows) for wave in self.outputs_at(signal, q[0])]
-
-    def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
-        """There is no state."""
-        return {}
-
-    def step(
-        self,
-        memory: Memory,
-        signal: Any,
-        q: Mapping[str, float],
-        period: float,
-    ) -> tuple[Any, ...]:
-        """One row."""
-        return self.outputs_at(signal, *q.values())
 
 
 def _power_series(x: Any, coefficients: Sequence[float]) -> Any:

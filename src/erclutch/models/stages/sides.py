@@ -10,21 +10,19 @@ viscous effort and of the yield effort. Where the slip has one sign they say not
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from erclutch.arithmetic.dual import pick
 from erclutch.models.laws.law import EFFORT, SLIP, Dimension, Gain, ShapeParameter
 from erclutch.models.laws.smooth import direction
-from erclutch.models.stages.stage import Memory, Place, SlipAndStrength, StageFamily
-from erclutch.signals.clock import Clock
+from erclutch.models.stages.stage import Place, RowByRow, SlipAndStrength, StageFamily
 
 
 @dataclass(frozen=True)
-class Sides:
+class Sides(RowByRow):
     """The difference between forward and backward as a stage."""
 
     name: str = "sides"
@@ -59,43 +57,15 @@ class Sides:
             ),
         )
 
-    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
-        """The even parts of the slip: nothing is remembered."""
-        return _even(signal.slip, q["w_a"])
+    def outputs_at(self, signal: SlipAndStrength, *numbers: Any) -> tuple[Any, ...]:
+        """The size of the slip, and how far it has left rest either way."""
+        (turn,) = numbers
+        return np.abs(signal.slip), np.abs(direction(signal.slip, turn))
 
     def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
         """The viscous one as it is, that of the yield effort with the strength of the field."""
         size, way = outputs
         return size, strength * way
-
-    def respond(
-        self,
-        signal: SlipAndStrength,
-        clock: Clock,
-        q: Sequence[Any],
-        rows: slice,
-    ) -> list[Any]:
-        """The even parts of the slip; see `Stage`."""
-        return [pick(output, rows) for output in _even(signal.slip, q[0])]
-
-    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
-        """There is no state."""
-        return {}
-
-    def step(
-        self,
-        memory: Memory,
-        signal: SlipAndStrength,
-        q: Mapping[str, float],
-        period: float,
-    ) -> tuple[Any, ...]:
-        """One row."""
-        return _even(signal.slip, memory.number(q["w_a"]))
-
-
-def _even(slip: Any, turn: Any) -> tuple[Any, Any]:
-    """The size of the slip, and how far it has left rest either way."""
-    return np.abs(slip), np.abs(direction(slip, turn))
 
 
 STAGE = StageFamily(lambda count, forms: Sides(), ladder=("sides",))

@@ -1,4 +1,4 @@
-"""A stage is a small system with a memory that stands before or behind a law or a network.
+"""A stage is a small system, most with a memory, that stands before or behind a law or a network.
 
 A model is a chain::
 
@@ -14,10 +14,12 @@ bits are made from a record of that step. A fit uses `Stage.respond`, which may 
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
+from erclutch.arithmetic.dual import pick
 from erclutch.models.laws.law import Gain, ShapeParameter
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
@@ -111,7 +113,7 @@ class Stage(Protocol):
         q: Sequence[Any],
         rows: slice,
     ) -> Any:
-        """The output over all rows, for fits; of a stage on the slip a list of all outputs.
+        """The output over all rows, for fits; of a stage on slip, position or temperature a list of all outputs.
 
         Args:
             signal: shape (n,); an array or a dual, of a stage on the slip a `SlipAndStrength` of such. An `ArrayAsInC`
@@ -167,6 +169,42 @@ class SlipStage(Stage, Protocol):
         ...
 
 
+class RowByRow(ABC):
+    """What stages share that have no state: the outputs of a row follow from the signal of that row alone."""
+
+    @abstractmethod
+    def outputs_at(self, signal: Any, *numbers: Any) -> tuple[Any, ...]:
+        """The outputs for the stage's parameters, elementwise on any operand."""
+
+    def respond(
+        self,
+        signal: Any,
+        clock: Clock,
+        q: Sequence[Any],
+        rows: slice,
+    ) -> list[Any]:
+        """The outputs over all rows; see `Stage`."""
+        return [pick(output, rows) for output in self.outputs_at(signal, *q)]
+
+    def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
+        """There is no state."""
+        return {}
+
+    def step(
+        self,
+        memory: Memory,
+        signal: Any,
+        q: Mapping[str, float],
+        period: float,
+    ) -> tuple[Any, ...]:
+        """One row."""
+        return self.outputs_at(signal, *q.values())
+
+    def settled(self, signal: Any, q: Mapping[str, float]) -> tuple[Any, ...]:
+        """Nothing is remembered, so nothing has to settle; see `SlipStage`."""
+        return self.outputs_at(signal, *q.values())
+
+
 @runtime_checkable
 class PositionStage(Stage, Protocol):
     """A stage on the position has no state. Its outputs are columns of a law, and rows tell where to look for it."""
@@ -176,7 +214,7 @@ class PositionStage(Stage, Protocol):
         """The linear parameters that a law gets for the stage, one an output."""
         ...
 
-    def outputs_at(self, position: Any, *numbers: Any) -> tuple[Any, ...]:
+    def outputs_at(self, signal: Any, *numbers: Any) -> tuple[Any, ...]:
         """The outputs, elementwise on any operand."""
         ...
 

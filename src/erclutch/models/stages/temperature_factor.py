@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from erclutch.arithmetic.dual import pick
 from erclutch.models.laws.law import Part, ShapeParameter
-from erclutch.models.stages.stage import Memory, Place
-from erclutch.signals.clock import Clock
+from erclutch.models.stages.stage import Place, RowByRow
 
 
 @dataclass(frozen=True)
-class TemperatureFactor:
+class TemperatureFactor(RowByRow):
     """The factor as a stage.
 
     Attributes:
@@ -37,26 +35,6 @@ class TemperatureFactor:
         """The number of the factor."""
         return (self.shape,)
 
-    def respond(
-        self,
-        signal: Any,
-        clock: Clock,
-        q: Sequence[Any],
-        rows: slice,
-    ) -> Any:
-        """The factor over all rows; see `Stage`."""
-        return pick(self.factor(signal, q[0]), rows)
-
-    def initial(self, signal: Any, q: Mapping[str, float]) -> Mapping[str, Any]:
-        """There is no state."""
-        return {}
-
-    def step(
-        self,
-        memory: Memory,
-        signal: Any,
-        q: Mapping[str, float],
-        period: float,
-    ) -> tuple[Any, ...]:
-        """One row."""
-        return (self.factor(signal, *q.values()),)
+    def outputs_at(self, signal: Any, *numbers: Any) -> tuple[Any, ...]:
+        """The factor."""
+        return (self.factor(signal, *numbers),)

@@ -9,19 +9,17 @@ A law's own viscosity is constant in most cases. This stage lets it thin (p < 1)
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from erclutch.arithmetic.dual import pick
 from erclutch.models.laws.law import EFFORT, Gain, ShapeParameter
 from erclutch.models.laws.smooth import signed_power
-from erclutch.models.stages.stage import Memory, Place, SlipAndStrength, StageFamily
-from erclutch.signals.clock import Clock
+from erclutch.models.stages.stage import Place, RowByRow, SlipAndStrength, StageFamily
 
 
 @dataclass(frozen=True)
-class Viscous:
+class Viscous(RowByRow):
     """The power of the slip as a stage."""
 
     name: str = "viscous"
@@ -45,38 +43,15 @@ class Viscous:
         """The exponent."""
         return (ShapeParameter("p", "exponent of the slip in the viscous effort", 0.1, 2.5),)
 
-    def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
-        """The power of the slip: nothing is remembered."""
-        return (signed_power(signal.slip, q["p"]),)
+    def outputs_at(self, signal: SlipAndStrength, *numbers: Any) -> tuple[Any, ...]:
+        """The power of the slip."""
+        (exponent,) = numbers
+        return (signed_power(signal.slip, exponent),)
 
     def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
         """The power of the slip, and that times the strength of the field."""
         with_field = [strength * output for output in outputs]
         return (*outputs, *with_field)
-
-    def respond(
-        self,
-        signal: SlipAndStrength,
-        clock: Clock,
-        q: Sequence[Any],
-        rows: slice,
-    ) -> list[Any]:
-        """The power of the slip; see `Stage`."""
-        return [pick(signed_power(signal.slip, q[0]), rows)]
-
-    def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
-        """There is no state."""
-        return {}
-
-    def step(
-        self,
-        memory: Memory,
-        signal: SlipAndStrength,
-        q: Mapping[str, float],
-        period: float,
-    ) -> tuple[Any, ...]:
-        """One row."""
-        return (signed_power(signal.slip, q["p"]),)
 
 
 STAGE = StageFamily(lambda count, forms: Viscous(), ladder=("viscous",))
