@@ -18,7 +18,7 @@ from erclutch.errors import shell_word
 from erclutch.logs.synthetic import synthetic_log
 from erclutch.models.model_file import digest_of
 from erclutch.runs.run_folder import read_run
-from tests.support.command import run
+from tests.support.command import good, run
 
 NAMES = {"time": "t", "field": "u", "slip": "w", "torque": "M"}
 
@@ -439,3 +439,31 @@ def test_a_log_that_moves_otherwise_is_told(place: Path, tmp_path: Path) -> None
         )
     _, said, warned = run("score", place / "two.csv", "--run", place / "run", cwd=tmp_path)
     assert "than every training log" not in said + warned
+
+
+def test_a_sheet_of_points_with_a_stage_is_predicted_scored_reported_and_exported(
+    tmp_path: Path,
+) -> None:
+    speed = np.linspace(0.05, 0.6, 6)
+    speed = np.tile(np.concatenate([-speed[::-1], speed]), 3)
+    current = np.repeat([0.0, 0.8, 1.6], 12)
+    force = 500.0 * current * np.tanh(speed / 0.03) + 500.0 * speed
+    force[speed < 0.0] *= 0.6
+    force += 100.0 * np.tanh(speed / 0.03) + 4.0 * np.random.default_rng(7).normal(size=speed.size)
+    rows = np.column_stack([current, speed, force])
+    header = "current [A],velocity [m/s],force [N]"
+    np.savetxt(tmp_path / "sheet.csv", rows, delimiter=",", header=header, comments="")
+
+    fitted = good(
+        *("fit", "sheet.csv", "--time", "none", "--models", "bingham", "--out", "run"), cwd=tmp_path
+    )
+    assert "Its specification: bingham+sides" in fitted
+    good("predict", "sheet.csv", "--run", "run", "--band", "--out", "predicted.csv", cwd=tmp_path)
+    predicted = pd.read_csv(tmp_path / "predicted.csv", comment="#")
+    assert np.sqrt(np.mean((predicted["effort [N]"] - force) ** 2)) < 8.0  # twice the noise
+    assert "Bingham law with two sides" in good("score", "sheet.csv", "--run", "run", cwd=tmp_path)
+    good("report", "run", cwd=tmp_path)
+    page = (tmp_path / "run" / "report.html").read_text("utf-8")
+    assert "The stages alone (sides) take" in page
+    assert "tell little of a lag" not in page
+    good("export", "run", cwd=tmp_path)

@@ -39,7 +39,9 @@ def test_no_lag_is_offered_and_a_line_says_why() -> None:
     ("asked", "said"),
     [
         (Settings(models=("bingham",), lag="lag"), "the stages lag follow a time"),
-        (Settings(models=("bingham+dahl",)), "the stages dahl follow a time"),
+        (Settings(models=("bingham+dahl",)), "the stages dahl follow a time.*Leave dahl out"),
+        (Settings(models=("bingham+sides+inertia",)), "the stages inertia follow a time"),
+        (Settings(models=("bingham",), lag="stiffness+viscous"), "the stages stiffness follow"),
         (Settings(models=("fnn-2",), past=(1,)), "past samples follow a time"),
     ],
 )

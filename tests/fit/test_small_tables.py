@@ -9,6 +9,7 @@ import pytest
 
 from erclutch.errors import CheckError
 from erclutch.fit.checks.data_check import check
+from erclutch.fit.choice.ladder import grown
 from erclutch.fit.choice.points_left_out import fields_left_out, points_left_out
 from erclutch.fit.choice.validation import parts_of_training
 from erclutch.fit.comparison import Settings, compare
@@ -18,6 +19,9 @@ from erclutch.logs.clock.timing import of_points
 from erclutch.logs.covering_stretches import field_levels
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.held_out import hold_out
+from erclutch.models.laws import law_from_name
+from erclutch.models.structure import Structure
+from erclutch.signals.array import Array
 
 YIELD, VISCOSITY, FRICTION = 3.0, 0.005, 0.2
 
@@ -28,6 +32,10 @@ def sheet(fields: tuple[float, ...] = (0.0, 0.5, 1.0), speeds: int = 12) -> Data
     field = np.repeat(fields, speeds)
     slip = np.tile(np.linspace(5.0, 60.0, speeds), len(fields))
     effort = FRICTION + YIELD * field + VISCOSITY * slip + 0.01 * rng.standard_normal(slip.size)
+    return points_of(field, slip, effort)
+
+
+def points_of(field: Array, slip: Array, effort: Array) -> Dataset:
     signals = {"field": field, "slip": slip, "effort": effort}
     units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
     data = build_dataset(recording_from_arrays(signals, units, rate=1.0))
@@ -85,9 +93,81 @@ def test_points_at_hardly_two_of_a_field_are_left_out_all_over() -> None:
     data = sheet(fields=tuple(np.linspace(0.0, 1.0, 20)), speeds=2)
     assert fields_left_out(data) == ([], 0)
     masks = points_left_out(data)
-    np.testing.assert_array_equal(np.sum(masks, axis=0), 1)
+    np.testing.assert_array_equal(np.sum(masks, axis=0)[1:-1], 1)
     for mask in masks:
         assert np.ptp(data.elements[0].slip[mask]) > 0.0
+
+
+def both_ways(softer: float, fields: tuple[float, ...], noise: float = 4.0) -> Dataset:
+    """Points of a damper, a dozen at a field; its compression is so much softer than its rebound. SYNTHETIC."""
+    rng = np.random.default_rng(7)
+    one_way = np.linspace(0.05, 0.6, 6)
+    slip = np.tile(np.concatenate([-one_way[::-1], one_way]), len(fields))
+    field = np.repeat(fields, 12)
+    turned = np.tanh(slip / 0.03)
+    effort = 500.0 * field * turned + 500.0 * slip
+    effort[slip < 0.0] *= softer
+    effort += 100.0 * turned + 90.0
+    effort += noise * rng.standard_normal(slip.size)
+    return points_of(field, slip, effort)
+
+
+@pytest.mark.parametrize("speeds", [10, 13])
+@pytest.mark.parametrize("fields", [1, 2, 4])
+def test_points_left_out_lie_between_others_of_their_field(fields: int, speeds: int) -> None:
+    data = sheet(fields=tuple(np.linspace(0.0, 1.0, fields)), speeds=speeds)
+    masks = points_left_out(data)
+    slip = data.elements[0].slip
+    together = np.sum(masks, axis=0)
+    np.testing.assert_array_equal(together, (slip > 5.0) & (slip < 60.0))
+    for mask in masks:  # no whole field, and no two neighbours
+        at_field = mask.reshape(fields, speeds)
+        assert not at_field.all(axis=1).any()
+        assert not (at_field[:, 1:] & at_field[:, :-1]).any()
+        assert not (at_field[1:] & at_field[:-1]).any()
+
+
+@pytest.mark.parametrize("fields", [(0.0, 0.8, 1.6), (0.0, 0.4, 0.8, 1.2, 1.6)])
+def test_rebound_unlike_compression_is_found_in_a_sheet(fields: tuple[float, ...]) -> None:
+    comparison = compare(both_ways(0.6, fields), Settings(models=("bingham",)))
+    assert comparison.recommended == "bingham+sides"
+    entry = comparison.entry("bingham+sides")
+    assert entry.test.share.value < 0.02  # the law alone errs by a tenth
+    assert entry.test.share.value < 0.2 * comparison.entry("bingham").test.share.value
+    # Half the difference of the ways at the highest field, and the mean of both.
+    truth = {"eta": 400.0, "eta_a": 100.0, "T_y": 640.0, "T_ay": 160.0}
+    for estimate in entry.outcome.estimates:
+        if estimate.name in truth:
+            assert estimate.low <= truth[estimate.name] <= estimate.high
+
+
+@pytest.mark.parametrize(
+    "asked", [Settings(models=("bingham+sides",)), Settings(models=("bingham",), lag="sides")]
+)
+def test_a_stage_that_needs_no_time_may_be_asked_for(asked: Settings) -> None:
+    comparison = compare(both_ways(0.6, (0.0, 0.8, 1.6)), asked)
+    assert comparison.recommended == "bingham+sides"
+
+
+def test_a_sheet_whose_ways_are_alike_gets_no_stage() -> None:
+    data = both_ways(1.0, (0.0, 0.4, 0.8, 1.2, 1.6))
+    comparison = compare(data, Settings(models=("bingham",)))
+    assert comparison.recommended == "bingham"
+
+
+def test_knees_are_found_in_a_sheet_without_a_field() -> None:
+    speed = np.linspace(0.02, 0.6, 24)
+    slip = np.concatenate([-speed[::-1], speed])
+    effort = 3000.0 * slip - 2400.0 * np.maximum(slip - 0.2, 0.0)
+    effort -= 2000.0 * np.minimum(slip + 0.12, 0.0)
+    effort += 3.0 * np.random.default_rng(2).standard_normal(slip.size)
+    law = law_from_name("bingham/constant", "single")
+    base = Structure("single", "bingham/constant", law, offset=True)
+    rung = grown(points_of(np.zeros(slip.size), slip, effort), base)[-1]
+    assert rung.structure.dynamics == "knees"
+    reference = np.sqrt(np.mean(slip**2))
+    assert rung.numbers["w_f"] * reference == pytest.approx(0.2, rel=0.03)
+    assert rung.numbers["w_b"] * reference == pytest.approx(0.12, rel=0.03)
 
 
 def test_a_measured_field_that_scatters_is_one_level() -> None:

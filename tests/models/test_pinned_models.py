@@ -24,7 +24,7 @@ from erclutch.models.networks import network_from_name, table_shapes
 from erclutch.models.networks.network_file import network_from_dict
 from erclutch.models.networks.network_model import NetworkModel, Scaling
 from erclutch.models.residual_model import BoundedResidual, ResidualModel
-from erclutch.models.stages import canonical, remembers, shown_stages, stage_equations, stages_of
+from erclutch.models.stages import canonical, needs_time, shown_stages, stage_equations, stages_of
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
@@ -221,7 +221,7 @@ def test_stages_in_words(pinned: Pinned) -> None:
         "stops-2/field",
         "x",
     )
-    kept = {s.name: remembers(s) for s in shown_stages() if s.place == "slip"}
+    kept = {s.name: needs_time(s) for s in shown_stages() if s.place == "slip"}
     pinned([about, kept, [told(lambda f=f: [canonical(f), stage_equations(f)]) for f in forms]])
 
 

@@ -17,7 +17,7 @@ from erclutch.fit.checks.finding import Finding
 from erclutch.fit.choice.stage_families import families, with_stage
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.logs.dataset import Dataset
-from erclutch.models.stages import NONE, remembers, slip_stages, stage_named, stages_of
+from erclutch.models.stages import NONE, needs_time, slip_stages, stage_named, stages_of
 from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.percent import percent
@@ -185,7 +185,7 @@ def _candidates(dynamics: str) -> Iterator[str]:
         if not rungs and has_another_form:
             continue
         above = max(rungs, default=-1) + 1
-        if above < len(ladder) and remembers(stage_named(ladder[above])):
+        if above < len(ladder) and needs_time(stage_named(ladder[above])):
             yield ladder[above]
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from erclutch.errors import ErclutchError
 from erclutch.models.laws import law_from_name
 from erclutch.models.networks import is_network
-from erclutch.models.stages import stage_named
+from erclutch.models.stages import needs_time, stage_named
 
 #: What a stage brings, by the place where it works.
 _KINDS = {
@@ -20,6 +20,8 @@ _KINDS = {
 }
 #: Stages on the slip that are no memory of it, though they have a state.
 _NO_MEMORY = {"stiffness": "a spring"}
+#: Stages on the slip without a state: where a memory stands beside them, its word says enough.
+_SHAPES = {"sides": "two sides", "knees": "knees", "viscous": "a power of the slip"}
 #: A law of one direction says so in its own title.
 _FORWARD = "forward"
 
@@ -99,6 +101,11 @@ def _parts_of(name: str) -> _Parts:
             except ErclutchError:  # its package is not here
                 kind = part
         by_kind.setdefault(kind, []).append(part)
+    on_slip = by_kind.get("memory", [])
+    if on_slip and not any(needs_time(stage_named(part)) for part in on_slip):
+        del by_kind["memory"]
+        for part in on_slip:
+            by_kind.setdefault(_SHAPES.get(part, part), []).append(part)
     order = ("a network", "lags", "memory", "a spring", "temperature", "ripple", *by_kind)
     kinds = {kind: tuple(by_kind[kind]) for kind in dict.fromkeys(order) if kind in by_kind}
     if not is_network(first):

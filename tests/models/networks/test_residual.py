@@ -29,7 +29,7 @@ from erclutch.models.load import load_model
 from erclutch.models.model_file import digest_of
 from erclutch.models.networks import network_from_name
 from erclutch.models.residual_model import ResidualModel, ResidualStructure, parts_of
-from erclutch.models.stages import remembers, stages_of
+from erclutch.models.stages import needs_time, stages_of
 from erclutch.models.structure import Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
@@ -276,7 +276,7 @@ def test_a_short_log_gets_no_network_with_more_weights_than_rows(data: Dataset) 
     short = remembering(data).take(np.arange(data.rows) < 300)
     found = compare(short, Settings(models=("bingham", "fnn-50")))
     assert any(
-        remembers(stage)
+        needs_time(stage)
         for e in found.entries
         for stage in stages_of(e.outcome.model.structure.dynamics)
     )

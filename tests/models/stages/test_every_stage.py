@@ -21,7 +21,7 @@ from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.model import Range
-from erclutch.models.stages import GROUP, stage_named
+from erclutch.models.stages import GROUP, needs_time, stage_named
 from erclutch.models.stages.stage import (
     Memory,
     PositionStage,
@@ -208,6 +208,21 @@ def test_some_rows_are_those_of_all(stage: Stage) -> None:
     some = slice(50, 90)
     for part, whole in zip(responses(stage, u, q, some), responses(stage, u, q), strict=True):
         np.testing.assert_array_equal(part, whole[some])
+
+
+@stages
+def test_only_a_stage_that_needs_no_time_says_the_same_of_rows_in_another_order(
+    stage: Stage,
+) -> None:
+    q, u = list(numbers(stage).values()), coming(stage, signal())
+    order = np.random.default_rng(2).permutation(ROWS)
+    turned = (
+        SlipAndStrength(u.slip[order], u.strength[order]) if stage.place == "slip" else u[order]
+    )
+    same = True
+    for whole, again in zip(responses(stage, u, q), responses(stage, turned, q), strict=True):
+        same &= np.allclose(np.asarray(whole)[order], again, rtol=1e-9, atol=1e-12)
+    assert same != needs_time(stage)
 
 
 @stages

@@ -7,10 +7,8 @@ from collections.abc import Iterable
 from erclutch.errors import SettingError
 from erclutch.fit.checks.finding import Finding
 from erclutch.logs.dataset import Dataset
-from erclutch.models.stages import stages_of
+from erclutch.models.stages import needs_time, stages_of
 
-#: Places of the stages that take something from one row to the next.
-_IN_TIME = ("command", "slip", "effort")
 NO_MEMORY = Finding(
     "note",
     "dynamics",
@@ -28,18 +26,18 @@ def refuse_memory(data: Dataset, specifications: Iterable[str], past: bool) -> N
         past: whether past samples were asked for.
 
     Raises:
-        SettingError: a stage that keeps a state, or past samples.
+        SettingError: a stage that needs a time, or past samples.
     """
     if not data.in_no_time:
         return
-    kept: list[str] = []
+    in_time: list[str] = []  # of each specification with such stages, these stages
     for name in specifications:
-        if any(stage.place in _IN_TIME for stage in stages_of(name)):
-            kept.append(name)
-    if kept or past:
-        asked = f"the stages {kept[0]} follow" if kept else "past samples follow"
+        of_name = [stage.name for stage in stages_of(name) if needs_time(stage)]
+        if of_name:
+            in_time.append("+".join(of_name))
+    if in_time or past:
+        asked = f"the stages {in_time[0]} follow" if in_time else "past samples follow"
         problem = f"{asked} a time, and the rows are points of a table, none after another in time"
-        remedy = (
-            f"Leave {'--lag' if kept else '--past'} out, or give --rate if they are rows of a log"
-        )
+        left_out = in_time[0] if in_time else "--past"
+        remedy = f"Leave {left_out} out, or give --rate if they are rows of a log"
         raise SettingError(problem, remedy=remedy)

@@ -56,6 +56,8 @@ _SHOWING = 0.05
 _SHOWING_PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)
 #: Training rows for each number of a fit, below which no stage is added: a hundred rows would get seven stages.
 _ROWS_A_NUMBER = 10
+#: The same of points of a table: none is like the point before.
+_POINTS_A_NUMBER = 2
 #: Widest edge of plays, over the noise of the field, from which on they tell more than that noise is smoothed.
 _EDGE_OVER_NOISE = 4.0
 #: Standard deviation of white noise over the median size of its second differences.
@@ -92,6 +94,7 @@ def grown(
     # What may still be added: stages by their names, and further inputs as ``=NAME``.
     left = [name for name in known if feels(train, base, name, extras)]
     left += [f"={name}" for name in extras if name != TEMPERATURE]
+    rows_a_number = _POINTS_A_NUMBER if train.in_no_time else _ROWS_A_NUMBER
     while left:
         here = rungs[-1]
         left = [name for name in left if name.removeprefix("=") not in here.structure.extras]
@@ -115,7 +118,7 @@ def grown(
             if name in worth_of and name not in showing:
                 continue
             richer = widened(here.structure, name)
-            if numbers_of_fit(richer) * _ROWS_A_NUMBER > train.rows:
+            if numbers_of_fit(richer) * rows_a_number > train.rows:
                 continue
             rung = _rung_above(folds, here, richer, name)
             if _edge_in_noise(train, rung, name):

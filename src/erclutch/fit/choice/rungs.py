@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.fit.choice.points_left_out import points_left_out
 from erclutch.fit.choice.scoring import independent_rows
 from erclutch.fit.laws.fit_law import reference_of
 from erclutch.fit.laws.law_problem import separable
@@ -84,6 +85,7 @@ def folds_of(train: Dataset, *, whole: bool = False) -> list[Fold]:
 
     States run through: a window that began at rest would hide a memory that is longer than it. Of many logs each is a
     window, fields and motions like the squares of a chessboard: both folds have all of either, but no pair twice.
+    Points of a table, none after another in time, are scored a few from all over at a time, between those fitted.
     """
     many = len(train.source_rows) >= _MANY_LOGS
     data = train
@@ -97,6 +99,8 @@ def folds_of(train: Dataset, *, whole: bool = False) -> list[Fold]:
             kept[start : start + length] = True
         data = train.take(kept)
 
+    if data.in_no_time:
+        return [_fold(data, scored) for scored in points_left_out(data)]
     window = np.zeros(data.rows, np.intp)  # number of each row's window
     if many:
         logs = groups_of(data)
@@ -110,19 +114,22 @@ def folds_of(train: Dataset, *, whole: bool = False) -> list[Fold]:
             window[start:stop] = number + np.arange(rows) * count // rows
 
     odd: Mask = window % 2 == 1
-    folds: list[Fold] = []
-    for fitted in (odd, ~odd):
-        places = np.flatnonzero(fitted)
-        every = max(1, -(-places.size // FITTED_ROWS))  # rounded up
-        folds.append(Fold(data, places[::every], ~fitted))
-    return folds
+    return [_fold(data, scored) for scored in (~odd, odd)]
+
+
+def _fold(data: Dataset, scored: Mask) -> Fold:
+    """The rows that are not scored are fitted, every so many of them."""
+    places = np.flatnonzero(~scored)
+    every = max(1, -(-places.size // FITTED_ROWS))  # rounded up
+    return Fold(data, places[::every], scored)
 
 
 def rung_of(folds: Sequence[Fold], structure: Structure, known: dict[str, float]) -> Rung:
     """A structure fitted to each fold and scored on the rows between, from the numbers that are known on."""
     numbers = known
     data = folds[0].data  # of all folds
-    residual = np.empty(data.rows)  # of each row by the fit that did not score it
+    residual = np.zeros(data.rows)  # of each row by the fit that did not score it
+    scored = np.logical_or.reduce([fold.scored for fold in folds])
     reference = reference_of(data, structure.extras)
     shapes = shapes_told(data, structure, reference)
     for fold in folds:
@@ -142,6 +149,7 @@ def rung_of(folds: Sequence[Fold], structure: Structure, known: dict[str, float]
         residual[fold.scored] = (data.effort - estimated)[fold.scored]
         # The next fold starts where this one ended.
         numbers = dict(zip((shape.name for shape in shapes), q, strict=True))
+    residual = residual[scored]
     error = rms(residual)
     neighbours = len(data.source_rows) < _MANY_LOGS and np.isfinite(error)
     independent = independent_rows(residual) if neighbours else np.inf

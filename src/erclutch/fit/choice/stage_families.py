@@ -9,7 +9,7 @@ from erclutch import registry
 from erclutch.fit.checks.data_check import steady_command
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws.yield_stress import CONSTANT
-from erclutch.models.stages import GROUP, NONE, stage_named
+from erclutch.models.stages import GROUP, NONE, needs_time, stage_named
 from erclutch.models.stages.stage import StageFamily
 from erclutch.models.structure import Structure
 from erclutch.signals.recording import POSITION, TEMPERATURE
@@ -34,8 +34,16 @@ def feels(
     name: str,
     extras: Sequence[str],
 ) -> bool:
-    """Whether a stage can do anything: one on the temperature needs it, and a law whose effort it knows apart."""
-    place = stage_named(name).place
+    """Whether a stage can do anything: one on the temperature needs it, and a law whose effort it knows apart.
+
+    Points of a table, none after another in time, feel only stages that need no time.
+    """
+    stage = stage_named(name)
+    if train.in_no_time and needs_time(stage):
+        return False
+    if _is_of_two_ways(name) and not _goes_either_way(train):
+        return False
+    place = stage.place
     if place == "command":
         return not steady_command(train)
     if place == "position":
@@ -43,6 +51,16 @@ def feels(
     if place != "temperature":
         return True
     return TEMPERATURE in extras and set(base.law.parts) >= {"yield", "viscous"}
+
+
+def _is_of_two_ways(name: str) -> bool:
+    """Whether a stage is of what differs between the ways of the slip."""
+    return any(family.two_ways for family in _families() if name in family.ladder)
+
+
+def _goes_either_way(train: Dataset) -> bool:
+    """Whether the slip of an element takes both signs."""
+    return any(element.slip.min() < 0.0 < element.slip.max() for element in train.elements)
 
 
 def is_next(left: Sequence[str], name: str) -> bool:

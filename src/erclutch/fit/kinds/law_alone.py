@@ -39,6 +39,8 @@ _ADDED_TERMS = 2
 _EVIDENCE = 10.0
 #: Share by which the cost may grow when a term that cannot be told is taken out.
 _NO_WORSE = 0.01
+#: The same of points of a table, in squares of the noise of a point: once in twenty times chance takes more off.
+_BY_CHANCE = 4.0
 #: Other laws that are tried with the memory that was found.
 _MOST_FORMS = 3
 #: Unknowns of a law whose lack of rank may come from a term that was added.
@@ -86,7 +88,8 @@ class LawCandidate(Candidate):
     ) -> AnyOutcome:
         """The exponent of a form that saturates stays where the fields left cannot tell it; see `Candidate.refit`."""
         form = self.structure.law.yield_form
-        few = form is SATURATING and more_numbers_than_fields(train.take(kept), self.structure)
+        told_by_all = form is SATURATING or (form is POWER and self.structure.friction)
+        few = told_by_all and more_numbers_than_fields(train.take(kept), self.structure)
         return refit_near(
             train, outcome.model, kept, held=("n",) if few else (), without=outcome.without
         )
@@ -233,6 +236,10 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     trade_off = law.unknowns <= _SHORT_LAW and (law.rank < law.unknowns or not law.converged)
     if propped:
         without.insert(0, without.pop(1))  # friction first: it is what the fields do not tell
+    no_worse = _NO_WORSE
+    if train.in_no_time:
+        no_worse = max(no_worse, _BY_CHANCE / max(law.train_rows - law.parameters, 1))
+    most = (1.0 + no_worse) * law.train_cost
     unknown = set(law.unidentified)
     # Friction that hardly is there has no slip over which its sign turns.
     if TRANSITION_SLIP.name in unknown:
@@ -242,7 +249,7 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
         if not (terms <= added and in_doubt):
             continue
         cured = fit_structure(train, fewer)
-        if cured.sound and cured.train_cost <= (1.0 + _NO_WORSE) * law.train_cost:
+        if cured.sound and cured.train_cost <= most:
             note = f"left out, since these rows cannot tell it from the law's own terms: {words}"
             return replace(cured, notes=(*law.notes, note))
     if law.sound or not structure.remembers:
@@ -256,7 +263,7 @@ def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome
     meanings = {gain.name: gain.meaning for gain in own}
     for some in (*((name,) for name in meanings), *itertools.combinations(meanings, 2)):
         cured = fit_structure(train, structure, starts=[start], without=some)
-        if cured.sound and cured.train_cost <= (1.0 + _NO_WORSE) * law.train_cost:
+        if cured.sound and cured.train_cost <= most:
             words = " and ".join(meanings[name] for name in some)
             note = f"left out, since these rows cannot tell it from the memory's terms: {words}"
             return replace(cured, notes=(*law.notes, note))
@@ -321,9 +328,8 @@ def with_memory(
     best = min(known, key=lambda law: law.train_cost)
     base = _plainest_of_the_best(known)
     first_rung = replace(base.model.structure, dynamics=best.model.structure.dynamics)
-    among = () if train.in_no_time else None
     with one_thread():
-        rungs = grown(train, first_rung, tuple(train.extras), among)
+        rungs = grown(train, first_rung, tuple(train.extras))
         # Share of the error that a column would take off, by its name.
         spare = helpful(train, rungs[-1])
 

@@ -19,7 +19,7 @@ from erclutch.models.laws.yield_stress import SATURATING, TANH
 from erclutch.models.model import full_name
 from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_network, network_from_name
 from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
-from erclutch.models.stages import remembers, slip_stages, stages_of
+from erclutch.models.stages import needs_time, slip_stages, stages_of
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Mask
 
@@ -175,7 +175,7 @@ def remembered(stages: str) -> str:
     """
     kept: list[str] = []
     for stage in stages_of(stages):
-        on_slip = stage.place == "slip" and remembers(stage)
+        on_slip = stage.place == "slip" and needs_time(stage)
         if stage.place == "command" or on_slip:
             kept.append(stage.name)
     return "+".join(kept) or "none"

@@ -43,6 +43,7 @@ from erclutch.models.given_rows import further_inputs
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
+from erclutch.models.stages import NONE
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.array import Array, Mask, largest_size, rms
 from erclutch.signals.device import largest_field
@@ -117,7 +118,7 @@ def fit_structure(
     keep_heap()
     reference = reference_of(data, structure.extras)
     shapes = shapes_told(data, structure, reference)
-    memoryless = structure.dynamics == "none"
+    memoryless = structure.dynamics == NONE
     full = separable(data, structure, reference, shapes, slice(None), without)
     if not shapes:
         return _outcome(data, structure, reference, full, _LINEAR, ordered, intervals)
@@ -134,11 +135,8 @@ def fit_structure(
         centroids = centroids_of(gridded, [_FINEST])[_FINEST]
         cells = on_cells(centroids, structure, reference, shapes)
 
-    # A lag needs neighbouring rows, so it is searched in windows; without one, rows from all over tell more, and so do
-    # whole stretches where a stage counts from their start.
-    uncut = memoryless or structure.counts_from_the_start
     some = data
-    if not uncut:
+    if _in_windows(data, structure):
         stretches = windows(data.rows, 2 * _ROUGH_ROWS, data.period)
         some = data.take(stretches)
     few, rough, middle = (
@@ -215,7 +213,7 @@ def refit_near(
         tolerance = 1e-5
         # With the curvature, for a dead time beside a lag is a valley in which Gauss and Newton end half-way. A law
         # alone stays near: rows at two fields do not tell its form, and the curvature leads far along what is flat.
-        if structure.dynamics != "none":
+        if structure.dynamics != NONE and not data.in_no_time:
             problem = with_curvature(problem)
             tolerance = 1e-6
         nearest = minimise(problem, start, tolerance=tolerance, max_iterations=30)
@@ -231,6 +229,15 @@ _LINEAR = Minimum(
     at_lower=np.zeros(0, np.bool_),
     at_upper=np.zeros(0, np.bool_),
 )
+
+
+def _in_windows(data: Dataset, structure: Structure) -> bool:
+    """Whether few rows that stand for all are windows of neighbours, as a lag needs them.
+
+    Without a stage, and of points of a table, rows from all over tell more; where a stage counts from the start of a
+    stretch, whole stretches do.
+    """
+    return not (structure.dynamics == NONE or structure.counts_from_the_start or data.in_no_time)
 
 
 def _search(
@@ -280,7 +287,7 @@ def _outcome(
     further = {name: data.extras[name] for name in structure.extras}
     seen = Seen(reference, data.units, range_of(data), data.rows, np.nan, further, data.extra_units)
     ends = no_intervals(len(full.shapes) + len(full.gains))
-    if not intervals and structure.dynamics == "none":
+    if not intervals and structure.dynamics == NONE:
         # Rows of a memoryless law can go in slices, so that the columns of a long log are never there at once.
         projection, triangle, cost = closed_in_slices(
             data, structure, reference, full.shapes, minimum
@@ -306,7 +313,7 @@ def _outcome(
         unseen = unseen_errors(data, free.__getitem__, residual)
         # Profiles of the cost are made on a few rows that stand for all.
         some = data
-        if structure.dynamics != "none" and not structure.counts_from_the_start:
+        if _in_windows(data, structure):
             some = data.take(windows(data.rows, _ROUGH_ROWS, data.period))
         few = separable(some, structure, reference, full.shapes, thinned(some.rows, SCAN_ROWS))
         few = replace(few, pinned=full.pinned)

@@ -16,7 +16,6 @@ from erclutch.models.stages.outside_stage import OutsideStage, made_stage
 from erclutch.models.stages.stage import (
     Place,
     PositionStage,
-    SlipAndStrength,
     SlipStage,
     Stage,
     StageFamily,
@@ -88,11 +87,12 @@ def stages_at(specification: str, place: Place) -> tuple[Stage, ...]:
     return tuple(stage for stage in stages_of(specification) if stage.place == place)
 
 
-@cache
-def remembers(stage: Stage) -> bool:
-    """Whether a stage on the slip has a state."""
-    q = {shape.name: shape.scanned[0] for shape in stage.parameters(1.0)}
-    return bool(stage.initial(SlipAndStrength(0.0, 0.0), q))
+def needs_time(stage: Stage) -> bool:
+    """Whether a stage takes something from one row to the next, so that points of a table say nothing of it.
+
+    A stage that works on each row alone says so: its ``needs_time`` is False, as that of every `RowByRow` is.
+    """
+    return getattr(stage, "needs_time", True)
 
 
 def slip_stages(specification: str) -> tuple[SlipStage, ...]:

@@ -68,4 +68,4 @@ class Sides(RowByRow):
         return size, strength * way
 
 
-STAGE = StageFamily(lambda count, forms: Sides(), ladder=("sides",))
+STAGE = StageFamily(lambda count, forms: Sides(), ladder=("sides",), two_ways=True)

@@ -170,7 +170,13 @@ class SlipStage(Stage, Protocol):
 
 
 class RowByRow(ABC):
-    """What stages share that have no state: the outputs of a row follow from the signal of that row alone."""
+    """What stages share that have no state: the outputs of a row follow from the signal of that row alone.
+
+    Attributes:
+        needs_time: see `erclutch.models.stages.needs_time`.
+    """
+
+    needs_time = False
 
     @abstractmethod
     def outputs_at(self, signal: Any, *numbers: Any) -> tuple[Any, ...]:
@@ -243,6 +249,8 @@ class StageFamily:
         edge: a parameter, a part of the field, that the ladder believes only above the noise of the field; "": none.
         striking: the ladder searches it only where its columns show beside the law's, and takes it only where it takes
             as much off: a corner that hardly shows is a bend, which other stages say.
+        two_ways: the ladder tries it only where the slip goes either way: it is of what differs between the ways, and
+            of one way the law says the same.
     """
 
     make: Callable[[int, tuple[str, ...]], Stage]
@@ -253,6 +261,7 @@ class StageFamily:
     beside: str = ""
     edge: str = ""
     striking: bool = False
+    two_ways: bool = False
 
 
 def numbered(stem: str, number: int, *, ahead: bool = False) -> str:

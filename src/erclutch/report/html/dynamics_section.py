@@ -44,6 +44,8 @@ def _fill(material: Material) -> dict[str, Any]:
             f" Over {count(after.switches)} switches held out, the RMSE of the recommended model is largest "
             f"{when}: {material.effort.of(float(curve[worst]))}."
         )
+    if material.rows.data.in_no_time:
+        of_switches = ""
     if staged:
         # Of two models that differ in nothing else.
         of_stages = (
@@ -64,7 +66,6 @@ def _fill(material: Material) -> dict[str, Any]:
     elif material.body["settings"]["lag"] == "none":
         of_stages = "No model has a lag or a memory: none was asked for (--lag none)."
     elif material.rows.data.in_no_time:
-        of_switches = ""
         of_stages = "No model has a lag or a memory: the rows are points of a table, none after another in time."
     elif material.without_field:
         of_switches = ""
