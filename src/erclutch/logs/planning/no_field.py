@@ -31,7 +31,9 @@ from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
 _OTHER_AXIS = frozenset({"id", "isd", "d"})
-_OWN_SCALE = re.compile(r"(?:°|deg ?)?[CF]|[℃℉]|dB\w*|bits?|counts?|ticks?|lsb", re.I)
+_OWN_SCALE = re.compile(
+    r"(?:°|deg ?)?[CF]|[℃℉]|dB\w*|bits?|counts?|ticks?|lsb|unitless|segments?|cycles?", re.I
+)
 #: The last word of a column that numbers the steps of a test, and words that may stand in front of it.
 _PARTS = frozenset(
     {

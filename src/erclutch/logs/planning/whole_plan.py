@@ -43,6 +43,7 @@ from erclutch.logs.planning.further_columns import (
 )
 from erclutch.logs.planning.given_numbers import take_given_numbers
 from erclutch.logs.planning.guesses import guess_what_is_needed
+from erclutch.logs.planning.idle_channels import pass_over_idle_and_raw_channels
 from erclutch.logs.planning.missing_values import drop_few_missing_values
 from erclutch.logs.planning.motions import (
     ask_about_a_wrapped_angle,
@@ -114,6 +115,7 @@ STEPS = (
     Step("which numbers the user, a mapping or the file's name gives", take_given_numbers),
     # What the device needs besides.
     Step("which columns hold sizes of an oscillation", pass_over_oscillations),
+    Step("which channels no supply feeds", pass_over_idle_and_raw_channels),
     Step("which column each signal is that nobody named", guess_what_is_needed),
     Step("which of several joints is proposed", propose_one_joint),
     Step("whether a drive's current may stand for the effort", offer_the_current_of_a_drive),
