@@ -118,6 +118,8 @@ def test_names_differ_and_say_so() -> None:
         ),  # a force that presses beside a force that rubs
         ("t_s x_mm F_N mu", {"t_s": "s", "x_mm": "mm"}),
         ("u_d i_d u_q i_q", {}),
+        ("t U_kV omega_in omega_out M", {"U_kV": "kV"}),  # an index is one letter
+        ("t x_rad y", {}),  # radial
         ("t/s x/mm F/N", {"t/s": "s", "x/mm": "mm", "F/N": "N"}),
         ("Time/s Speed/(mm/s) Force/kN", {"Time/s": "s", "Speed/(mm/s)": "mm/s", "Force/kN": "kN"}),
         ("力/kN n", {"力/kN": "kN"}),  # a Chinese or Japanese name ends where its letters do

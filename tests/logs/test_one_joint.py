@@ -43,6 +43,23 @@ def assert_one_command_settles(plan: Plan, columns: dict[str, np.ndarray]) -> No
     assert not settled.doubts
 
 
+def test_speeds_that_nobody_filled_in_are_no_slip_beside_a_position_that_moves() -> None:
+    """ROS writes velocities of zero where a driver gives none: no model can be fitted to them."""
+    columns = {
+        "time": TIME,
+        "position0": -np.cos(3.0 * TIME) / 3.0,
+        "position1": np.full(TIME.size, 0.7),
+        "velocity0": np.zeros(TIME.size),
+        "velocity1": np.zeros(TIME.size),
+        "effort0": np.tanh(8.0 * RATE) + 0.1 * RATE,
+        "effort1": 0.01 * np.sin(40.0 * TIME),
+    }
+    plan = planned(columns)
+    assert taken(plan)["position"] == "position0"
+    assert "velocity0" not in plan.command()
+    assert_one_command_settles(plan, columns)
+
+
 @pytest.mark.parametrize(
     ("speed", "effort", "joints"),
     [

@@ -29,6 +29,7 @@ COUNTS = np.round(np.cumsum(SPEED) / 200 / (2 * np.pi) * 4096)
     [
         ("# Encoder: 4096 counts/rev", {"encoder_counts": COUNTS, "torque_Nm": TORQUE}),
         ("# counts_per_rev: 4096", {"position [counts]": COUNTS, "torque [N*m]": TORQUE}),
+        ("# Encoder: 4096 counts/rev (x4)", {"encoder": COUNTS, "torque [N*m]": TORQUE}),
         ("# PPR: 1024, quadrature x4", {"encoder": COUNTS, "torque [N*m]": TORQUE}),
         ("Kt = 0.12 Nm/A; N = 4096 counts/rev", {"counts": COUNTS, "I_motor": TORQUE / 0.12}),
         ("# Kt: 0.12 Nm/A", {"speed [rad/s]": SPEED, "motor_current [A]": TORQUE / 0.12}),

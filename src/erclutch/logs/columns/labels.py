@@ -118,7 +118,8 @@ def units_behind_names(labels: Sequence[str]) -> dict[str, str]:
     """The units of labels such as ``x_mm``, ``F_N`` and ``Force/N``, where a file has several of them.
 
     A single label of this form may have an index in place of a unit: ``i_d`` beside ``i_q``, ``F_N`` for the force that
-    presses beside a coefficient of friction, ``motor/A`` beside ``motor/B``. Where each label but the time's ends in a
+    presses beside a coefficient of friction, ``motor/A`` beside ``motor/B``. A symbol with more than a letter behind it
+    has a unit there (``U_kV``, ``M_Nm``). Where each label but the time's ends in a
     unit, a letter behind a blank is one as well (``Force N``).
     """
     letters = True  # whether a letter behind a blank is a unit: it is where a unit ends each label
@@ -141,7 +142,10 @@ def units_behind_names(labels: Sequence[str]) -> dict[str, str]:
     are_of_names = sum(split_end(label)[1] is not None for label in labels) >= _FEWEST_ALIKE
     if are_of_names and len(units_of) < _FEWEST_ALIKE:
         return {label: unit for label, unit in units_of.items() if len(unit) > 1 or is_eastern}
-    return units_of if is_eastern or len(units_of) >= _FEWEST_ALIKE else {}
+    if is_eastern or len(units_of) >= _FEWEST_ALIKE:
+        return units_of
+    symbols = {label for label in units_of if split[label][0] in _SYMBOLS and "_" in label}
+    return {label: unit for label, unit in units_of.items() if label in symbols and len(unit) > 1}
 
 
 def without_unit(name: str, unit: str | None) -> str:

@@ -19,7 +19,8 @@ def set_of(text: str) -> frozenset[str]:
 NAMES = {
     "field": "field e i u b v voltage current coilcurrent icoil drivecurrent command cmd excitation pwm duty volt amp "
     "amps cur curr strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id "
-    "uq ud ia udc fluxdensity magneticfluxdensity magneticflux flux bfield flussdichte induction inducao induccion "
+    "uq ud ia udc hv highvoltage hochspannung "
+    "fluxdensity magneticfluxdensity magneticflux flux bfield flussdichte induction inducao induccion "
     "磁感应强度 磁通密度 磁束密度 磁场强度 磁場強度 电场强度 電界強度 电流 电压 励磁电流 线圈电流 電流 電圧 "
     "占空比 デューティ デューティ比 デューティサイクル 듀티 듀티비 듀티사이클 "
     "ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",

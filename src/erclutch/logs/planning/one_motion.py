@@ -39,8 +39,12 @@ def one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tupl
         of_that_kind = [name for name in speeds if fits[name]]
         if len(of_that_kind) == 1 and None not in fits.values():
             return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
-    # The speeds of axes that were not used never change.
+    # The speeds of axes that were not used never change. Where none does, nobody filled them in.
     resting = [name for name in speeds if seen.columns[name].shape.constant]
+    if len(resting) == len(speeds):
+        positions, _ = candidates(seen, "position", [*taken, *speeds])
+        if any(not seen.columns[name].shape.constant for name in positions):
+            return [], ""
     if len(speeds) <= _FEW and len(resting) == len(speeds) - 1:
         moving = [name for name in speeds if name not in resting]
         return seen.of_one_side(moving, efforts), f", and {', '.join(resting)} never changes"
@@ -83,6 +87,10 @@ def one_position(
     positions = [position.name for position in kept]
     if len(positions) == 1:
         return positions, ""
+    resting = [position.name for position in kept if position.shape.constant]
+    if len(kept) <= _FEW and len(resting) == len(kept) - 1:
+        moving = [name for name in positions if name not in resting]
+        return moving, f", and {', '.join(resting)} never changes"
     keys: list[str] = []
     for key, text in seen.table.metadata.items():
         if text and _GAUGE_LENGTH.search(key):

@@ -35,6 +35,7 @@ _FEWEST_COUNTS = 8  # of a turn
 _OF_A_GEAR = set_of(
     "gear gearing gearbox getriebe getriebeubersetzung ubersetzung reduction reducer reduktor reductor"
 )
+_COUNTED_ALREADY = re.compile(r"(?:counts?|ticks?)\b", re.IGNORECASE)
 _QUADRATURE = re.compile(r"quadrature|x ?4\b", re.IGNORECASE)
 _RATIO = re.compile(r"(\d+(?:\.\d+)?)\s*(?::\s*(\d+(?:\.\d+)?))?")
 _PLACE = re.compile(r"NUMBER ([^\"'/]+)/([^\"']+)")
@@ -174,7 +175,8 @@ def _stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
         stated: StatedScale | None = None
         if signal in _MOTIONS:
             is_of_encoder = not _OF_AN_ENCODER.isdisjoint(words_of(split_label(key)[0]))
-            edges = 4 if _QUADRATURE.search(text) else 1  # of a pulse that are counted
+            # Of a pulse or a line that are counted; what is called counts has been counted.
+            edges = 4 if _QUADRATURE.search(text) and not _COUNTED_ALREADY.match(unit) else 1
             is_bare = not _QUADRATURE.sub("", unit).strip()
             counts_turns = _OF_A_TURN.search(unit) or (is_bare and is_of_encoder)
             if counts_turns and number >= _FEWEST_COUNTS:
