@@ -613,6 +613,14 @@ def test_a_folder_of_folders_names_those_that_hold_logs(tmp_path: Path) -> None:
     )
 
 
+def test_folders_that_hold_logs_are_found_at_any_depth(tmp_path: Path) -> None:
+    for folder in ("0A/1Hz", "0A/2Hz", ".git/logs"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "log.csv").write_text("t,c\n0,1\n1,2\n")
+    error = refused("inspect", tmp_path, cwd=tmp_path)
+    assert "Give one of its folders: 0A/1Hz, 0A/2Hz; or" in error
+
+
 def test_logs_that_ask_the_same_are_told_once_with_one_command(tmp_path: Path) -> None:
     slips = [3 * math.sin(k / 9) for k in range(300)]
     for yielding, field in enumerate(("0x5", "1", "2"), start=1):

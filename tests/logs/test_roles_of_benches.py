@@ -165,3 +165,20 @@ def test_the_current_of_a_coil_is_proposed_before_that_which_makes_the_torque() 
     }
     plan = planned({**columns, drive: np.abs(TORQUE), "p2900: coil": CURRENT}, units)
     assert taken(plan, "field") == "p2900: coil" or '--field "p2900: coil [A]"' in plan.command()
+
+
+@pytest.mark.parametrize("copies", [1, 2])
+def test_of_two_columns_of_one_name_none_is_taken_in_silence(copies: int) -> None:
+    columns = {"t": TIME, "v": SPEED, "Force": TORQUE}
+    for copy in range(copies):
+        columns[f"Force ({copy + 2})"] = 0.9 * TORQUE + copy
+    (question,) = planned({**columns, "I": CURRENT}, {"v": "m/s", "I": "A"}).questions
+    assert question.signal == "effort"
+    assert "columns Force, Force (2)" in question.problem
+
+
+def test_a_column_that_repeats_another_of_its_name_asks_nothing() -> None:
+    columns = {"t": TIME, "v": SPEED, "Force": TORQUE, "Force (2)": TORQUE, "I": CURRENT}
+    plan = planned(columns, {"v": "m/s", "I": "A"})
+    assert plan.questions == ()
+    assert taken(plan, "effort") == "Force"

@@ -342,11 +342,12 @@ def test_a_row_of_units_with_one_that_has_no_factor(units: str) -> None:
     assert tuple(table.units.values()) == tuple(unit.strip("[]") for unit in units.split(","))
 
 
-def test_dates_of_a_spreadsheet_are_days(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["time", "Date/Time", "DateTime"])
+def test_dates_of_a_spreadsheet_are_days(tmp_path: Path, name: str) -> None:
     days = 44927.5 + np.arange(200) / 86400.0 / 100.0
     rows = "".join(f"{t:.10f},{k % 2},{np.sin(k / 9):.6f},{k % 7}\n" for k, t in enumerate(days))
     path = tmp_path / "log.csv"
-    path.write_text("time,field [V],slip [rad/s],effort [N*m]\n" + rows)
+    path.write_text(f"{name},field [V],slip [rad/s],effort [N*m]\n{rows}")
     recording = read(path)
     assert recording.period == pytest.approx(0.01, rel=1e-6)
     assert any(

@@ -28,6 +28,8 @@ CASES = [
     ("m/s", "slip", 1.0, "m/s"),
     ("deg", "theta", math.pi / 180, "rad"),
     ("°", "position", math.pi / 180, "rad"),
+    ("rev", "position", 2 * math.pi, "rad"),
+    ("revs", "theta", 2 * math.pi, "rad"),
     ("-", "theta", 1.0, "rad"),
     ("in", "position", 0.0254, "m"),
     ("um", "position", 1e-6, "m"),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import os
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
@@ -12,7 +14,7 @@ from cyclopts import Group, Parameter
 
 from erclutch.cli.folded_help import folded
 from erclutch.cli.quantities import HERTZ
-from erclutch.errors import LogError
+from erclutch.errors import LogError, listed
 
 if TYPE_CHECKING:
     from erclutch.logs import ColumnMap, Plan, Table
@@ -36,8 +38,9 @@ _Device = Literal["single", "coaxial"]
 _DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"]
 
 
-# Options whose name on the command line is not that of their attribute.
 _MOST_FOLDERS = 12  # that are told in one command
+_MOST_LOOKED_AT = 10_000  # folders, to find those that hold logs
+# Options whose name on the command line is not that of their attribute.
 _TYPED = {"e1": "--E1", "e2": "--E2", "e": "--E", "t": "--T", "begin": "--from", "end": "--until"}
 
 
@@ -287,16 +290,26 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             tables = [file for file in tables if file not in no_logs]
         folders = [folder for folder in path.iterdir() if folder.is_dir() and folder_reader(folder)]
         if not folders and len(words) == len(tables):
-            below: list[str] = []  # inner folders that hold logs
-            for each in sorted(path.iterdir()):
-                if each.is_dir() and any(may_be_log(file, suffixes) for file in each.iterdir()):
-                    below.append(each.name)
+            below = _folders_with_logs(path, suffixes)
             named = f"Logs end in {', '.join(suffixes)}"
             if below:
-                named = f"Give one of its folders: {', '.join(below)}"
+                named = f"Give one of its folders: {listed(below)}"
             if 1 < len(below) <= _MOST_FOLDERS:
                 together = " ".join(shlex.quote(str(path / name)) for name in below)
                 named += f"; or, where all are of one device, several: {together}"
             raise LogError("the folder holds no log", where=str(path), remedy=named)
         files.extend(sorted([*tables, *folders]))
     return files
+
+
+def _folders_with_logs(path: Path, suffixes: Container[str]) -> list[str]:
+    """The folders below a folder that hold logs, by their ways from it; hidden ones are none of the user's."""
+    from erclutch.logs.log_reader import may_be_log
+
+    ways: list[str] = []
+    for folder, inner, names in itertools.islice(os.walk(path), _MOST_LOOKED_AT):
+        inner[:] = sorted(name for name in inner if not name.startswith("."))
+        holds_logs = any(may_be_log(Path(folder, name), suffixes) for name in names)
+        if holds_logs and Path(folder) != path:
+            ways.append(Path(folder).relative_to(path).as_posix())
+    return ways

@@ -131,6 +131,7 @@ _SPELLINGS = (
         ),
         "turn",
     ),
+    (re.compile(r"(?<![\w.])revs?(?!\w)"), "turn"),
     (re.compile(r"(?<![\w.])[Aa]mps?(?!\w)"), "ampere"),  # pint reads amps as attometers per second
     (re.compile(r"(?<![\w.])([mkuµμ]?V)\s?(?:DC|AC|dc|ac|RMS|rms|eff)(?!\w)"), r"\1"),
     # ADC without a blank may be the counts of a converter.

@@ -6,8 +6,11 @@ second column of any.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
+
+import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import DRIVES, candidates
@@ -53,6 +56,7 @@ def guess(
     """
     taken = [*taken]
     names, reason = candidates(seen, signal, taken, units_of_sensor)
+    names = _with_namesakes(seen, names, taken)
     if len(names) > 1 and names[0] in seen.table.made:
         efforts, _ = candidates(seen, "effort", [*taken, *names])
         if is_of_clutch(seen, signal, names[0], efforts):
@@ -91,6 +95,22 @@ def guess(
     if signal in ("effort", "T"):
         remedy += ", or --variable all if each is a log"
     raise MappingError(problem, remedy=remedy)
+
+
+def _with_namesakes(seen: SeenColumns, names: Sequence[str], taken: Sequence[str]) -> list[str]:
+    """The names, and each further column that the file calls the same: ``Force (2)`` beside ``Force``.
+
+    A column that repeats the numbers of the first one is none.
+    """
+    every: list[str] = []
+    for name in names:
+        every.append(name)
+        namesake = re.compile(rf"{re.escape(name)} \(\d+\)")
+        for other in seen.without([*taken, *names]):
+            is_a_copy = np.array_equal(other.values, seen.columns[name].values, equal_nan=True)
+            if namesake.fullmatch(other.name) and not is_a_copy:
+                every.append(other.name)
+    return every
 
 
 def _of_the_device(seen: SeenColumns, names: Sequence[str]) -> list[str]:
