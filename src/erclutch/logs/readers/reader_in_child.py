@@ -32,6 +32,8 @@ _TEXTS = (
     "metadata",
     "notes",
     "first_row",
+    "unreadable",
+    "hollow",
 )
 _WRITTEN = "the file was written while it was read"
 _CHILD = "erclutch.logs.readers.reader_in_child"  # the module that a child runs
@@ -110,6 +112,7 @@ def table_of_answer(source: LogSource, answer: child_process.Answer) -> Table:
     clock = rest[-1] if len(rest) > len(words) else None
     others: dict[str, Any] = {key: texts[key] for key in _TEXTS}
     others["notes"] = tuple(texts["notes"])
+    others["hollow"] = tuple(texts["hollow"])
     return Table(source.name, columns, digest=source.digest, clock=clock, words=words, **others)
 
 

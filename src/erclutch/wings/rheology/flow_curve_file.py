@@ -28,6 +28,7 @@ from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.columns.row_groups import EACH, group_of, rows_of, wants_each
 from erclutch.logs.log_file import tables_in
 from erclutch.logs.table import Table, WordColumn
+from erclutch.wings.rheology.computed_tests import computed_tests, require_measured
 from erclutch.wings.rheology.conditions import (
     RATES_OF_A_SWEEP,
     Condition,
@@ -88,12 +89,15 @@ def read_flow_curves(
         recordings = recordings_in(path)
         chosen = _chosen(path, recordings, sheet)
         tables = tables_in(path, [name for name in chosen if name in recordings])
+        read_tables = {name: read for name, read in tables.items() if isinstance(read, Table)}
+        computed = {} if sheet else computed_tests(read_tables)
         parted: dict[str | None, Table] = {}  # read once for all words of a column
         each_named = bool(sheet) and not any(wants_each(test) for test in sheet)
         gathered = _Gathered()
         for name in chosen:
             speaking = _NOTHING_SPEAKS
             try:
+                require_measured(name or "", computed)
                 group = None if name in recordings else group_of(name)
                 if group is None:
                     read = tables.get(name)  # nothing for a file that is one recording
