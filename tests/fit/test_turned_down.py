@@ -30,21 +30,22 @@ def errors_of(*sizes: float) -> list[Array]:
 
 def test_a_freer_model_is_told_the_part_on_which_it_loses_most_to_the_best_law() -> None:
     errors = {
-        "law": errors_of(1.0, 1.0, 1.0),
+        "casson+lag": errors_of(1.0, 1.0, 1.0),
         "worse": errors_of(2.0, 2.0, 2.0),
         "network": errors_of(0.5, 1.4),
     }
-    worth = {"law": 0, "worse": 0}
+    worth = {"casson+lag": 0, "worse": 0}
     assert what_speaks_against({"network": 2}, errors, worth, "N") == {
-        "network": "on a part of the training rows that its fit had not seen it errs by 1.4 N, law by 1"
+        "network": "on a part of the training rows that its fit had not seen it errs by 1.4 N, "
+        "Casson law with a lag by 1"
     }
 
 
 def test_a_gain_that_is_too_little_is_told_over_all_parts() -> None:
-    errors = {"law": errors_of(1.0, 1.0), "network": errors_of(0.98, 0.98)}
-    why = what_speaks_against({"network": 2}, errors, {"law": 0}, "N")["network"]
+    errors = {"bingham": errors_of(1.0, 1.0), "network": errors_of(0.98, 0.98)}
+    why = what_speaks_against({"network": 2}, errors, {"bingham": 0}, "N")["network"]
     assert why.startswith("its gain on parts")
-    assert why.endswith("it errs by 0.98 N, law by 1")
+    assert why.endswith("it errs by 0.98 N, Bingham law by 1")
 
 
 def test_a_model_that_was_not_in_question_has_no_errors_to_tell() -> None:

@@ -30,7 +30,12 @@ from erclutch.report.numbers.number_text import (
 )
 from erclutch.report.numbers.parity import distributions, parity
 from erclutch.report.numbers.run_material import shown_models
-from erclutch.report.numbers.switching import after_switch, step_responses
+from erclutch.report.numbers.switching import (
+    after_switch,
+    step_response,
+    step_responses,
+    switches_of,
+)
 from erclutch.report.numbers.windows import windows
 from erclutch.report.plots.lag_plot import _steps  # pyright: ignore[reportPrivateUsage]
 from erclutch.report.plots.plot_description import Axis, Line
@@ -220,6 +225,15 @@ def test_the_error_after_a_switch() -> None:
     assert found.rmse["m"][found.since > 0.025].tolist() == [1.0] * int(np.sum(found.since > 0.025))
 
 
+def test_switches_are_counted_where_they_are_too_few_for_a_curve() -> None:
+    """A log with nine steps held out was said to switch hardly ever."""
+    n = 30_000
+    field = np.where(np.arange(n) // 1000 % 2, 2.0, 0.0)
+    rows = rows_of(field, field, field, {"m": np.zeros(n)})
+    assert after_switch(rows, ["m"]) is None
+    assert np.flatnonzero(switches_of(rows) & rows.test).tolist() == [*range(21_000, n, 1000)]
+
+
 def test_a_smooth_command_has_no_switch() -> None:
     field = np.sin(np.arange(20_000) / 300)
     assert after_switch(rows_of(field, field, field, {"m": field * 0}), ["m"]) is None
@@ -251,6 +265,21 @@ def test_step_responses_come_from_the_stages_whatever_the_chain() -> None:
     assert step.settled == pytest.approx(0.04 * np.log(50), rel=0.02)
     alone = chain("a+dahl/field", r_1=0.01)
     assert step_responses({"ranking": [alone]}, [alone["name"]]) == ()
+
+
+def test_a_step_that_comes_at_once_is_not_drawn() -> None:
+    """Iron that keeps 0.1 % back drew a ramp of a nanosecond."""
+    brake = chain("a+remanence", r_h=0.001, s_h=1.0)
+    assert step_responses({"ranking": [brake]}, [brake["name"]]) == ()
+
+
+def test_dots_beside_a_curve_wait_for_the_lag_of_the_effort() -> None:
+    """The effort of a brake follows its coil by 60 ms: dots from before the end of a step lay far from the line."""
+    entry = chain("a+effort-lag", tau_e=0.06)
+    assert step_response(entry) is None
+    lagged = step_response(entry, ("command", "effort"))
+    assert lagged is not None
+    assert lagged.settled == pytest.approx(0.06 * np.log(100), rel=0.02)
 
 
 def test_what_iron_keeps_back_does_not_stretch_the_time_of_a_step() -> None:

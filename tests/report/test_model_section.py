@@ -12,7 +12,7 @@ from erclutch.errors import RunError, SettingError
 from erclutch.export.monotone import monotone_share, worst_turn
 from erclutch.report.html.model_section import MODEL, why_not_measured
 from erclutch.report.html.report_page import report_html
-from erclutch.report.html.verdict_section import RANKING, VERDICT
+from erclutch.report.html.verdict_section import RANKING, VERDICT, worries
 from erclutch.report.numbers.flow_curves import dwelled_fields, field_curves, flow_curves
 from erclutch.report.numbers.run_material import Material
 from erclutch.runs.run_about import RunAbout, about_with, kept_about, read_about, write_about
@@ -43,6 +43,22 @@ def test_an_exponent_between_two_fields_was_not_measured(material: Material) -> 
         two_fields, exponent | {"name": "r", "at_bound": None, "low": None}
     )
     assert why_not_measured(two_fields, exponent | {"at_bound": None}) == ""
+
+
+def test_a_part_that_the_fit_is_best_without_is_not_needed_and_no_worry(material: Material) -> None:
+    """A yield effort of zero, which a memory's effort stands in for, was said to be not measured."""
+    run = material.run
+    entry = run.entry(material.recommended)
+    first = {**entry["fit"]["parameters"][0], "value": 0.0, "at_bound": "lower"}
+    ranking = [
+        {**each, "fit": {**each["fit"], "parameters": [first]}} if each is entry else each
+        for each in run.body["ranking"]
+    ]
+    changed = replace(material, run=replace(run, body={**run.body, "ranking": ranking}))
+    filled = MODEL.fill(changed)
+    assert filled["halves"][0][0]["mark"] == "not needed"
+    assert filled["lost"] == []
+    assert not any("not measured" in worry for worry in worries(changed))
 
 
 def test_curves_of_the_model_are_its_settled_effort(material: Material) -> None:

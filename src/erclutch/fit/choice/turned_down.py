@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from erclutch.models.model_titles import title_of
 from erclutch.signals.array import Array, rms
 from erclutch.signals.units import amount
 
@@ -50,5 +51,5 @@ def what_speaks_against(
             of_rival = rms(np.concatenate(errors[rival]))
             where = "its gain on parts of the training rows that its fit had not seen is too little to tell: there"
         own_error = amount(f"{of_own:.4g}", unit)
-        against[name] = f"{where} it errs by {own_error}, {rival} by {of_rival:.4g}"
+        against[name] = f"{where} it errs by {own_error}, {title_of(rival)} by {of_rival:.4g}"
     return against

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from erclutch.models.parameter_units import unit_text as unit_of
 from erclutch.models.stages import slip_stages
 from erclutch.report.html.section import Section
@@ -19,6 +21,7 @@ from erclutch.report.numbers.number_text import (
     percent,
 )
 from erclutch.report.numbers.run_material import Material
+from erclutch.report.numbers.switching import switches_of
 from erclutch.report.plots.lag_plot import describe_lag
 from erclutch.signals.device import Units
 
@@ -32,7 +35,14 @@ def _fill(material: Material) -> dict[str, Any]:
     staged.sort(key=lambda e: e["name"] != material.recommended)
 
     # Where after a switch the recommended model errs most, and what stages gain.
-    of_switches = " The command hardly ever switches in the rows held out, so these rows tell little of a lag."
+    of_switches = ""
+    if after is None and not material.without_field:
+        switches = int(np.count_nonzero(switches_of(material.rows) & material.rows.test))
+        times = {0: "never switches", 1: "switches once"}.get(
+            switches, f"switches {switches} times"
+        )
+        too_few = "too seldom to show the error after a switch"
+        of_switches = f" The command {times} in the rows held out: {too_few}."
     if after is not None:
         curve = after.rmse[material.recommended]
         worst = int(curve.argmax())

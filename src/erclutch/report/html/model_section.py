@@ -19,6 +19,8 @@ from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.model_plot import describe_model
 from erclutch.signals.array import Array, largest_size
 
+#: Why a constant is zero: its part of the model is not there, so nothing was to be measured.
+WITHOUT = "the fit is best without this part"
 #: Numbers that say how the yield effort grows with the field: two fields give one number for any of them.
 _FIELD_NUMBERS = {shape.name for form in YIELD_FORMS.values() for shape in form.shape} | {"n_m"}
 _FIELDS_FOR_A_CURVE = 3
@@ -36,7 +38,7 @@ def _fill(material: Material) -> dict[str, Any]:
         row = parameter_row(number)
         why = why_not_measured(material, number)
         if why:
-            row = {**row, "why": why}
+            row = {**row, "why": why, "mark": "not needed" if why == WITHOUT else "not measured"}
         rows.append(row)
     halves = [rows] if rows else []
     if len(rows) > _LONG:
@@ -66,9 +68,9 @@ def _fill(material: Material) -> dict[str, Any]:
         "rival": material.titles[material.rival] if material.rival else "",
         "wait": wait,
         "figures": describe_model(material).panels,
-        "says": [*_curve_words(material), *_network_words(material)],
+        "says": [*_curve_words(material), *_spring_words(material), *_network_words(material)],
         "halves": halves,
-        "lost": [row for row in rows if "why" in row],
+        "lost": [row for row in rows if row.get("why", WITHOUT) != WITHOUT],
         "equation": equation,
         "letters": letters,
         "weights": entry["fit"]["weights"],
@@ -90,7 +92,7 @@ def why_not_measured(material: Material, number: Mapping[str, Any]) -> str:
         plural = "s" if few.size > 1 else ""
         return f"the log dwells at {few.size} field{plural} ({at}); a curve over the field needs {_FIELDS_FOR_A_CURVE}"
     if at_bound and number["value"] == 0.0:
-        return "the fit is best without this part"
+        return WITHOUT
     if at_bound:
         return f"the fit is best at the {at_bound} end of the range that is searched"
     return "other constants do the same on these rows"
@@ -144,6 +146,16 @@ def _curve_words(material: Material) -> Iterator[str]:
     if 1 < dwelled.size < _FIELDS_FOR_A_CURVE:
         at = " and ".join(material.field.of(float(field), 2) for field in dwelled)
         yield f"Nearly all rows have the field {at}: between these fields the curves are the model’s guess."
+
+
+def _spring_words(material: Material) -> Iterator[str]:
+    """What the curves leave out of a model with a spring whose travel is summed up from the slip."""
+    stages = slip_stages(material.models[material.recommended].structure.dynamics)
+    if any("x" in stage.outputs for stage in stages):
+        yield (
+            "Curves are drawn without the spring: a slip that lasts has no travel that is known. Measured rows have "
+            "one, so they lie beside a curve."
+        )
 
 
 def _network_words(material: Material) -> Iterator[str]:

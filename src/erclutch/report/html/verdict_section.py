@@ -15,7 +15,7 @@ from erclutch.errors import printable
 from erclutch.fit.choice.scoring import MANY_AT_REST, TOLERATED, independent_rows
 from erclutch.fit.choice.standing import NEXT_TO_NOTHING, standing_of_run
 from erclutch.registry import names
-from erclutch.report.html.model_section import why_not_measured
+from erclutch.report.html.model_section import WITHOUT, why_not_measured
 from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.section import Section
@@ -207,7 +207,7 @@ def worries(material: Material) -> list[str]:
     # How many constants the data do not tell, and why the first of them.
     constants = entry["fit"]["parameters"]
     reasons = [(constant, why_not_measured(material, constant)) for constant in constants]
-    lost = [(constant, why) for constant, why in reasons if why]
+    lost = [(constant, why) for constant, why in reasons if why and why != WITHOUT]
     if lost:
         first, why = lost[0]
         symbols = ", ".join(plain_symbol(constant["name"]) for constant, _ in lost)

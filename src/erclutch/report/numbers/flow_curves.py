@@ -363,8 +363,8 @@ def _settled(
 
 
 def _settling(rows: RunRows, model: Model) -> int:
-    """Rows after which the model's field has settled."""
-    response = step_response({"name": model.name, "dynamics": model.times})
+    """Rows after which the model's field has settled, and the lag of the effort is over."""
+    response = step_response({"name": model.name, "dynamics": model.times}, ("command", "effort"))
     if response is None:
         return 1
     settled_rows = response.settled / period_of(rows)

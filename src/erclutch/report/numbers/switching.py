@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.models.stages.stage import Place
 from erclutch.report.numbers.correlation import period_of
 from erclutch.report.numbers.model_stages import stage_values, stages_in
 from erclutch.runs.run_rows import RunRows
@@ -23,6 +24,7 @@ _LONGEST = 1e3
 _POINTS = 1201  # of a step response
 _STILL = 0.001  # share of a step, by which a response moves at most once it has settled
 _SOME_OF_A_STEP = 0.1
+_AT_ONCE = 1e-5  # s: what settles sooner shows no lag, as iron that keeps nothing back
 _MISSING = 0.01  # share of a step below which the field has settled
 
 
@@ -84,14 +86,12 @@ class StepResponse:
         return float(self.time[min(last_off + 1, off.size - 1)])
 
 
-def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
-    """RMSE over the time since a switch; None where the command hardly ever switches.
+def switches_of(rows: RunRows) -> NDArray[np.bool_]:
+    """Rows at which the command of any element switches, shape (n,): the first of a run of rows that have moved.
 
     A switch: the command moves by more than a tenth of its range within 2 ms (or from one row to the next).
     """
-    period = period_of(rows)
-    within = max(1, round(_WITHIN / period))
-    # Rows at which any element's command switches: the first row of a run of rows that have moved.
+    within = max(1, round(_WITHIN / period_of(rows)))
     count = rows.data.rows
     switch = np.zeros(count, np.bool_)
     for element in rows.data.elements:
@@ -100,9 +100,17 @@ def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
         jump = np.zeros(count, np.bool_)
         jump[within:] = step > _STEP * reach
         switch[1:] |= jump[1:] & ~jump[:-1]
+    return switch
+
+
+def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
+    """RMSE over the time since a switch; None where the command switches too seldom for it, see `switches_of`."""
+    period = period_of(rows)
+    within = max(1, round(_WITHIN / period))
+    switch = switches_of(rows)
 
     # Seconds since the last switch in the same stretch; nan where there was none yet.
-    of_switches = np.where(switch, np.arange(count), -1)
+    of_switches = np.where(switch, np.arange(rows.data.rows), -1)
     last = np.maximum.accumulate(of_switches)
     time = rows.data.clock.time
     since = np.where(last >= 0, time - time[last], np.nan)
@@ -137,14 +145,20 @@ def after_switch(rows: RunRows, models: Sequence[str]) -> AfterSwitch | None:
 
 
 def step_responses(body: Mapping[str, Any], models: Sequence[str]) -> tuple[StepResponse, ...]:
-    """Step responses of those models that have stages on the command, from their numbers in run.json."""
-    responses = [step_response(entry) for entry in body["ranking"] if entry["name"] in models]
-    return tuple(response for response in responses if response is not None)
+    """Step responses of those models whose stages on the command take time or keep a share, from run.json."""
+    responses: list[StepResponse] = []
+    for entry in body["ranking"]:
+        response = step_response(entry) if entry["name"] in models else None
+        if response is not None and (response.settled >= _AT_ONCE or response.kept_back):
+            responses.append(response)
+    return tuple(responses)
 
 
-def step_response(entry: Mapping[str, Any]) -> StepResponse | None:
-    """How the stages of a model on the command follow a step; None where there is none."""
-    on_command = [stage for stage in stages_in(entry) if stage.place == "command"]
+def step_response(
+    entry: Mapping[str, Any], places: Sequence[Place] = ("command",)
+) -> StepResponse | None:
+    """How the stages of a model at some places follow a step; None where there is none."""
+    on_command = [stage for stage in stages_in(entry) if stage.place in places]
     if not on_command:
         return None
     # The time is made longer until the last quarter of the response stands still. Iron keeps a share for ever.
