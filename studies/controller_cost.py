@@ -3,8 +3,8 @@
     python studies/controller_cost.py [--models NAME ...] [--where]
 
 The models are fitted to the TWIN, in float32. Instructions are the mean over samples of a drive that turns while the
-wanted torque swings by 0.3 and by 1.2 times the largest effort of the log, with each observer. Needs gcc-arm-none-eabi,
-libnewlib-arm-none-eabi and qemu-system-arm.
+wanted torque swings by 0.3 and by 1.2 times the largest effort of the log, with each observer, and by the model where
+no meter is read: then nothing is asked of it. Needs gcc-arm-none-eabi, libnewlib-arm-none-eabi and qemu-system-arm.
 
 With --where it prints in which functions the instructions of a step run on the M4F at 0.3: of the function itself, and
 with those that the compiler put into it.
@@ -38,7 +38,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "export" / "cortex_
 from boards import BOARDS, run_board  # pyright: ignore[reportMissingImports]
 
 MODELS = ("bingham/forward", "hem", "hem+rise-fall", "fnn-16")
-OBSERVERS = ("BY_MODEL", "BY_SENSOR", "BY_MOTION")
+NO_METER = "BY_MODEL, no meter"
+OBSERVERS = (NO_METER, "BY_MODEL", "BY_SENSOR", "BY_MOTION")
 #: The board's bench calls a step of a state, an input and an effort: here the controller's.
 _HEADER = """#include "ctl.h"
 typedef ctl_controller bench_state;
@@ -84,6 +85,8 @@ def bench(program: ExportedStep, observer: str, small: bool, folder: Path) -> Si
     half = slice(0, 256) if small else slice(256, 512)
     rows = controller.sample_rows(program, odd=0)[half]
     rows = np.column_stack([rows, 0.0 * rows[:, :2]])
+    if observer == NO_METER:
+        rows[:, INPUTS.index("torque")] = np.nan
     names = ("steps", "fields", "ahead")
     parts = (rows, rows[:1], rows[:1, :2])
     vectors = [rows_of_bits(program, name, part) for name, part in zip(names, parts, strict=True)]
@@ -91,7 +94,7 @@ def bench(program: ExportedStep, observer: str, small: bool, folder: Path) -> Si
     counts = f"#include <stdint.h>\n#define STEPS {len(rows)}u\n#define FIELDS 1u\n#define AHEAD 1u\n#define ULP 1.0\n"
     (folder / "bench_vectors.h").write_text(counts + "\n".join(vectors), encoding="ascii")
     (folder / "bench.h").write_text(_HEADER, encoding="ascii")
-    (folder / "bench.c").write_text(_CODE.format(observer=observer), encoding="ascii")
+    (folder / "bench.c").write_text(_CODE.format(observer=observer.split(",")[0]), encoding="ascii")
     return SimpleNamespace(name="bench", inputs=INPUTS)
 
 

@@ -4,6 +4,7 @@
 #include "erc_interlock.h"
 #include "erc_plausible.h"
 #include "erc_sensors.h"
+#include "erc_turned.h"
 
 #include <math.h>
 #include <string.h>

@@ -54,27 +54,6 @@
 #define JUMP_LAGS 2.0        /* of the change of the motor's torque */
 #define JUMPED 4u            /* periods in a row, which are no spike of a meter */
 
-static double distance(double a, double b) {
-    return a > b ? a - b : b - a;
-}
-
-bool erc_slipping(const erc_core *core) {
-    const double motor = core->theta.speed, output = core->alpha.speed, least = core->config.least_slip;
-    const double first = distance(motor, output), second = distance(-motor, output);
-    if (core->config.device == ERC_SINGLE || core->field > 0.0) {
-        return first > least;
-    }
-    if (core->field < 0.0) {
-        return second > least;
-    }
-    return first > least && second > least;
-}
-
-bool erc_placed(const erc_core *core) {
-    const double stroke = core->config.stroke;
-    return !(stroke > 0.0) || fabs(core->alpha.measured) < stroke;
-}
-
 double erc_held_share(uint32_t hold, uint32_t trip, uint32_t periods) {
     const double held = (double)hold, none = (double)trip - (double)ERC_ZERO_BEFORE_TRIP, wrong = (double)periods;
     if (wrong <= held) {
@@ -90,13 +69,19 @@ double erc_at_most(double x, double most) {
 void erc_torque_expect(erc_core *core, uint32_t periods) {
     erc_meter *m = &core->meter;
     m->good = m->unlearn = false;
-    m->since += m->since < MOST_PERIODS ? periods : 0u;
+    if (m->since < MOST_PERIODS) {
+        m->since += periods;
+    }
     if (isfinite(core->estimate)) {
         m->expected += core->stages.late_share * (core->estimate - m->expected);
         const bool guess = m->guessed > 0u; /* that tells no sensor what to show */
-        m->low = guess || m->expected < m->low ? m->expected : m->low;
-        m->high = guess || m->expected > m->high ? m->expected : m->high;
-        erc_torque_keep(m, (uint32_t)(core->step % ERC_EARLIER), core->estimate);
+        if (guess || m->expected < m->low) {
+            m->low = m->expected;
+        }
+        if (guess || m->expected > m->high) {
+            m->high = m->expected;
+        }
+        erc_torque_keep(m, core->estimate);
     }
 }
 
@@ -116,8 +101,10 @@ static void watch(erc_meter *m, double torque) {
         m->longest = m->still;
     }
     if (!same) {
-        const double step = distance(torque, m->reading); /* NaN at first */
-        m->count = m->count > 0.0 && !(step < m->count) ? m->count : step;
+        const double step = fabs(torque - m->reading); /* NaN at first */
+        if (step < m->count || !(m->count > 0.0)) {
+            m->count = step;
+        }
         m->still = 0u;
         m->low = m->high = m->expected;
     }
@@ -145,8 +132,8 @@ static uint32_t impossible(const erc_core *core, double torque) {
         return ERC_OUT_OF_RANGE;
     }
     const double periods = m->since > 0u ? (double)m->since : 1.0; /* two samples may come in one step */
-    if (config->torque_rate > 0.0 && m->seen &&
-        fabs(torque - m->believed) > config->torque_rate * core->dt * periods) {
+    const bool far = fabs(torque - m->believed) > config->torque_rate * core->dt * periods; /* in health never */
+    if (far && config->torque_rate > 0.0 && m->seen) {
         return ERC_GLITCH;
     }
     return stuck(config, m) ? ERC_STUCK : 0u;
@@ -163,11 +150,19 @@ static bool disagrees(const erc_core *core, double torque) {
         return false;
     }
     const double rings = core->meter.moved;
-    const double observed = s->learned[s->side < 0.0].gain * expected + s->rest;
-    const bool opposes = torque * expected < 0.0 && fabs(expected) > OPPOSED * band && fabs(torque) > band + rings;
     const bool follows = core->config.observer == ERC_BY_SENSOR && core->step - s->step <= 1u;
-    const bool jumped = follows && fabs(torque - observed) > band + rings;
-    return opposes || jumped || fabs(torque - expected) > DRIFTS * band + rings + UNLIKELY_SHARE * fabs(expected);
+    if (follows) {
+        const double observed = s->learned[s->side < 0.0].gain * expected + s->rest;
+        if (fabs(torque - observed) > band + rings) {
+            return true; /* jumped */
+        }
+    }
+    const double off = fabs(torque - expected);
+    if (off <= band) { /* as in health: then it opposes by less than that, too */
+        return false;
+    }
+    const bool opposes = torque * expected < 0.0 && fabs(expected) > OPPOSED * band && fabs(torque) > band + rings;
+    return opposes || off > DRIFTS * band + rings + UNLIKELY_SHARE * fabs(expected);
 }
 
 /* A good reading takes doubt away. While the model's torque is within its band each reading agrees with it: such a
@@ -295,7 +290,7 @@ static double most_off_at_rest(const erc_core *core) {
     const double rest = AT_REST * core->config.load_band;
     const double usual = JUMPS * m->scatter;
     const double counts = JUMP_COUNTS * core->meter.count;
-    const double late = JUMP_LAGS * distance(core->driven, m->driven);
+    const double late = JUMP_LAGS * fabs(core->driven - m->driven);
     return (rest > usual ? rest : usual) + counts + late;
 }
 
@@ -304,8 +299,8 @@ static double most_off_at_rest(const erc_core *core) {
 static bool jumps(erc_core *core) {
     erc_momentum *m = &core->momentum;
     const double friction = torque_on_load(core);
-    const double off = distance(friction, m->held);
-    const bool steady = distance(core->field, m->field) <= STEADY * core->config.field_limit;
+    const double off = fabs(friction - m->held);
+    const bool steady = fabs(core->field - m->field) <= STEADY * core->config.field_limit;
     const bool moves = fabs(speed_of_load(core)) > CREEPS;
     m->field = core->field;
     if (!steady || moves) { /* what was known of a rest says nothing of the next one */
@@ -352,11 +347,13 @@ uint32_t erc_momentum_periods(const erc_core *core, uint32_t hold) {
 /* Whether the torque is known, and nothing but friction acts beside it: there an end stop does. */
 static bool has_witness(const erc_core *core) {
     const erc_config *config = &core->config;
+    if (!(config->load_inertia > 0.0) || !erc_placed(core)) {
+        return false; /* not compared */
+    }
     const double limit = config->torque_limit > 0.0 ? config->torque_limit : HIGHEST_TORQUE;
-    const bool compared = config->load_inertia > 0.0 && erc_placed(core);
-    const bool known = isfinite(core->torque) && fabs(core->torque) <= limit && fabs(speed_of_load(core)) <= FASTEST;
+    const bool known = fabs(core->torque) <= limit && fabs(speed_of_load(core)) <= FASTEST;
     const bool alone = core->meter.wrong && (core->meter.reason & ERC_DISAGREES) == 0u; /* wrong by itself */
-    return compared && known && !alone;
+    return known && !alone;
 }
 
 /* The first sample of a comparison: nothing has changed yet. */
@@ -401,7 +398,9 @@ uint32_t erc_momentum_plausible(erc_core *core) {
         core->meter.good = false;
         return either;
     }
-    m->nearly -= m->nearly > 0u ? 1u : 0u;
+    if (m->nearly > 0u) {
+        m->nearly--;
+    }
     if (!has_witness(core)) {
         m->begun = false;
         m->doubted = m->apart = 0u; /* a meter that is known to be wrong is who disagreed */

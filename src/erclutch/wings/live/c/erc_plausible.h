@@ -11,9 +11,6 @@ void erc_torque_expect(erc_core *core, uint32_t periods);
 /* Once a period, after the model's step: whether it was outside its log. */
 void erc_torque_guess(erc_core *core, bool outside);
 
-/* Whether the output is within its stroke, where no end stop acts on it. */
-bool erc_placed(const erc_core *core);
-
 /* After the samples of a period: whether the measured torque and the motion of the output fit together, or of the drive of
  * a single device, where config says that they have to. Returns the events. */
 uint32_t erc_momentum_plausible(erc_core *core);
@@ -30,6 +27,3 @@ uint32_t erc_momentum_periods(const erc_core *core, uint32_t hold);
 double erc_held_share(uint32_t hold, uint32_t trip, uint32_t periods);
 
 double erc_at_most(double x, double most);
-
-/* Whether the clutch under field slips, so that the sign and size of its torque are known. */
-bool erc_slipping(const erc_core *core);

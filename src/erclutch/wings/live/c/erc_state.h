@@ -73,9 +73,11 @@ typedef struct {
     double count;                /* the least by which two readings in a row have differed */
     double expected;             /* the model's torque, as late as the measured one */
     double low, high;            /* its range since the reading changed */
-    double earlier[ERC_EARLIER]; /* and what it was in the last periods, by the step */
-    double lowest, highest;      /* of these */
-    double moved;                /* by how much it has moved in these */
+    double earlier[ERC_EARLIER]; /* and what it was in the last periods, round and round */
+    double low_from[ERC_EARLIER], high_from[ERC_EARLIER]; /* of the round before, from a place to its end */
+    double lowest, highest;      /* of this round */
+    double moved;                /* by how much it has moved in the last periods */
+    uint32_t place;              /* of the next of these */
     uint32_t still, since;       /* periods since the reading changed, and since the last believed one */
     uint32_t reason;             /* why the latest one was not believed */
     uint32_t readings, longest;  /* how many, and the most periods that a good sensor ever read the same */

@@ -42,7 +42,8 @@ static double no_larger(double x, double most) {
 
 /* How far a torque may be off where the model gives so much. */
 static double likely(const erc_core *core, double modelled) {
-    return bounded(MOST_OFF * core->config.torque_scale + TIMES * fabs(modelled), 0.0, MOST_TORQUE);
+    const double off = MOST_OFF * core->config.torque_scale + TIMES * fabs(modelled); /* above zero, or NaN */
+    return off > MOST_TORQUE ? MOST_TORQUE : off;
 }
 
 /* Share by which a first-order filter moves in a period. */
@@ -179,8 +180,12 @@ static double driving(erc_core *core, double wanted) {
         s->locked = fabs(omega - alpha) < least;
         return s->locked ? alpha + (wanted < 0.0 ? -least : least) : omega;
     }
-    if (fabs(omega) > least) {
-        s->way = omega < 0.0 ? -1.0 : 1.0;
+    if (omega > least) {
+        s->way = 1.0;
+    } else if (omega < -least) {
+        s->way = -1.0;
+    } else {
+        /* too slow to tell: the way in which it last turned */
     }
     const double output = wanted < 0.0 ? -alpha : alpha;
     s->locked = fabs(s->way * omega - output) < least;
@@ -347,9 +352,12 @@ static double handed_over(erc_core *core, double field) {
         field = bounded(field, core->field - most, core->field + most);
         s->ease--;
     }
-    const double side = field * s->side < 0.0 ? -s->side : s->side;
-    s->settled = side == s->side ? s->settled + 1u : 0u;
-    s->side = side;
+    if (field * s->side < 0.0) {
+        s->side = -s->side;
+        s->settled = 0u;
+    } else {
+        s->settled++;
+    }
     return field;
 }
 

@@ -1,7 +1,8 @@
 /* What the last readings of the torque sensor tell together, where each by itself can be: within the band of the model and
  * within dry friction. A sign that has turned brings them near the turned torque of the model, and far from that torque
  * itself; less of that is enough while torque and motion nearly disagree, which is a second witness. And while the load
- * rests, another torque than before is further from the model's than it ever was there. */
+ * rests, another torque than before is further from the model's than it ever was there. Beside them stands when field, slip
+ * and place tell a torque. */
 #include "erc_turned.h"
 
 #include <math.h>
@@ -44,44 +45,37 @@ static uint32_t beyond(const double *squares, double limit) {
     return count;
 }
 
-static double least_of(const double *values) {
-    double low = values[0];
-    uint32_t i;
-    for (i = 1u; i < ERC_EARLIER; i++) {
-        low = values[i] < low ? values[i] : low;
-    }
-    return low;
-}
-
-static double most_of(const double *values) {
-    double high = values[0];
-    uint32_t i;
-    for (i = 1u; i < ERC_EARLIER; i++) {
-        high = values[i] > high ? values[i] : high;
-    }
-    return high;
-}
-
-void erc_torque_keep(erc_meter *m, uint32_t place, double now) {
+/* The last ones are what this round has brought and the end of the round before: of that end the least and the largest
+ * are known from each place on, once a round. So none is looked at again. */
+void erc_torque_keep(erc_meter *m, double now) {
     const double expected = m->expected;
-    const double left = m->earlier[place];
-    m->earlier[place] = expected;
-    /* All are looked through only where the one that leaves was the end: seldom both. */
-    if (expected <= m->lowest) {
+    const uint32_t next = m->place + 1u;
+    if (m->place == 0u) {
+        double low = m->earlier[ERC_EARLIER - 1u], high = low;
+        uint32_t i;
+        for (i = ERC_EARLIER - 1u; i > 0u; i--) {
+            low = m->earlier[i] < low ? m->earlier[i] : low;
+            high = m->earlier[i] > high ? m->earlier[i] : high;
+            m->low_from[i] = low;
+            m->high_from[i] = high;
+        }
+        m->lowest = m->highest = expected;
+    }
+    m->earlier[m->place] = expected;
+    if (expected < m->lowest) {
         m->lowest = expected;
-    } else if (left <= m->lowest) {
-        m->lowest = least_of(m->earlier);
-    } else {
-        /* the lowest is another one, and stays */
     }
-    if (expected >= m->highest) {
+    if (expected > m->highest) {
         m->highest = expected;
-    } else if (left >= m->highest) {
-        m->highest = most_of(m->earlier);
-    } else {
-        /* the same */
     }
-    m->moved = (now > m->highest ? now : m->highest) - (now < m->lowest ? now : m->lowest);
+    double low = now < m->lowest ? now : m->lowest;
+    double high = now > m->highest ? now : m->highest;
+    if (next < ERC_EARLIER) {
+        low = m->low_from[next] < low ? m->low_from[next] : low;
+        high = m->high_from[next] > high ? m->high_from[next] : high;
+    }
+    m->moved = high - low;
+    m->place = next % ERC_EARLIER;
 }
 
 /* Learns the usual distance from a reading that leaves the last ones: so no fault makes itself usual in time. */
@@ -94,7 +88,13 @@ static void learn_usual(erc_turn *t, double least, double square) {
 
 /* Counts readings in a row of which each came a period after the last. Of others the model's torque is of another time. */
 static void watch_time(erc_turn *t, uint64_t step) {
-    t->in_time = step - t->step == 1u ? t->in_time + (t->in_time < ERC_EARLIER ? 1u : 0u) : 0u;
+    if (step - t->step != 1u) {
+        t->in_time = 0u;
+    } else if (t->in_time < ERC_EARLIER) {
+        t->in_time++;
+    } else {
+        /* all of the last ones */
+    }
     t->step = step;
 }
 
@@ -135,6 +135,19 @@ static double step_of(const erc_turn *t) {
     const uint32_t first = (t->place + HALF_OF_THEM) % ERC_EARLIER;
     const double at_once = fabs(t->apart[first] - t->apart[(first + ERC_EARLIER - 1u) % ERC_EARLIER]);
     return step < at_once ? step : at_once;
+}
+
+bool erc_slipping(const erc_core *core) {
+    const double motor = core->theta.speed, output = core->alpha.speed, least = core->config.least_slip;
+    const bool turned = core->config.device != ERC_SINGLE && !(core->field > 0.0); /* clutch 2, or neither */
+    const bool second = !turned || fabs(motor + output) > least;
+    const bool alone = turned && core->field < 0.0;
+    return second && (alone || fabs(motor - output) > least);
+}
+
+bool erc_placed(const erc_core *core) {
+    const double stroke = core->config.stroke;
+    return !(stroke > 0.0) || fabs(core->alpha.measured) < stroke;
 }
 
 bool erc_speeds_in_time(const erc_core *core) {

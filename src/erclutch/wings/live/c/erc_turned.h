@@ -8,9 +8,15 @@
  * it says whether the torque has stepped without them. */
 bool erc_torque_changed(erc_core *core, double torque, double withstands, bool slips);
 
-/* Keeps the model's torque as late as the meter's in the place of this period, and by how much it has moved of late, now
- * included: a rotor rings on its torque meter by no more. Of a step, the meter may read more than shows yet. */
-void erc_torque_keep(erc_meter *m, uint32_t place, double now);
+/* Keeps the model's torque as late as the meter's of the last periods, and by how much it has moved in them, now included:
+ * a rotor rings on its torque meter by no more. Of a step, the meter may read more than shows yet. */
+void erc_torque_keep(erc_meter *m, double now);
 
 /* Whether the speeds are in time: behind a slow filter a clutch may have locked while it still seems to slip. */
 bool erc_speeds_in_time(const erc_core *core);
+
+/* Whether the clutch under field slips, so that the sign and size of its torque are known. */
+bool erc_slipping(const erc_core *core);
+
+/* Whether the output is within its stroke, where no end stop acts on it. */
+bool erc_placed(const erc_core *core);

@@ -41,7 +41,7 @@ static bool usable(const erc_config *config) {
 
 /* Whether a speed is further from the last one than it can have come since; most is for one period, 0: not asked. */
 static bool jumped(double speed, double last, double most, uint32_t periods) {
-    return most > 0.0 && fabs(speed - last) > most * (double)periods;
+    return fabs(speed - last) > most * (double)periods && most > 0.0; /* in health the first is not so */
 }
 
 /* Which speed cannot be, beside the last good sample; 0 if both can. */
