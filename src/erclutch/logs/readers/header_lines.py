@@ -123,10 +123,7 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
     if is_called_units and all(map(_is_known, filter(None, _bare(own_units)))):
         return Header(last, _units(own_units), 2)
 
-    names = _labels(above[-2], marks, rows)
-    if names is None and not last[0]:
-        # Bluehill writes the number of the specimen over an empty column.
-        names = _labels(above[-2], marks, rows, is_numbered=True)
+    names = _names_over(last, above[-2], marks, rows)
     if names is not None and len(names) == len(last):
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
         names_are_units = _are_units(_bare(names))
@@ -142,6 +139,18 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         if are_eastern and all(names) and 2 * eastern_units.count(None) <= len(last):
             return Header(names, eastern_units, 2)
     return Header(last, None, 1)
+
+
+def _names_over(last: Sequence[str], line: str, marks: Marks, rows: RowsBelow) -> list[str] | None:
+    """Names in the line above the last one of the header; some may be numbers where the last one tells units."""
+    names = _labels(line, marks, rows)
+    if names is None and not last[0]:
+        # Bluehill writes the number of the specimen over an empty column.
+        names = _labels(line, marks, rows, is_numbered=True)
+    if names is None and _are_units(_bare(last)):
+        # Sensors may be called by their serial numbers.
+        names = _labels(line, marks, rows, may_be_serial=True)
+    return names
 
 
 def _said_of_each_column(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | None:
@@ -315,7 +324,12 @@ def _is_known(cell: str) -> bool:
 
 
 def _labels(
-    line: str, marks: Marks, rows: RowsBelow, *, is_numbered: bool = False
+    line: str,
+    marks: Marks,
+    rows: RowsBelow,
+    *,
+    is_numbered: bool = False,
+    may_be_serial: bool = False,
 ) -> list[str] | None:
     """Cells of a header line, or None if their number or kind is not that of a header.
 
@@ -324,6 +338,7 @@ def _labels(
         marks: delimiter and decimal mark.
         rows: below.
         is_numbered: whether a whole number may stand in place of the first name, which is left out.
+        may_be_serial: whether some of the names, half of them at most, may be whole numbers.
     """
     was_comment = is_comment(line)
     if was_comment:
@@ -356,10 +371,8 @@ def _labels(
             cells = ["", *cells] if cells[0] else [*cells, ""]
         if is_numbered and cells[0].isdecimal():
             cells = ["", *cells[1:]]
-        if (
-            len(cells) in fitting
-            and any(cells)
-            and not any(marks.is_number(cell) for cell in cells)
-        ):
+        words = [cell for cell in cells if not (may_be_serial and cell.isdecimal())]
+        are_enough = any(cells) and 2 * len(words) >= len(cells)
+        if len(cells) in fitting and are_enough and not any(map(marks.is_number, words)):
             return cells
     return None

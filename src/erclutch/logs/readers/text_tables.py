@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from erclutch.errors import LogError, placed
+from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers.cells import (
     DELIMITERS,
@@ -26,20 +27,25 @@ from erclutch.logs.readers.cells import (
     is_numeric,
 )
 from erclutch.logs.readers.dialect import LINE_END
-from erclutch.logs.readers.found_recordings import ALL, Found, choose, time_of
+from erclutch.logs.readers.found_recordings import ALL, choose
 from erclutch.logs.readers.header_pairs import header_pairs
 from erclutch.logs.readers.side_by_side import read_side_by_side
 from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import decode
 from erclutch.logs.readers.text_table import read_text
 from erclutch.logs.table import Table
+from erclutch.signals import units
 
 _LARGEST = 1 << 25  # bytes of a text that is searched
 _FEWEST_ROWS = 2
+_MANY_ROWS = 20  # of a table that another one sums up
+_ENDS = ("largest", "smallest")  # rows of a table that gives the ends of ranges
 _PROSE = (".txt", ".log")  # suffixes of what may be words about logs
 _LONGEST_PROSE = 1 << 16  # bytes
 _ANY_DELIMITER = re.compile(r"[\s,;|]+")
 _WORD = re.compile(r"[^\W\d_]{3}")
+_DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
+_BESIDE_DECIMAL_COMMAS = ("\t", ";")  # delimiters of lines whose commas all stand between digits
 _LONGEST_SETTING = 3  # cells: a name, a number and its unit
 _BEGINS_WITH_A_NUMBER = re.compile(r"[-+]?[.,]?\d")
 
@@ -118,11 +124,19 @@ def _only_table(source: LogSource, tables: Mapping[str, _Part]) -> Table | None:
 
 
 def _under_one_header(source: LogSource, tables: Mapping[str, _Part]) -> Table | None:
-    """Tables of the same header as one, where the time goes on from one to the next: a logger said its names again."""
+    """Tables of the same header as one, where the time goes on from one to the next: a logger said its names again.
+
+    A testing machine gives the two ends of each range in a table of its own beside the long ones.
+    """
     headers: set[tuple[str, ...]] = set()
     rows: list[str] = []
     if len({tuple(part.settings.values()) for part in tables.values()}) > 1:
         return None
+    rows_of = {name: sum(map(_is_row, part.text.split("\n"))) for name, part in tables.items()}
+    ends = [name for name, count in rows_of.items() if count == len(_ENDS)]
+    if not ends or max(rows_of.values()) < _MANY_ROWS or len(tables) - len(ends) < 2:
+        ends = []
+    tables = {name: part for name, part in tables.items() if name not in ends}
     for part in tables.values():
         lines = [line.strip("\r") for line in part.text.split("\n") if line.strip()]
         # Below the names may stand a line of units, and below the rows what heads the next table.
@@ -140,12 +154,15 @@ def _under_one_header(source: LogSource, tables: Mapping[str, _Part]) -> Table |
         table = read_text(replace(source, data=together.encode("utf-8")))
     except LogError:
         return None
-    label = time_of(Found(dict(table.columns)))
+    label = next((name for name in table.columns if spoken_name(name).is_time), None)
     times = table.clock if label is None else table.columns[label]
     if times is None or not bool(np.all(np.diff(times) >= 0.0)):
         return None
-    note = f"the names stand {len(tables)} times in the text, and the time goes on below each: one recording"
-    return replace(table, notes=(note, *table.notes))
+    notes = [
+        f"the names stand {len(tables)} times in the text, and the time goes on below each: one recording",
+        *(f"{name} has two rows, the ends of each range: left out" for name in ends),
+    ]
+    return replace(table, notes=(*notes, *table.notes))
 
 
 class _Part(NamedTuple):
@@ -227,13 +244,14 @@ def _headers(lines: list[str]) -> list[int]:
         below = filled[place + 1 : place + 3 + _FEWEST_ROWS]
         names = _names(lines[at])
         names_of_a_test = _names_of_a_test(lines[at], lines[below[0]]) if below else None
-        names = names or names_of_a_test
+        names_of_sensors = _names_of_sensors(lines[at], lines[below[0]]) if below else None
+        names = names or names_of_a_test or names_of_sensors
         if names is None or not below or place - place_before < _FEWEST_ROWS:
             continue
         # Between the names and the rows may stand a line of units.
         are_rows = [_is_row(lines[each]) for each in below]
-        units = not are_rows[0] and _names(lines[below[0]]) is not None
-        rows = sum(are_rows[units : units + _FEWEST_ROWS])
+        has_units = not are_rows[0] and _names(lines[below[0]]) is not None
+        rows = sum(are_rows[has_units : has_units + _FEWEST_ROWS])
         if rows < _FEWEST_ROWS:
             continue
         above = lines[at - 1] if at else ""
@@ -250,6 +268,9 @@ def _cells(line: str) -> list[str]:
     """Cells by the delimiter that cuts the line most; one cell where there is none."""
     if not line.strip():
         return []
+    for delimiter in _BESIDE_DECIMAL_COMMAS:
+        if delimiter in line and "," in line and "," not in _DECIMAL_COMMA.sub("", line):
+            return cells_of(line, delimiter)
     return max((cells_of(line, delimiter) for delimiter in DELIMITERS), key=len)
 
 
@@ -272,11 +293,22 @@ def _names_of_a_test(line: str, below: str) -> list[str] | None:
     A testing machine writes ``1,Time,Load`` above ``,(s),(N)``, and the rows of its first specimen below.
     """
     number, *names = _cells(line) or [""]
-    no_number, *units = _cells(below) or [""]
-    are_alike = len(names) == len(units) > 1 and all(names) and not no_number
-    if not number.isdecimal() or not are_alike or any(map(is_numeric, [*names, *units])):
+    no_number, *units_below = _cells(below) or [""]
+    are_alike = len(names) == len(units_below) > 1 and all(names) and not no_number
+    if not number.isdecimal() or not are_alike or any(map(is_numeric, [*names, *units_below])):
         return None
     return names
+
+
+def _names_of_sensors(line: str, below: str) -> list[str] | None:
+    """Names of which some are the serial numbers of sensors, where a line of units stands below; None for others."""
+    cells = _cells(line)
+    units_below = _cells(below)
+    words = [cell for cell in cells if not cell.isdecimal()]
+    are_names = 2 <= len(words) < len(cells) <= 2 * len(words) and all(cells)
+    if not are_names or len(units_below) != len(cells) or any(map(is_numeric, words)):
+        return None
+    return cells if all(map(units.is_unit, units_below)) else None
 
 
 def _is_row(line: str) -> bool:

@@ -17,6 +17,7 @@ from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.text_bytes import DAMAGE, decode
 from erclutch.logs.readers.text_table import read_text
+from erclutch.logs.readers.text_tables import read_tables
 from erclutch.logs.table import Table
 
 
@@ -147,7 +148,7 @@ def reader_of_blocks(
     def read(source: LogSource) -> Table:
         blocks = blocks_of(decode(source.data))
         if blocks is None:
-            return read_text(source)
+            return read_tables(source)
         table = _chosen_table(source, blocks, what)
         return replace(table, notes=(note, *table.notes)) if note else table
 
