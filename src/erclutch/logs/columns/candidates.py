@@ -14,6 +14,7 @@ from erclutch.logs.columns.joints import ESTIMATED, of_joints
 from erclutch.logs.columns.measured_names import of_whole_names, planned_beside_measured
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import headed, spoken_name
+from erclutch.logs.columns.parts_of_efforts import parts_of_efforts
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
@@ -23,7 +24,6 @@ from erclutch.logs.columns.two_shafts import between_shafts
 from erclutch.logs.columns.vocabulary import (
     NEED_UNIT,
     OTHER,
-    PARTS_OF_A_MODEL,
     SINGLE,
     TOLD,
     VOLTAGES,
@@ -100,7 +100,7 @@ def candidates(
 
     free = [column for column in free if fits[column.name] or column.name.strip() != _WATT]
     if signal == "effort":
-        parts = _parts_of_a_model(column for column in free if fits[column.name] is not False)
+        parts = parts_of_efforts([each for each in free if fits[each.name] is not False])
         free = [column for column in free if column.name not in parts]
     fitting = [column for column in free if fits[column.name] is not False]
     forms = {column.name: column.spoken.forms[signal] for column in fitting}
@@ -391,27 +391,6 @@ def _beside_a_drive(
         if speaks and not column.spoken.says(TOLD) and column.name not in names:
             others.append(column.name)
     return others
-
-
-def _parts_of_a_model(efforts: Iterable[SeenColumn]) -> list[str]:
-    """Columns that a model adds up to an effort, where two and more kinds of parts stand beside another effort.
-
-    Args:
-        efforts: columns that may be the effort by their units.
-    """
-    kinds: set[str] = set()
-    parts: list[str] = []
-    others = 0
-    for column in efforts:
-        if "effort" not in column.spoken.may_be:
-            continue
-        words = PARTS_OF_A_MODEL.intersection(column.spoken.stem_words)
-        if words:
-            parts.append(column.name)
-            kinds |= words
-        elif not column.spoken.says(TOLD):
-            others += 1
-    return parts if len(kinds) > 1 and others else []
 
 
 def _distinct(seen: SeenColumns, names: Iterable[str]) -> list[str]:

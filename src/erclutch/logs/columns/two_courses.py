@@ -22,6 +22,7 @@ _GOES_ALONG = 0.9  # correlation of two columns that tell one thing
 _LEVEL = 0.01  # of the range, by which a number lies at neither end
 _ESTIMATES = 0.7  # correlation of the signs of two estimates of one thing
 _RETURNS = 0.1  # of the range, by which a column comes back that does not only rise or only fall
+_ROUNDED = 1e-5  # of the largest number, as texts round each of three columns
 _SAME_COURSE = 2e-3  # of the range, within which two columns are one course
 # Of the range, by which the ends of a set point and of what follows it differ at most.
 _SET_ENDS = 0.1
@@ -225,6 +226,14 @@ def is_multiple_of(column: Array, other: Array, digits: float) -> bool:
     a = column[known]
     b = other[known]
     return goes_along(a, b) and _are_in_proportion(a, b, digits)
+
+
+def is_sum_of(whole: Array, first: Array, second: Array) -> bool:
+    """Whether a column is the sum of two others in each row, but for the rounding of a text."""
+    off = np.abs(whole - first - second)
+    known = np.isfinite(off)
+    largest = float(np.abs(whole[known]).max(initial=0.0))
+    return largest > 0.0 and float(off[known].max()) <= _ROUNDED * largest
 
 
 def _are_in_proportion(a: Array, b: Array, digits: float) -> bool:

@@ -7,6 +7,7 @@ import numpy as np
 from erclutch.errors import UnitError, shell_word
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.quotients import rubbing_force
+from erclutch.logs.columns.two_courses import is_sum_of
 from erclutch.logs.planning.draft import Draft
 from erclutch.signals import units
 
@@ -20,6 +21,8 @@ _EFFORTS_BY_NAME = {
 }
 #: Words for the force of the bench's own mass.
 _OF_MASSES = frozenset({"inertia", "inertial", "traegheit", "tragheit", "tragheitskraft"})
+#: Words for the part of a controller's output that its error makes; behind a drive it may be what was measured.
+_FEEDBACKS = frozenset({"feedback", "fb", "fbk", "fdb", "pd", "pid"})
 _LAST_DIGITS = 1e-3  # of the range, within which two forces make up a third
 _NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
 
@@ -65,6 +68,25 @@ def doubt_an_effort_with_inertia(draft: Draft) -> None:
                 doubt = f"which is {own.name} and {inertia.name} together: a mass of the bench moves, too"
                 draft.doubt("effort", doubt, label)
                 return
+
+
+def doubt_an_effort_of_a_controller(draft: Draft) -> None:
+    """Doubt a guessed effort that a feedforward is a part of, or a feedback beside it: a controller's output."""
+    effort = draft.guessed("effort")
+    if effort is None:
+        return
+    guessed = draft.seen.columns[effort.column]
+    beside = draft.seen.without([effort.column])
+    alike = [column for column in beside if column.kind == guessed.kind]
+    for told in alike:
+        if "feedforward" not in told.spoken.stem_words:
+            continue
+        others = [other for other in alike if other is not told]
+        is_output = any(is_sum_of(guessed.values, told.values, each.values) for each in others)
+        if is_output or guessed.spoken.says(_FEEDBACKS):
+            doubt = f"which goes with {told.name} as the output of a controller does: no sensor may have measured it"
+            draft.doubt("effort", doubt)
+            return
 
 
 def doubt_effort_without_power(draft: Draft) -> None:

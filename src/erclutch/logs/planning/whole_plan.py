@@ -22,6 +22,7 @@ from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.effort_doubts import (
     doubt_a_force_at_a_stated_arm,
     doubt_a_torque_in_a_unit_of_force,
+    doubt_an_effort_of_a_controller,
     doubt_an_effort_with_inertia,
     doubt_effort_without_power,
 )
@@ -157,6 +158,7 @@ STEPS = (
     Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),
     Step("whether counts or a motor want a stated number", doubt_counts_and_motors),
     Step("whether the effort is the device's alone", doubt_an_effort_with_inertia),
+    Step("whether a controller computed the effort", doubt_an_effort_of_a_controller),
     Step("whether slip and effort make a power", doubt_effort_without_power),
     Step("whether the effort's name and unit are of one kind", doubt_a_torque_in_a_unit_of_force),
     Step("the slip is no shear rate beside a torque", doubt_a_shear_rate_beside_a_torque),
