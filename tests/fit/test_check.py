@@ -295,6 +295,25 @@ def test_whether_the_command_ever_moves() -> None:
     assert steady_command(replace(steps, clock=clock))  # each log at its own field
 
 
+def test_a_measured_current_that_keeps_its_level_does_not_move() -> None:
+    """The noise of four currents, a log each, got lags, and iron that kept all of that noise back."""
+    noise = 0.003 * np.random.default_rng(0).standard_normal(N)
+    data = good()
+    halves = (Span(0, N // 2, 1e-3), Span(N // 2, N, 1e-3))
+    logs = replace(
+        changed(data, field=np.repeat([0.0, 1.5], N // 2) + noise),
+        clock=Clock(data.clock.time, halves),
+    )
+    assert steady_command(logs)
+    ramp = np.linspace(0.0, 0.06, N)  # as wide as the noise may be, and no noise
+    (element,) = logs.elements
+    assert not steady_command(
+        replace(logs, elements=(replace(element, field=element.field + ramp),))
+    )
+    random = np.random.default_rng(1).uniform(0.0, 2.0, N)  # anew in each row, and no noise
+    assert not steady_command(changed(data, field=random))
+
+
 def test_one_field_held_out_tests_no_field() -> None:
     data = good()
     field = data.elements[0].field.copy()

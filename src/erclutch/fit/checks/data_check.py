@@ -19,7 +19,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.logs.field_between_logs import CourseOfLog, efforts_of_two_devices
 from erclutch.logs.held_out import hold_out
 from erclutch.logs.plan import THOUGH
-from erclutch.signals.array import Mask, rms
+from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.device import largest_field
 from erclutch.signals.percent import percent
 from erclutch.signals.recording import NO_FIELD
@@ -43,6 +43,12 @@ _NO_FIELD = 1e-6
 _COLUMN = pattern(r"(\w+) <- column (.+?)(?:, .*| \(the file says .*)? \([^()]*\)")
 #: The same, with a unit that was given and the unit of the file.
 _UNIT_GIVEN = pattern(rf"(\w+) <- column (.+) \[(.+?)\].*, {THOUGH} (.+) \(")
+#: Standard deviation of white noise over the median size of its second differences.
+_DEVIATION_OF_BEND = 1.0 / (0.6745 * 6.0**0.5)
+#: Standard deviations within which all rows of a noise lie.
+_NOISE_WITHIN = 12.0
+#: Of the largest field: a field that moves by more is no noise about a level.
+_NOISE_AT_MOST = 0.05
 #: A motion that has at least this share of its rows in either direction goes to and fro.
 _TO_AND_FRO = 0.2
 #: Such a motion drifts where its trend is so many times its swing.
@@ -113,13 +119,24 @@ def smaller_share(data: Dataset) -> float | None:
 
 
 def steady_command(train: Dataset) -> bool:
-    """Whether the field never changes inside any stretch of rows: then no lag can be identified."""
+    """Whether the field never changes inside any stretch of rows: then no lag can be identified.
+
+    A measured current that keeps its level changes by its noise.
+    """
     for element in train.elements:
-        same = _NO_FIELD * np.abs(element.field).max()
+        largest = float(np.abs(element.field).max())
         for span in train.clock.spans:
-            if np.ptp(element.field[span.start : span.stop]) > same:
+            field = element.field[span.start : span.stop]
+            noise = min(_NOISE_WITHIN * field_noise(field), _NOISE_AT_MOST * largest)
+            if np.ptp(field) > max(_NO_FIELD * largest, noise):
                 return False
     return True
+
+
+def field_noise(field: Array) -> float:
+    """Standard deviation of a field's noise from row to row; 0 for a command that stands still or ramps."""
+    bends = np.abs(np.diff(field, 2))
+    return float(np.median(bends)) * _DEVIATION_OF_BEND if bends.size else 0.0
 
 
 def field_text(data: Dataset) -> str:

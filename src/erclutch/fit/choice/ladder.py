@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from erclutch.fit.checks.data_check import field_noise
 from erclutch.fit.choice.rungs import (
     FITTED_ROWS,
     MOST_WHOLE_ROWS,
@@ -60,8 +61,6 @@ _ROWS_A_NUMBER = 10
 _POINTS_A_NUMBER = 2
 #: Widest edge of plays, over the noise of the field, from which on they tell more than that noise is smoothed.
 _EDGE_OVER_NOISE = 4.0
-#: Standard deviation of white noise over the median size of its second differences.
-_DEVIATION_OF_BEND = 1.0 / (0.6745 * 6.0**0.5)
 #: Of the largest field: what is no field; and the share of rows without any that tells what a memory does there.
 _NO_FIELD = 0.02
 _TOLD = 0.02
@@ -309,10 +308,6 @@ def _edge_in_noise(train: Dataset, rung: Rung, name: str) -> bool:
     if not edge:
         return False
     # Noise from row to row shows in the bends; a command that stands still or ramps has none.
-    noise = 0.0  # standard deviation
-    for element in train.elements:
-        bends = np.abs(np.diff(element.field, 2))
-        if bends.size:
-            noise = max(noise, float(np.median(bends)) * _DEVIATION_OF_BEND)
+    noise = max(field_noise(element.field) for element in train.elements)
     reference = reference_of(train)
     return rung.numbers[edge] * reference.field < _EDGE_OVER_NOISE * noise
