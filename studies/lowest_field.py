@@ -32,7 +32,7 @@ if __name__ == "__main__":
 import numpy as np
 
 from erclutch.fit.candidate import Fitted
-from erclutch.fit.choice.validation import LeftOut, _counted, chosen, parts_of_training
+from erclutch.fit.choice.validation import LeftOut, chosen, counted_parameters, parts_of_training
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.kinds.law_alone import KIND
 from erclutch.fit.laws.fit_law import fit_structure
@@ -104,7 +104,7 @@ def parameters_of(
     usable: Mapping[str, Sequence[Array]], outcomes: Mapping[str, AnyOutcome], parts: LeftOut
 ) -> dict[str, float]:
     """What decided between laws that are as good, before."""
-    return {name: float(_counted(outcomes[name])) for name in usable}
+    return {name: float(counted_parameters(outcomes[name])) for name in usable}
 
 
 def parts_with_low_pair(train: Dataset) -> LeftOut | None:
@@ -120,8 +120,8 @@ def parts_with_low_pair(train: Dataset) -> LeftOut | None:
 
 #: Of each rule the function that made it, and what stands in its place.
 BEFORE: dict[str, tuple[str, Any]] = {
-    "no-field": ("_no_field", lambda train, start, stop: False),
-    "ties": ("_burdens", parameters_of),
+    "no-field": ("has_no_field", lambda train, start, stop: False),
+    "ties": ("burdens_of", parameters_of),
     "low-pair": ("parts_of_training", parts_with_low_pair),
 }
 

@@ -335,7 +335,7 @@ def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
             monkeypatch.setattr(sys, "argv", [module, str(path), folder, "0", "0", *arguments])
             of_run = module == kept_columns.__name__
             code = child_process.serve(
-                kept_columns._decoded if of_run else reader_in_child.answer_of
+                kept_columns.decoded if of_run else reader_in_child.answer_of
             )
             return child_process._answer(Path(folder), code, b"", 1 << 30)
 

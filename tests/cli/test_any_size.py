@@ -95,7 +95,7 @@ def test_an_interrupted_scoring_goes_on_with_the_same_command(
     log: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     words = ["fit", str(log), *OPTIONS, "--out", str(tmp_path / "run")]
-    original: Any = every_row._score_part  # pyright: ignore[reportPrivateUsage]
+    original: Any = every_row.score_part
     scored: list[int] = []
 
     def interrupted(plan: Any, models: Any, how: Any, report: Any, part: Any) -> Any:
@@ -104,7 +104,7 @@ def test_an_interrupted_scoring_goes_on_with_the_same_command(
         scored.append(part.at)
         return original(plan, models, how, report, part)
 
-    monkeypatch.setattr(every_row, "_score_part", interrupted)
+    monkeypatch.setattr(every_row, "score_part", interrupted)
     assert main(words) == 130
     assert "the same command with --resume scores the rest" in capsys.readouterr().out
     assert scored == [0]

@@ -249,13 +249,13 @@ def test_a_folder_given_as_a_model_is_told(bench: Path) -> None:
 
 
 def test_settings_of_python_are_as_strict() -> None:
-    from erclutch.cli.quantities import _number  # pyright: ignore[reportPrivateUsage]
+    from erclutch.cli.quantities import quantity_in
 
-    assert _number("--share", "70%", "", "") == pytest.approx(0.7)
-    assert _number("--memory", "500MB", "GB", "") == pytest.approx(0.5)
-    assert _number("--theta-wrap", "360deg", "rad", "") == pytest.approx(6.283185307)
+    assert quantity_in("--share", "70%", "", "") == pytest.approx(0.7)
+    assert quantity_in("--memory", "500MB", "GB", "") == pytest.approx(0.5)
+    assert quantity_in("--theta-wrap", "360deg", "rad", "") == pytest.approx(6.283185307)
     with pytest.raises(SettingError, match="no quantity in Hz"):
-        _number("--cutoff", "150 rad/s", "Hz", "")
+        quantity_in("--cutoff", "150 rad/s", "Hz", "")
 
 
 def test_the_command_of_a_report_has_options_that_there_are() -> None:

@@ -19,10 +19,10 @@ from erclutch.export import Check, ExportOptions, export_model, step_of, verify_
 from erclutch.export.c.compilers import EXACT, STRICT, natives
 from erclutch.export.c.compilers import run as told
 from erclutch.export.exported_step import NON_FINITE, OUT_OF_REACH, ExportedStep
-from erclutch.export.rounding import ULPS, Errors, _filter_error, _oscillator_error, bound
+from erclutch.export.rounding import ULPS, Errors, bound, filter_error, oscillator_error
 from erclutch.export.step_numbers import inverse, inverse_now, named, numbers, reference, run
 from erclutch.export.step_record import feels_next_field, rest_record
-from erclutch.export.step_vectors import _edges, ordinary, rows_of, vectors_of
+from erclutch.export.step_vectors import odd_values, ordinary, rows_of, vectors_of
 from erclutch.export.target_check import compare, ulps
 from erclutch.export.targets.c import write
 from erclutch.models.law_model import TorqueModel
@@ -323,12 +323,12 @@ def test_the_error_of_an_oscillator_is_bounded_from_both_sides() -> None:
     # The worst signs of the errors are those of the answer to a single push, backwards in time.
     answer = driven(np.eye(1, 400)[0])
     worst = 1e-6 * float(np.abs(answer).sum())
-    limit = _oscillator_error(q, PERIOD, driven(signal), signal, np.full(400, 1e-6), FLOAT64)
+    limit = oscillator_error(q, PERIOD, driven(signal), signal, np.full(400, 1e-6), FLOAT64)
     assert float(np.max(np.abs(driven(signal + noise) - driven(signal)))) <= worst
     assert worst <= limit[-1] <= 1.01 * worst
     # Rounding alone, in float32 against float64.
     rounding = float(np.max(np.abs(driven(signal, np.float32) - driven(signal))))
-    alone = _oscillator_error(q, PERIOD, driven(signal), signal, np.zeros(400), FLOAT32)
+    alone = oscillator_error(q, PERIOD, driven(signal), signal, np.zeros(400), FLOAT32)
     assert rounding <= alone[-1] <= 300.0 * rounding
 
 
@@ -525,11 +525,11 @@ def test_the_bound_of_a_speed_from_angles(models: dict[str, Model], period: floa
         return np.array(out)
 
     worst = float(np.max(np.abs(speeds(np.float32) - speeds(np.float64))))
-    assert worst <= _filter_error(step, FLOAT32) <= 100.0 * worst
+    assert worst <= filter_error(step, FLOAT32) <= 100.0 * worst
 
 
 def test_edges_have_both_zeros_and_both_infinities(models: dict[str, Model]) -> None:
-    for column in _edges(
+    for column in odd_values(
         step_of(models["hem+rise-fall, coaxial"], ExportOptions("m", "float32", PERIOD))
     ):
         assert set(np.signbit(column[column == 0.0])) == {False, True}

@@ -191,7 +191,7 @@ def test_the_long_run_sum_is_that_of_its_definition() -> None:
 @pytest.mark.parametrize("share", [0.0, 0.02, 0.1, 0.5, 1.0])
 def test_the_polynomial_of_kiefer_and_vogelsang(share: float) -> None:
     """Their 97.5 % critical values for the Bartlett kernel: 1.9600 + 2.9694 b + 0.4160 b^2 - 0.5324 b^3."""
-    quantile: Any = intervals._quantile
+    quantile: Any = intervals.fixed_bandwidth_quantile
     expected = 1.9600 + 2.9694 * share + 0.4160 * share**2 - 0.5324 * share**3
     assert np.isclose(quantile(10**7, share), expected, rtol=1e-4)
 
@@ -207,7 +207,7 @@ def test_the_polynomial_is_that_of_its_own_simulation() -> None:
         quotients.append(
             abs(e.sum()) / np.sqrt(bartlett((e - e.mean())[:, None], int(b * n))[0, 0])
         )
-    quantile: Any = intervals._quantile
+    quantile: Any = intervals.fixed_bandwidth_quantile
     assert np.isclose(np.quantile(quotients, 0.95), quantile(10**7, b), rtol=0.06)
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from erclutch.fit.choice.ladder import _shows, _without_field, grown
+from erclutch.fit.choice.ladder import grown, may_show, tells_without_field
 from erclutch.fit.choice.rungs import Rung, by_chance
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
@@ -102,8 +102,10 @@ def test_a_memory_that_holds_without_a_field_too_has_the_field_behind_it() -> No
 def test_a_memory_without_rows_at_no_field_keeps_the_field_ahead() -> None:
     data = log(0, swings=False)
     (element,) = data.elements
-    assert _without_field(data)
-    assert not _without_field(replace(data, elements=(Element(element.field + 0.1, element.slip),)))
+    assert tells_without_field(data)
+    assert not tells_without_field(
+        replace(data, elements=(Element(element.field + 0.1, element.slip),))
+    )
 
 
 def test_a_yield_effort_that_saturates_is_told_by_one_log() -> None:
@@ -126,4 +128,4 @@ def test_a_stage_shows_only_beside_the_best_of_the_laws_own_starts() -> None:
     """Of a law whose numbers are not known yet the first start may be far off, and any stage better at another one."""
     data = log(0, swings=False)
     unknown = Rung(BASE, 1.0, {}, np.inf)
-    assert not _shows(data, unknown, replace(BASE, dynamics="self-heating"))
+    assert not may_show(data, unknown, replace(BASE, dynamics="self-heating"))

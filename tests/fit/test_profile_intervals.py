@@ -133,12 +133,12 @@ def test_the_rise_at_the_ends_is_students_for_independent_rows() -> None:
             found: Any = SimpleNamespace(slopes=slopes, residual=residual, free=free)
             robust = uncertainty(slopes, residual, ordered=False)
             np.testing.assert_allclose(
-                profile_intervals._limits(found, robust), expected, rtol=2e-3
+                profile_intervals.rises_at_ends(found, robust), expected, rtol=2e-3
             )
 
 
 def test_the_next_value_to_try() -> None:
-    to: Any = profile_intervals._next
+    to: Any = profile_intervals.next_value
     assert to(1.0, 0.5, 2.0, 1.5, 0.0) == pytest.approx(1.5)
     assert to(1.0, 0.9, 2.0, 1.9, 0.0) == pytest.approx(1.1)
     assert to(1.0, 0.99, 2.0, 1.99, 0.0) == pytest.approx(
@@ -167,5 +167,5 @@ def test_a_first_try_in_another_basin_does_not_end_an_interval(side: float) -> N
 
 
 def test_a_steep_rise_beyond_the_end_says_not_where_it_is() -> None:
-    to: Any = profile_intervals._next
+    to: Any = profile_intervals.next_value
     assert to(0.0, 0.1, 1.0, 200.0, 0.0) == to(0.0, 0.1, 1.0, 3.0, 0.0) == pytest.approx(0.9 / 2.9)

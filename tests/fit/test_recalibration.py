@@ -17,7 +17,7 @@ from erclutch.errors import CheckError, ErclutchError, MappingError
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
 from erclutch.fit.networks.fit_residual import fit_residual
-from erclutch.fit.recalibration import AS_IT_IS, _blocks, _change, _surely, recalibrate
+from erclutch.fit.recalibration import AS_IT_IS, _change, _surely, blocks_of, recalibrate
 from erclutch.fit.recalibration_ways import ways_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
@@ -26,7 +26,7 @@ from erclutch.models.load import Model
 from erclutch.models.networks import network_from_name
 from erclutch.models.residual_model import ResidualStructure
 from erclutch.models.structure import Structure
-from erclutch.runs.recalibrated_run import _adapted
+from erclutch.runs.recalibrated_run import adapted_outcome
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from tests.support.examples import examples
@@ -150,7 +150,7 @@ def test_another_exponent_moves_all_numbers() -> None:
     assert {name: value for name, (value, _, _) in found.numbers.items()} == pytest.approx(
         {n: numbers[n] for n in found.numbers}
     )
-    said = _adapted(fit_structure(made(0), law()), found).estimates
+    said = adapted_outcome(fit_structure(made(0), law()), found).estimates
     assert all(each.low <= each.value <= each.high for each in said), said
     assert {e.name for e in said if e.value == numbers.get(e.name)} >= {"n"}
     again = fit_structure(made(1, exponent=2.2), law(), intervals=False).model
@@ -297,7 +297,7 @@ def test_ways_start_at_the_base_and_their_slopes_are_those_of_their_models(kind:
 def test_blocks_are_as_long_as_the_error_is_correlated() -> None:
     rng = np.random.default_rng(0)
     for error, count in ((rng.normal(size=1000), 10), (np.repeat(rng.normal(size=8), 125), 5)):
-        blocks = _blocks(error)
+        blocks = blocks_of(error)
         assert len(blocks) == count
         assert (blocks[0].start, blocks[-1].stop) == (0, error.size)
         assert all(a.stop == b.start for a, b in pairwise(blocks))

@@ -16,9 +16,9 @@ from erclutch.fit.choice.ranking import unknown_start
 from erclutch.fit.choice.rungs import folds_of
 from erclutch.fit.choice.validation import (
     LeftOut,
-    _burdens,
-    _in_question,
+    burdens_of,
     chosen,
+    in_question,
     part_weights,
     parts_of_training,
 )
@@ -310,7 +310,7 @@ def test_of_models_that_are_as_good_the_least_error_on_all_parts_decides_or_the_
         outcomes[name] = SimpleNamespace(
             parameters=parameters, model=SimpleNamespace(law_part=None)
         )
-    burdens = _burdens(errors, outcomes, LeftOut("parts", (), further, fields=3, lowest=1))
+    burdens = burdens_of(errors, outcomes, LeftOut("parts", (), further, fields=3, lowest=1))
     assert min(burdens, key=burdens.__getitem__) == taken
 
 
@@ -320,7 +320,7 @@ def test_ties_are_decided_by_whole_fields_where_no_row_is_without_a_field(
 ) -> None:
     """The first two parts are whole fields, the third is a motion."""
     errors = {"in fields": errors_of(1.0, 1.0, 2.0), "in motions": errors_of(1.1, 1.1, 1.0)}
-    burdens = _burdens(errors, {}, LeftOut("parts", (), True, fields=2, lowest=lowest))
+    burdens = burdens_of(errors, {}, LeftOut("parts", (), True, fields=2, lowest=lowest))
     assert min(burdens, key=burdens.__getitem__) == taken
 
 
@@ -543,4 +543,4 @@ def test_two_fits_of_one_network_are_no_riddle() -> None:
     twice = [
         Fitted(c, c.fit(train, known, 1)) for c in (*networks.candidates(settings, train),) * 2
     ]
-    assert len(list(_in_question(twice, further=True))) in (2, 3)
+    assert len(list(in_question(twice, further=True))) in (2, 3)

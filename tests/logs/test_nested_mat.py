@@ -273,8 +273,8 @@ def test_the_matrix_of_a_to_file_block_begins_with_its_time(tmp_path: Path) -> N
 def test_an_object_that_only_matlab_reads_is_named_with_its_class(tmp_path: Path) -> None:
     value = np.array([(b"out", b"MCOS", b"Simulink.SimulationOutput", np.zeros(6))],
                      dtype=[("s0", "O"), ("s1", "O"), ("s2", "O"), ("arr", "O")])  # fmt: skip
-    assert mat_tree._name_and_kind("None", value) == ("out", "Simulink.SimulationOutput")
-    assert mat_tree._name_and_kind("None", np.zeros(3)) == ("None", "")
+    assert mat_tree.name_and_kind("None", value) == ("out", "Simulink.SimulationOutput")
+    assert mat_tree.name_and_kind("None", np.zeros(3)) == ("None", "")
     assert mat_tree._with_objects({"out": None, "speed": "5"}, {"out": "polyshape"}, None) == {
         "out (a polyshape)": None,
         "speed": "5",

@@ -208,8 +208,8 @@ def test_a_text_of_many_tables_is_searched_once_for_all_of_them(
         searched.append(len(lines))
         return headers(lines)
 
-    headers: Callable[[list[str]], list[int]] = text_tables._headers
-    monkeypatch.setattr(text_tables, "_headers", counted)
+    headers: Callable[[list[str]], list[int]] = text_tables.lines_of_names
+    monkeypatch.setattr(text_tables, "lines_of_names", counted)
     rows = "\n".join(f"{k / 10},{k % 7},{k % 5}" for k in range(30))
     path = tmp_path / "steps.txt"
     path.write_text(

@@ -266,15 +266,15 @@ def test_many_long_steps_are_no_gaps_but_pauses_among_them_are() -> None:
     (np.array([1.0, 2.0, 2.0, 2.0, 2.0, 5.0]), [3.0 - 1.0] * 6),
 ])  # fmt: skip
 def test_how_fine_stamps_are(column: np.ndarray, grain: list[float]) -> None:
-    np.testing.assert_allclose(time_stamps._resolution_of(column), grain, rtol=1e-9)
+    np.testing.assert_allclose(time_stamps.resolution_of(column), grain, rtol=1e-9)
 
 
 def test_a_double_and_a_float32_are_as_fine_as_their_spacing() -> None:
     stamps = 1000.0 + ROWS / 7.0
-    np.testing.assert_allclose(time_stamps._resolution_of(stamps), 4 * np.spacing(stamps.max()))
+    np.testing.assert_allclose(time_stamps.resolution_of(stamps), 4 * np.spacing(stamps.max()))
     single = stamps.astype(np.float32).astype(np.float64)
     np.testing.assert_allclose(
-        time_stamps._resolution_of(single), np.spacing(single.astype(np.float32)).astype(np.float64)
+        time_stamps.resolution_of(single), np.spacing(single.astype(np.float32)).astype(np.float64)
     )
 
 
@@ -300,7 +300,7 @@ def test_the_period_is_that_of_a_weighted_straight_line() -> None:
     stamps = 1.003 * np.arange(60) + rng.uniform(-0.4, 0.4, 60)
     stamps[30:] += 7.0
     grain = rng.uniform(0.01, 0.1, 60)
-    _, period, wander = time_stamps._grid(stamps, grain, (0, 30), 1.0, None)
+    _, period, wander = time_stamps.grid_through(stamps, grain, (0, 30), 1.0, None)
     weight = 1.0 / (1.05 * grain + 1e-3)
     second = np.arange(60) >= 30
     design = np.column_stack([np.arange(60) - 30 * second, ~second, second]) * weight[:, None]
@@ -312,10 +312,10 @@ def test_the_period_is_that_of_a_weighted_straight_line() -> None:
 
 def test_the_mean_step_leaves_gaps_out() -> None:
     stamps = np.cumsum([0.0, 1.0, 1.2, 0.8, 1.4, 9.0, 1.0])
-    assert time_stamps._period(stamps, np.zeros(7)) == pytest.approx(
+    assert time_stamps.mean_step(stamps, np.zeros(7)) == pytest.approx(
         (1.0 + 1.2 + 0.8 + 1.4 + 1.0) / 5
     )
-    assert time_stamps._period(stamps, np.full(7, 9.0)) == pytest.approx(stamps[-1] / 6)
+    assert time_stamps.mean_step(stamps, np.full(7, 9.0)) == pytest.approx(stamps[-1] / 6)
 
 
 @pytest.mark.parametrize(
@@ -331,11 +331,11 @@ def test_the_mean_step_leaves_gaps_out() -> None:
 def test_repeats_at_equal_distances_are_no_strays(rows: list[int], stray: bool) -> None:
     repeats = np.zeros(100, np.bool_)
     repeats[rows] = True
-    assert time_stamps._stray(repeats) == stray
+    assert time_stamps.are_stray(repeats) == stray
     few = np.zeros(10, np.bool_)
     few[[1, 2, 8]] = True
-    assert not time_stamps._stray(few)
-    assert time_stamps._stray(np.concatenate([few, np.zeros(5, np.bool_)]))
+    assert not time_stamps.are_stray(few)
+    assert time_stamps.are_stray(np.concatenate([few, np.zeros(5, np.bool_)]))
 
 
 def restarted(at: int, to: float, step: float = 1.0, rows: int = 400) -> bool:
@@ -343,7 +343,7 @@ def restarted(at: int, to: float, step: float = 1.0, rows: int = 400) -> bool:
     stamps = np.arange(float(rows))
     stamps[at:] += to - stamps[at]
     stamps[at + 1 :] += step - 1.0
-    return len(time_stamps._restarted(stamps, "t")[1]) == 1
+    return len(time_stamps.begun_anew(stamps, "t")[1]) == 1
 
 
 def test_when_a_clock_has_begun_anew() -> None:
@@ -357,11 +357,11 @@ def test_when_a_clock_has_begun_anew() -> None:
     assert restarted(200, 0.0, step=11.0)
     assert not restarted(200, 0.0, step=12.0)  # the clock goes on as before it
     five = np.concatenate([np.arange(100.0)] * 5)
-    assert len(time_stamps._restarted(five, "t")[1]) == 1
+    assert len(time_stamps.begun_anew(five, "t")[1]) == 1
     many = np.concatenate([np.arange(80.0)] * 5)  # 4 of 400 rows are 1 %
-    assert len(time_stamps._restarted(many, "t")[1]) == 1
-    assert not time_stamps._restarted(np.concatenate([np.arange(78.0)] * 5), "t")[1]
-    joined, (note,) = time_stamps._restarted(np.concatenate([np.arange(150.0)] * 7), "t")
+    assert len(time_stamps.begun_anew(many, "t")[1]) == 1
+    assert not time_stamps.begun_anew(np.concatenate([np.arange(78.0)] * 5), "t")[1]
+    joined, (note,) = time_stamps.begun_anew(np.concatenate([np.arange(150.0)] * 7), "t")
     assert np.all(np.diff(joined)[149::150] == pytest.approx(11.0))
     assert (
         note

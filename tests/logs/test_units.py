@@ -130,7 +130,7 @@ def test_common_units_are_what_pint_says() -> None:
         spelled = text
         for pattern, replacement in units._SPELLINGS:
             spelled = pattern.sub(replacement, spelled)
-        assert units._evaluate(text, spelled) == units.Unit(text, factor, dimension)
+        assert units.evaluated(text, spelled) == units.Unit(text, factor, dimension)
 
 
 def test_a_log_in_si_units_or_turns_a_minute_does_not_wait_for_pint() -> None:
@@ -145,7 +145,7 @@ def test_temperatures_and_lines_of_names_do_not_wait_for_pint(
     def asked(text: str, spelled: str) -> None:
         raise AssertionError(f"pint is asked for {text}")
 
-    monkeypatch.setattr(units, "_evaluate", asked)
+    monkeypatch.setattr(units, "evaluated", asked)
     for text in ("K", "kelvin", "Kelvin", "°C"):
         assert not units.is_unit(text)
     assert not _are_units(["time", "E1", "E2", "theta_dot", "T"])

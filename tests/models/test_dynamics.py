@@ -309,7 +309,7 @@ def test_the_search_for_the_modes_equals_the_row_by_row_one(
     command: np.ndarray, rise: float, fall: float, uniform: bool
 ) -> None:
     clock = clock_of(70, 80, uniform=uniform)
-    x, _ = command_lag._lag(command, clock, rise, fall)
+    x, _ = command_lag.lagged(command, clock, rise, fall)
     up, down = (
         np.broadcast_to(command_lag._share(clock, tau), command.shape) for tau in (rise, fall)
     )

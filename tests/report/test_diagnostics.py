@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from erclutch.logs.dataset import Dataset
-from erclutch.report.html.dynamics_section import _model  # pyright: ignore[reportPrivateUsage]
+from erclutch.report.html.dynamics_section import stages_of
 from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, noise_of, spectrum
 from erclutch.report.numbers.error_map import error_maps
 from erclutch.report.numbers.flow_curves import FlowCurves, grouped, rare_fields
@@ -37,7 +37,7 @@ from erclutch.report.numbers.switching import (
     switches_of,
 )
 from erclutch.report.numbers.windows import windows
-from erclutch.report.plots.lag_plot import _steps  # pyright: ignore[reportPrivateUsage]
+from erclutch.report.plots.lag_plot import step_panel
 from erclutch.report.plots.plot_description import Axis, Line
 from erclutch.runs.run_rows import RunRows
 from erclutch.signals.clock import Clock, Span
@@ -445,13 +445,13 @@ def test_logs_of_different_rates_are_not_mixed() -> None:
 def test_a_field_is_still_where_its_last_rows_lie_close(
     values: list[float], width: int, reach: float
 ) -> None:
-    from erclutch.report.numbers.flow_curves import _still  # pyright: ignore[reportPrivateUsage]
+    from erclutch.report.numbers.flow_curves import rows_at_rest
 
     array = np.array(values)
     width = min(width, array.size)
     windows = [array[k - width + 1 : k + 1] for k in range(width - 1, array.size)]
     expected = [False] * (width - 1) + [bool(w.max() - w.min() <= reach) for w in windows]
-    assert _still(array, width, reach).tolist() == expected
+    assert rows_at_rest(array, width, reach).tolist() == expected
 
 
 def test_fields_without_rows_are_named() -> None:
@@ -469,7 +469,7 @@ def test_rise_and_fall_have_labels_and_lines_of_their_own() -> None:
     }
     found = step_responses({"ranking": [slow]}, [slow["name"]])
     material: Any = SimpleNamespace(shown={slow["name"]: "best"}, titles={slow["name"]: "Slow"})
-    panel, _ = _steps(material, found)
+    panel, _ = step_panel(material, found)
     lines = [mark for mark in panel.marks if isinstance(mark, Line)]
     assert [(line.label, line.dashed) for line in lines] == [
         ("Slow, rise", False),
@@ -479,7 +479,7 @@ def test_rise_and_fall_have_labels_and_lines_of_their_own() -> None:
 
 def test_a_stage_without_numbers_has_no_heading() -> None:
     entry = {"name": "fnn-4+inertia", "title": "Network", "dynamics": {}, "fit": {"parameters": []}}
-    assert _model(entry, Units("N", "V", "m/s"))["stages"] == []
+    assert stages_of(entry, Units("N", "V", "m/s"))["stages"] == []
 
 
 @pytest.mark.parametrize(

@@ -142,7 +142,7 @@ def test_a_browser_that_fails_is_one_line_and_leaves_nothing(
     ],
 )
 def test_places_in_the_pdf_stay(made: bytes) -> None:
-    signed = printed_page._signed(made)
+    signed = printed_page.signed(made)
     assert len(signed) == len(made)
     assert (b"/Creator (erclutch)" in signed) == (b"/Creator" in made)
     assert signed.endswith(made[made.index(b"/Producer") :])

@@ -26,19 +26,24 @@ def quantity(unit: str, example: str = "") -> Parameter:
 
     def converted(_kind: object, tokens: Sequence[Token]) -> Any:
         numbers = tuple(
-            _number(token.keyword or "", token.value, unit, example) for token in tokens
+            quantity_in(token.keyword or "", token.value, unit, example) for token in tokens
         )
         return numbers[0] if len(numbers) == 1 else numbers
 
     return Parameter(converter=converted, allow_leading_hyphen=True)
 
 
-def _number(
+def quantity_in(
     option: str,
     text: str,
     unit: str,
     example: str,
 ) -> float:
+    """What a text says in a unit; the option and the example are for the message.
+
+    Raises:
+        SettingError: the text is no such quantity.
+    """
     from erclutch.errors import UnitError
     from erclutch.signals import units
 

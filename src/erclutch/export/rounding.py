@@ -57,7 +57,7 @@ def bound(step: ExportedStep, rows: Array, precision: Precision | None = None) -
     given: dict[Node, Array] = {}
 
     if step.filter is not None:
-        own = _filter_error(step, p)
+        own = filter_error(step, p)
         slips = evaluate(record.record, inputs, in_float64, outputs=record.slips)
         for node, slip in zip(record.slips, slips, strict=True):
             error = own + 0.5 * p.epsilon * np.abs(slip)
@@ -77,13 +77,13 @@ def bound(step: ExportedStep, rows: Array, precision: Precision | None = None) -
             value, signal = evaluate(record.record, inputs, in_float64, outputs=(node, signal_node))
             signal_error = evaluate(record.record, exact, errors, given, [signal_node])[0][1]
             period = step.period or 1.0  # [s]
-            error = _oscillator_error(parameters, period, value, signal, signal_error, p)
+            error = oscillator_error(parameters, period, value, signal, signal_error, p)
             given[node] = np.stack([value, error])
     _, error = evaluate(record.record, exact, errors, given, [record.value])[0]
     return error
 
 
-def _oscillator_error(
+def oscillator_error(
     parameters: Mapping[str, float],
     period: float,
     value: Array,
@@ -110,7 +110,7 @@ def _oscillator_error(
     return of_signal * np.maximum.accumulate(signal_error) + of_state * 6.0 * p.epsilon * largest
 
 
-def _filter_error(step: ExportedStep, p: Precision) -> float:
+def filter_error(step: ExportedStep, p: Precision) -> float:
     """Of a speed, from angles within half a turn (or, unturned, of size one)."""
     gains = step.filter
     assert gains is not None

@@ -92,7 +92,7 @@ def rows_of(step: ExportedStep, rng: np.random.Generator, count: int) -> Array:
         angles = slice(step.elements, 2 * step.elements)
         rows[:, angles] = np.cumsum(rows[:, angles], axis=0) * (step.period or 0.0)
     odd_rows = np.flatnonzero(rng.random(count) < 0.125)
-    edges = _edges(step)
+    edges = odd_values(step)
     for row in odd_rows:
         column = int(rng.integers(len(step.inputs)))
         odd = edges[column]
@@ -117,7 +117,7 @@ def ordinary(step: ExportedStep, rng: np.random.Generator, count: int) -> Array:
     return np.column_stack([*fields, *speeds, *extras, *measured])
 
 
-def _edges(step: ExportedStep) -> list[Array]:
+def odd_values(step: ExportedStep) -> list[Array]:
     """Odd values of each input: limits, zeros, what is no number, denormals, far outside."""
     info = np.finfo(step.precision.dtype)
     tiny = float(info.smallest_subnormal)

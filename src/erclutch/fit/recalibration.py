@@ -101,7 +101,7 @@ def recalibrate(model: Model, data: Dataset, seen: Mask | None = None) -> Recali
             )
         # The rows count for as many as are independent of each other.
         noise = float(np.mean(error**2)) * correlated_rows(error)
-        trial = _Trial(data, rows, error, noise, _blocks(error))
+        trial = _Trial(data, rows, error, noise, blocks_of(error))
         ways = list(ways_of(model, data, rows, predicted))
 
         # The simplest way that is as good as the best one, for all that the blocks can tell, if it is worth it.
@@ -146,7 +146,7 @@ def recalibrate(model: Model, data: Dataset, seen: Mask | None = None) -> Recali
         )
 
 
-def _blocks(error: Array) -> list[slice]:
+def blocks_of(error: Array) -> list[slice]:
     """Blocks of rows in time, as long as the error is correlated where there are rows enough."""
     independent = error.size // correlated_over([error])
     count = int(np.clip(independent, _FEWEST_BLOCKS, _MOST_BLOCKS))

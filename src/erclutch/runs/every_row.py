@@ -146,7 +146,7 @@ def score_every_row(
     def report(rows: int) -> None:
         progress(done + rows, plan.rows)
 
-    score = partial(_score_part, plan, able, how, report if tasks.here else None)
+    score = partial(score_part, plan, able, how, report if tasks.here else None)
     answers = tasks(score, [parts[number] for number in missing])
     for number, (asked, of_part) in zip(missing, answers, strict=True):
         part = parts[number]
@@ -245,7 +245,7 @@ def joined_sums(parts: Sequence[PartSums]) -> PartSums:
     return PartSums(**whole)
 
 
-def _score_part(
+def score_part(
     plan: ScoringPlan,
     models: Mapping[str, Model],
     how: Reading,

@@ -24,7 +24,7 @@ def kept_columns(path: Path) -> dict[str, Array]:
     return dict(zip(texts["names"], arrays, strict=True))
 
 
-def _decoded(path: str) -> child_process.Answer:
+def decoded(path: str) -> child_process.Answer:
     """The child's work."""
     import pyarrow
     import pyarrow.parquet as pq
@@ -46,4 +46,4 @@ def _decoded(path: str) -> child_process.Answer:
 
 
 if __name__ == "__main__":
-    sys.exit(child_process.serve(_decoded))
+    sys.exit(child_process.serve(decoded))

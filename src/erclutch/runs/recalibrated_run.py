@@ -55,7 +55,7 @@ def recalibrated(
     result = recalibrate(base, data, seen)
     outcomes = [outcome]
     if result.way != AS_IT_IS:
-        outcomes.append(_adapted(outcome, result))
+        outcomes.append(adapted_outcome(outcome, result))
 
     # Both are judged on the rows that neither saw.
     settings = Settings((base.name,), base.structure.dynamics, round(1.0 - share, 12))
@@ -113,7 +113,7 @@ def seen_rows(data: Dataset, share: float, stretches: int) -> Mask:
     return seen
 
 
-def _adapted(base: FitOutcome[Any], result: Recalibration) -> FitOutcome[Any]:
+def adapted_outcome(base: FitOutcome[Any], result: Recalibration) -> FitOutcome[Any]:
     """The outcome of the adapted model: numbers that did not move keep the base's intervals."""
     law: TorqueModel | None = result.model.law_part
     if law is None:  # weights have no estimates

@@ -272,14 +272,14 @@ def parse(text: str) -> Unit:
         if len(text.strip()) > 2:
             attempts.append(spelled.lower())
         for attempt in attempts:
-            unit = _evaluate(text, attempt)
+            unit = evaluated(text, attempt)
             if unit is not None:
                 return unit
     remedy = "Write it like cm/s, m/s^2, kN, N*m, rpm, kV/mm, % or - (a factor may stand before it: 980.665 N)"
     raise UnitError(f"'{text}' is not a unit that erclutch knows", remedy=remedy)
 
 
-def _evaluate(text: str, spelled: str) -> Unit | None:
+def evaluated(text: str, spelled: str) -> Unit | None:
     """What pint makes of a unit; None where pint knows none, or none that a factor alone converts."""
     registry = _registry()
     try:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from erclutch.models.stages.oscillator import _swing, coefficients
+from erclutch.models.stages.oscillator import coefficients, decaying_waves
 
 
 @pytest.mark.parametrize(
@@ -14,7 +14,7 @@ from erclutch.models.stages.oscillator import _swing, coefficients
 )
 def test_hyperbolic_and_trigonometric_functions_are_one(x: float) -> None:
     root = np.sqrt(complex(x))
-    even, odd = np.exp(abs(root)) * np.array(_swing(x, abs(root)))
+    even, odd = np.exp(abs(root)) * np.array(decaying_waves(x, abs(root)))
     size = abs(np.cosh(root)) + 1.0
     assert even == pytest.approx(float(np.cosh(root).real), abs=1e-14 * size)
     assert odd == pytest.approx(float((np.sinh(root) / root).real) if x else 1.0, abs=1e-13 * size)

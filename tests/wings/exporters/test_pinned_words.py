@@ -20,7 +20,7 @@ from erclutch.export.cost import cost_text
 from erclutch.export.export_folder import read_export
 from erclutch.export.monotone import apart, monotone_share, sides
 from erclutch.export.rounding import refuse_noise
-from erclutch.export.step_vectors import _edges, vectors_of
+from erclutch.export.step_vectors import odd_values, vectors_of
 from erclutch.export.target_check import Check, near, ulps
 from erclutch.export.targets import c
 from erclutch.models.alarms import alarms_of
@@ -173,7 +173,7 @@ def test_numbers_around_a_step(label: str, models: dict[str, Model], pinned: Pin
     model = models[label]
     step = step_of(model, ExportOptions(period=1e-3))
     signed = np.linspace(-1.0, 1.0, 7)
-    edges = [e[np.abs(e) < 1e30].tolist() for e in _edges(step)]
+    edges = [e[np.abs(e) < 1e30].tolist() for e in odd_values(step)]
     own = [
         sides(model),
         monotone_share(model),

@@ -72,8 +72,8 @@ def test_a_force_over_a_speed_moves_a_mass_on_a_slide(models: dict[str, Model]) 
     turning = step_of(models["bingham, single"])
     made: Any = turning.model
     linear: Any = replace(made, units=Units("N", "V", "m/s"))
-    assert 'type="hinge"' in mujoco._example(turning)
-    said = mujoco._example(step_of(linear))
+    assert 'type="hinge"' in mujoco.example_model(turning)
+    said = mujoco.example_model(step_of(linear))
     assert 'joint name="slip" type="slide" axis="1 0 0"' in said
     assert f'mass="{max(map(abs, linear.trained_on.effort)) / 100.0:.6g}"' in said
 

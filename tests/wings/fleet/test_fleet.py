@@ -22,12 +22,12 @@ from erclutch.logs.reading import Reading
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.plots.plot_description import Line
 from erclutch.runs.cluster import WorkerLostError
-from erclutch.wings.fleet.commands.fit_many import _advice
-from erclutch.wings.fleet.fleet import DeviceTask, Fleet, _grouped, fit_device, fit_many
+from erclutch.wings.fleet.commands.fit_many import advice_of_logs
+from erclutch.wings.fleet.fleet import DeviceTask, Fleet, fit_device, fit_many, logs_of_devices
 from erclutch.wings.fleet.fleet_charts import fleet_panels
 from erclutch.wings.fleet.fleet_page import mixed, not_compared, too_few
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
-from erclutch.wings.fleet.fleet_tables import _fit_row, tables_of
+from erclutch.wings.fleet.fleet_tables import fit_row, tables_of
 from tests.support.dask_cluster import dask_cluster, kill_a_worker, peak
 
 FAST = Settings(lag="none")
@@ -147,7 +147,7 @@ def test_a_folder_of_folders_has_no_advice_and_ends_no_fit(tmp_path: Path) -> No
     for name in ("0A", "1A"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "log.csv").write_text("t,c\n0,1\n1,2\n")
-    assert _advice((tmp_path,), DEFAULT_READING) == []
+    assert advice_of_logs((tmp_path,), DEFAULT_READING) == []
 
 
 def test_folders_of_one_name_below_different_ones_are_told_apart(
@@ -288,14 +288,14 @@ def test_a_log_that_no_model_explains_recommends_none(low: float, recommended: b
         "train_rows": 7,
         "test_rows": 3,
     }
-    assert _fit_row({**run, "units": {"effort": "N*m"}}, entry)["recommended"] is recommended
+    assert fit_row({**run, "units": {"effort": "N*m"}}, entry)["recommended"] is recommended
 
 
 def test_devices_whose_names_differ_by_a_leading_zero_keep_all_of_their_logs() -> None:
     """Their logs stand between each other in the order of numbers: the last ones took the place of the others."""
     top = Path("logs").resolve()
     files = [top / "01" / "a.csv", top / "1" / "b.csv", top / "01" / "c.csv"]
-    grouped = _grouped(files, "folder", Reading())
+    grouped = logs_of_devices(files, "folder", Reading())
     assert grouped == {"01": (str(files[0]), str(files[2])), "1": (str(files[1]),)}
 
 

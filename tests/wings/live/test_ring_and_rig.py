@@ -180,7 +180,7 @@ def test_a_folder_that_another_session_takes_for_left_over_is_made_anew(
         return made[-1]
 
     monkeypatch.setattr(tempfile, "mkdtemp", mkdtemp)
-    folder, lock = session._own_folder()
+    folder, lock = session.own_folder()
     os.close(lock)
     folder.rmdir()
     assert [str(folder)] == made[1:]

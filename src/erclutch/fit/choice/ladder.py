@@ -106,7 +106,9 @@ def grown(
         # Stages that have to show first, each with the share that it must take off.
         worth_of = dict.fromkeys(filter(is_striking, tried), _SHOWING)
         worth_of |= dict.fromkeys(counting, DRIFTING_WORTH)
-        showing = [name for name in worth_of if _shows(train, here, widened(here.structure, name))]
+        showing = [
+            name for name in worth_of if may_show(train, here, widened(here.structure, name))
+        ]
         if set(showing) & set(counting) and folds[0].data.rows < min(train.rows, MOST_WHOLE_ROWS):
             # From here on the whole log counts: in a stretch that is cut out of it such a stage would begin anew.
             folds = folds_of(train, whole=True)
@@ -182,7 +184,7 @@ def _rung_above(folds: Sequence[Fold], here: Rung, richer: Structure, name: str)
         richer: its structure with what is new.
         name: of what is new.
     """
-    behind = with_field_behind(richer, name) if _without_field(folds[0].data) else None
+    behind = with_field_behind(richer, name) if tells_without_field(folds[0].data) else None
     if behind is not None and has_field_behind(here.structure, name):
         return rung_of(folds, behind, here.numbers)
     rung = rung_of(folds, richer, here.numbers)
@@ -216,7 +218,7 @@ def _bent(folds: Sequence[Fold], rung: Rung) -> Rung:
     return other if other.error < (1.0 - worth) * rung.error else rung
 
 
-def _without_field(data: Dataset) -> bool:
+def tells_without_field(data: Dataset) -> bool:
     """Whether rows tell what a memory does without a field: a share that none shows would be a guess at no field."""
     shares: list[float] = []  # of the rows, one an element
     for element in data.elements:
@@ -231,7 +233,7 @@ def of_iron(structure: Structure) -> bool:
     return any(getattr(stage, "of_iron", False) for stage in structure.stages)
 
 
-def _shows(train: Dataset, here: Rung, richer: Structure) -> bool:
+def may_show(train: Dataset, here: Rung, richer: Structure) -> bool:
     """Whether a further stage may take a share of the error off, by its columns beside those of the rung as they are.
 
     No search is made: one of a stage that counts from the start runs over the whole log, and few logs need the stage.

@@ -113,7 +113,7 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     fields = lowest = 0
     if len(set(logs.field)) >= FEWEST_GROUPS:
         # Rows without a field come first and stand alone: a mask that they shared with others would choose a model.
-        at_no_field = [_no_field(train, start, stop) for start, stop in logs.rows]
+        at_no_field = [has_no_field(train, start, stop) for start, stop in logs.rows]
         for wanted in (True, False):
             of_kind = [log for log, is_at_none in enumerate(at_no_field) if is_at_none == wanted]
             rows = [logs.rows[log] for log in of_kind]
@@ -145,7 +145,7 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     )
 
 
-def _no_field(train: Dataset, start: int, stop: int) -> bool:
+def has_no_field(train: Dataset, start: int, stop: int) -> bool:
     """Whether some rows have no field, in any element."""
     fields = [np.abs(element.field) for element in train.elements]
     largest = max(float(field.max()) for field in fields)
@@ -193,7 +193,7 @@ def chosen(
         allowed += [f for f in fitted if not f.outcome.freedom]
     if parts is None or (len(allowed) < 2 and not parts.fields):
         return None
-    contenders = list(_in_question(allowed, further=parts.further))
+    contenders = list(in_question(allowed, further=parts.further))
     outcomes = {f.outcome.name: f.outcome for f in contenders}
 
     # Each part is left out of a refit of each contender, and predicted.
@@ -228,7 +228,7 @@ def chosen(
     _, recommended = recommend(
         scores={name: scores[name] for name in worth},
         excesses={name: excess(whole[name], whole[best], seed=seed) for name in worth},
-        burden=_burdens(errors_of_worth, outcomes, parts),
+        burden=burdens_of(errors_of_worth, outcomes, parts),
         freedom={name: freedom[name] for name in worth},
     )
 
@@ -251,7 +251,7 @@ def chosen(
     return Choice(recommended, parts.words, rmse, at_new_fields, against)
 
 
-def _burdens(
+def burdens_of(
     usable: Mapping[str, Sequence[Array]], outcomes: Mapping[str, AnyOutcome], parts: LeftOut
 ) -> dict[str, float]:
     """What decides between models that the parts which choose cannot tell apart, by their names; less is better.
@@ -263,7 +263,7 @@ def _burdens(
     of that, so the error on whole fields decides.
     """
     if not parts.further:
-        return {name: float(_counted(outcomes[name])) for name in usable}
+        return {name: float(counted_parameters(outcomes[name])) for name in usable}
     telling = usable
     if parts.fields and not parts.lowest:
         telling = {name: own[: parts.fields] for name, own in usable.items()}
@@ -271,7 +271,7 @@ def _burdens(
     return {name: _weighed_rms(weights, own) for name, own in telling.items()}
 
 
-def _counted(outcome: AnyOutcome) -> int:
+def counted_parameters(outcome: AnyOutcome) -> int:
     """Parameters by which models are compared that are as good.
 
     A yield form counts as one number at most: a form with two is there only where the training rows called for it.
@@ -383,7 +383,7 @@ def _errors_on_parts(
     return usable, given_up
 
 
-def _in_question(fitted: Sequence[Fitted], *, further: bool) -> Iterator[Fitted]:
+def in_question(fitted: Sequence[Fitted], *, further: bool) -> Iterator[Fitted]:
     """The models between which the training rows are to choose: the nearest of each freedom.
 
     Where whole fields or motions are left out, the best law without a memory is in question too: a memory may learn

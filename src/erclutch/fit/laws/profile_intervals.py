@@ -198,7 +198,7 @@ class _Search:
         robust = spread
         if not optimum.free.all():  # the limits are those of all parameters, those on a bound too
             robust = uncertainty(optimum.slopes, optimum.residual, ordered=ordered)
-        limits = np.maximum(share * _limits(optimum, robust), rounding)
+        limits = np.maximum(share * rises_at_ends(optimum, robust), rounding)
         return cls(
             problem=replace(few, target=fitted + pull),
             point=optimum.point,
@@ -253,7 +253,7 @@ class _Search:
             else:
                 outer, outer_rise = trial, rise
 
-            trial = _next(inner, inner_rise, outer, outer_rise, start)
+            trial = next_value(inner, inner_rise, outer, outer_rise, start)
         return inner if np.isfinite(outer_rise) else side * np.inf
 
     def _rise(
@@ -331,7 +331,7 @@ def _inverse(triangle: Array) -> Array:
     return half @ half.T
 
 
-def _limits(optimum: Optimum, robust: Uncertainty) -> Array:
+def rises_at_ends(optimum: Optimum, robust: Uncertainty) -> Array:
     """Rise of the sum of squares over all rows at the ends of the interval of each parameter, shape (p,)."""
     white = uncertainty(optimum.slopes, optimum.residual, ordered=False)
     known = np.isfinite(robust.errors) & (white.errors > 0)
@@ -346,7 +346,7 @@ def _limits(optimum: Optimum, robust: Uncertainty) -> Array:
     return robust.quantile**2 * variance * ratio
 
 
-def _next(
+def next_value(
     inner: float,
     inner_rise: float,
     outer: float,

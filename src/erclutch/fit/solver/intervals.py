@@ -137,7 +137,7 @@ def uncertainty(jacobian: Array, residual: Array, *, ordered: bool) -> Uncertain
     return Uncertainty(
         errors=np.sqrt(squares),
         covariance=covariance,
-        quantile=_quantile(freedom, share),
+        quantile=fixed_bandwidth_quantile(freedom, share),
         rank=rank,
         condition=_condition(s, rank, p),
         bandwidth=bandwidth,
@@ -255,7 +255,7 @@ def _bartlett(scores: Array, bandwidth: int) -> Array:
     return windows.T @ windows / bandwidth
 
 
-def _quantile(freedom: Array, share: Array) -> Array:
+def fixed_bandwidth_quantile(freedom: Array, share: Array) -> Array:
     """Kiefer and Vogelsang's polynomial for a bandwidth that is such a share of the rows, wider as Student's t is."""
     from scipy.special import stdtrit
 

@@ -45,8 +45,8 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         TimingError: fewer than 10 rows, constant time, time that runs backwards, stamps that repeat without a pattern.
     """
     require_rows(stamps.size)
-    grain = _resolution_of(stamps) if np.any(np.diff(stamps)) else np.zeros(stamps.size)
-    stamps, restarts = _restarted(stamps, column)
+    grain = resolution_of(stamps) if np.any(np.diff(stamps)) else np.zeros(stamps.size)
+    stamps, restarts = begun_anew(stamps, column)
     _refuse_no_clock(stamps, column)
     notes: list[str] = []
     keep = np.ones(stamps.size, dtype=np.bool_)
@@ -60,7 +60,7 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         wanders = regular.wander > 1.0
         busy = wanders and other_values.sum() > written_twice.sum() and _is_steady(stamps, regular)
         too_few_for_coarse_stamps = wanders and np.mean(other_values) <= _COARSE
-        if not busy and (_stray(repeats) or too_few_for_coarse_stamps):
+        if not busy and (are_stray(repeats) or too_few_for_coarse_stamps):
             keep = ~repeats
             dropped: list[str] = []
             if written_twice.any():
@@ -125,7 +125,7 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
     )
 
 
-def _restarted(stamps: Array, column: str) -> tuple[Array, tuple[str, ...]]:
+def begun_anew(stamps: Array, column: str) -> tuple[Array, tuple[str, ...]]:
     """Stamps that go on where the clock began anew: long after the last one, which cuts the log there."""
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < 0) + 1
@@ -187,7 +187,7 @@ def _refuse_short(step: float, column: str) -> None:
         raise TimingError(problem, remedy=remedy)
 
 
-def _resolution_of(stamps: Array) -> Array:
+def resolution_of(stamps: Array) -> Array:
     """How fine each stamp is in s: its last decimal (the finest in its decade), float32, or float64.
 
     "24.6492" among "0.0003328" is the mark of six significant digits, so decimals are counted decade by decade.
@@ -243,13 +243,13 @@ class _Regular(NamedTuple):
 
 def _regular_grid(stamps: Array, grain: Array, column: str, hint: float | None) -> _Regular:
     """The grid through stamps, cut at gaps; see `from_stamps`."""
-    about = _period(stamps, grain)
+    about = mean_step(stamps, grain)
     starts, gaps = _cut(stamps, grain, about, column)
-    grid, period, wander = _grid(stamps, grain, starts, about, hint)
+    grid, period, wander = grid_through(stamps, grain, starts, about, hint)
     return _Regular(grid, period, wander, grain, starts, gaps)
 
 
-def _period(stamps: Array, grain: Array) -> float:
+def mean_step(stamps: Array, grain: Array) -> float:
     """Mean step of all that is no gap, in s."""
     steps = np.diff(stamps)
     usual = float(np.median(steps[steps > 0]))
@@ -335,7 +335,7 @@ def _segments(starts: Sequence[int], rows: int) -> list[slice]:
     return [slice(start, stop) for start, stop in pairwise((*starts, rows))]
 
 
-def _grid(
+def grid_through(
     stamps: Array,
     grain: Array,
     starts: tuple[int, ...],
@@ -433,7 +433,7 @@ def _is_steady(stamps: Array, regular: _Regular) -> bool:
     return True
 
 
-def _stray(repeats: Mask) -> bool:
+def are_stray(repeats: Mask) -> bool:
     """Whether repeated stamps are stray rows: few, and not at the equal distances that a coarse stamp makes."""
     if np.mean(repeats) > _COARSE:
         return False

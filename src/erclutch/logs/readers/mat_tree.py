@@ -74,7 +74,7 @@ def load_v5(path: str) -> dict[str, Node]:
             continue
         for name, value in loaded.items():
             if not name.startswith("__"):
-                own_name, kind = _name_and_kind(str(name), value)
+                own_name, kind = name_and_kind(str(name), value)
                 kinds[own_name] = kind
                 nodes[own_name] = _plain(value, 0)
     return _with_objects(nodes, kinds, objects)
@@ -125,7 +125,7 @@ def _with_objects(
     return named
 
 
-def _name_and_kind(name: str, value: Any) -> tuple[str, str]:
+def name_and_kind(name: str, value: Any) -> tuple[str, str]:
     """The name of a variable and its class, where it is an object, which SciPy calls None; else "" for the class."""
     if not _is_opaque(value):
         return name, ""

@@ -185,7 +185,7 @@ def _tables_in(data: bytes) -> Mapping[str, _Part]:
     if len(data) > _LARGEST:
         return {}
     lines = LINE_END.split(decode(data))
-    heads = _headers(lines)
+    heads = lines_of_names(lines)
     tables: dict[str, _Part] = {}
     before = rows_before = -1  # lines of the header before, and of its last row
     for number, head in enumerate(heads, start=1):
@@ -234,7 +234,7 @@ def _setting(line: str) -> str:
     return ""
 
 
-def _headers(lines: list[str]) -> list[int]:
+def lines_of_names(lines: list[str]) -> list[int]:
     """Lines of names above rows of numbers, if the later ones have a name of the first or stand behind a break."""
     filled = [at for at, line in enumerate(lines) if is_full(line)]
     heads: list[int] = []

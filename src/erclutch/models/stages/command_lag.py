@@ -82,7 +82,7 @@ class CommandLag:
     ) -> Any:
         """The field in the fluid that follows a command; see `Stage`. The lag runs over all rows regardless."""
         delay, rise, *fall = q
-        x, tau = _lag(signal, clock, rise, fall[0] if self.switches else None)
+        x, tau = lagged(signal, clock, rise, fall[0] if self.switches else None)
         # x(t - delay) by the cubic through values and slopes of the two rows around it.
         around = _around(clock, float(value_of(delay)), rows)
         s = (around.lead - delay) / around.step  # from 0 at the earlier row to 1 at the later one
@@ -230,7 +230,7 @@ def _share(clock: Clock, tau: Any) -> Any:
     return -np.expm1(-step_of(clock) / tau)
 
 
-def _lag(
+def lagged(
     command: Any,
     clock: Clock,
     rise: Any,

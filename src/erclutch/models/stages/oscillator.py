@@ -122,12 +122,12 @@ def coefficients(
     """The numbers a11, a12, a21, a22 for a sampling step, of numbers, arrays or duals."""
     h = step / tau
     x = h * h * (zeta * zeta - 1.0)
-    swing, turn = _swing(x, zeta * h)
+    swing, turn = decaying_waves(x, zeta * h)
     cross = h * turn
     return swing + zeta * cross, cross, -cross, swing - zeta * cross
 
 
-def _swing(x: Any, y: Any) -> tuple[Any, Any]:
+def decaying_waves(x: Any, y: Any) -> tuple[Any, Any]:
     """exp(-y) cosh(sqrt x) and exp(-y) sinh(sqrt x) / sqrt x for y >= sqrt x; for x < 0 with a cosine and a sine."""
     values = value_of(x)
     decay = np.exp(-y)

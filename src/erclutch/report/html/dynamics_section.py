@@ -88,7 +88,7 @@ def _fill(material: Material) -> dict[str, Any]:
     drawn = after is not None or material.step_responses
     return {
         "figures": describe_lag(material).panels if drawn else [],
-        "models": [_model(e, material.rows.data.units) for e in staged[:_MOST]],
+        "models": [stages_of(e, material.rows.data.units) for e in staged[:_MOST]],
         "lead": of_stages + of_switches,
     }
 
@@ -96,7 +96,7 @@ def _fill(material: Material) -> dict[str, Any]:
 DYNAMICS = Section("dynamics", "Lag and memory", "Lag and memory", _fill)
 
 
-def _model(entry: Mapping[str, Any], units: Units) -> dict[str, Any]:
+def stages_of(entry: Mapping[str, Any], units: Units) -> dict[str, Any]:
     """A model's stages with their constants; a stage without any is left out."""
     stages: list[dict[str, Any]] = []
     for stage in stages_in(entry):

@@ -93,7 +93,7 @@ def print_report(material: Material, path: Path) -> Path:
             fullest = max(fullest, printed, key=last_page_fill)
             if last_page_fill(fullest) >= _HALF:
                 break
-        partial.write_bytes(_signed(fullest))
+        partial.write_bytes(signed(fullest))
     return path
 
 
@@ -156,7 +156,7 @@ def _print(
         raise RunError(problem, where=str(path), remedy=_REMEDY)
 
 
-def _signed(pdf: bytes) -> bytes:
+def signed(pdf: bytes) -> bytes:
     """A PDF that names erclutch where the browser named itself, of the same length."""
     start = pdf.find(_CREATOR)
     end = pdf.find(b")\n", start)

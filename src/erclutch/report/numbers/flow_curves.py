@@ -355,7 +355,7 @@ def _settled(
     if levels is not None and levels.size > 1:
         narrowest = float(np.diff(levels).min())
         slack = min(slack, 0.3 * narrowest)
-    settled = _still(fields[element], settling, 2.0 * slack)
+    settled = rows_at_rest(fields[element], settling, 2.0 * slack)
     for i, other in enumerate(fields):
         if i != element:
             settled &= other <= slack
@@ -371,7 +371,7 @@ def _settling(rows: RunRows, model: Model) -> int:
     return int(np.clip(settled_rows, 1, rows.data.rows // 4))
 
 
-def _still(field: Array, back: int, reach: float) -> NDArray[np.bool_]:
+def rows_at_rest(field: Array, back: int, reach: float) -> NDArray[np.bool_]:
     """Rows before which the field has stayed within a reach for some rows."""
     if back <= 1:
         return np.ones(field.size, np.bool_)

@@ -44,7 +44,7 @@ def describe_lag(material: Material) -> Plot:
             for since, error in zip(after.since, rmse, strict=True):
                 rows.append(("rmse", name, float(since), float(error)))
     if material.step_responses:
-        panel, responses = _steps(material, material.step_responses)
+        panel, responses = step_panel(material, material.step_responses)
         panels.append(panel)
         rows += responses
     if not panels:
@@ -62,7 +62,7 @@ def describe_lag(material: Material) -> Plot:
     )
 
 
-def _steps(material: Material, responses: tuple[StepResponse, ...]) -> tuple[Panel, _Rows]:
+def step_panel(material: Material, responses: tuple[StepResponse, ...]) -> tuple[Panel, _Rows]:
     """The field in the fluid after a step up, and after a step down where that differs; and rows of the table."""
     longest = max(response.settled for response in responses)
     time = np.linspace(0.0, 1.15 * longest, 241)  # [s]

@@ -210,7 +210,7 @@ def fit_many(
         remedy = f"Give logs; they end in {', '.join(suffixes)}"
         raise SettingError("there is no log", remedy=remedy)
     files = list(dict.fromkeys(path.resolve() for path in files))
-    logs_by_device = _grouped(files, by, reading)
+    logs_by_device = logs_of_devices(files, by, reading)
     tasks = [
         DeviceTask(name, paths, asked, reading, device) for name, paths in logs_by_device.items()
     ]
@@ -349,7 +349,7 @@ def _failed(task: DeviceTask, reason: str) -> dict[str, Any]:
 # --- what is fitted, and what is kept -----------------------------------------------------------------------------
 
 
-def _grouped(
+def logs_of_devices(
     files: Sequence[Path],
     by: str,
     reading: Reading,

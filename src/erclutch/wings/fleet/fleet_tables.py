@@ -118,7 +118,7 @@ def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) ->
             fits.append({**about, **_NO_FIT, "failed": body["failed"]})
             continue
         for model in run["ranking"]:
-            fit = _fit_row(run, model)
+            fit = fit_row(run, model)
             fits.append({**about, **fit, "failed": body["failed"]})
             # A row for each parameter of the model, and one for its error on rows held out.
             error: dict[str, Any] = {
@@ -161,7 +161,7 @@ def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) ->
     return FleetTables(parameters, fits, series, most_often, digest)
 
 
-def _fit_row(run: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, Any]:
+def fit_row(run: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, Any]:
     """What the table of fits says of a model of a run."""
     test = model["test"]
     rmse, rmse_low, rmse_high = test["rmse"]
@@ -182,7 +182,7 @@ def _fit_row(run: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, Any]
     }
 
 
-#: The columns of `_fit_row` for a device that failed.
+#: The columns of `fit_row` for a device that failed.
 _NO_FIT: dict[str, Any] = {
     "model": None,
     "recommended": False,

@@ -147,7 +147,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
             problem = f"the model adapts to the torque sensor, and so does the observer by {settings.observer}"
             raise LiveError(problem, remedy="Leave out --adapt, or give --observer off")
         self._program = loop_program()
-        self._folder, self._lock = _own_folder()
+        self._folder, self._lock = own_folder()
         self.ring = self._folder / "ring"
         self._rig: subprocess.Popen[str] | None = None
         self._loop: subprocess.Popen[bytes] | None = None
@@ -318,7 +318,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
         self.close()
 
 
-def _own_folder() -> tuple[Path, int]:
+def own_folder() -> tuple[Path, int]:
     """A folder for the ring, and its lock, which goes with this process. What dead sessions left is removed."""
     import fcntl
 

@@ -51,7 +51,7 @@ def {n}(model: Any, effort: str = "effort", **names: Any) -> Actuator:
     return Actuator(load, model, effort, **{{**defaults, **names}})
 '''
     (folder / f"{n}_mujoco.py").write_text(code.rstrip() + "\n" + tail, encoding="utf-8")
-    (folder / f"{n}.xml").write_text(_example(step), encoding="utf-8")
+    (folder / f"{n}.xml").write_text(example_model(step), encoding="utf-8")
 
 
 def _fields(step: ExportedStep) -> tuple[str, ...]:
@@ -70,7 +70,8 @@ def _control_range(step: ExportedStep) -> tuple[float, float]:
     return (low, max(step.search.plus, step.search.origin))
 
 
-def _example(step: ExportedStep) -> str:
+def example_model(step: ExportedStep) -> str:
+    """A model of MuJoCo in which the actuator moves a joint, as XML."""
     pair = step.elements == 2
     arm = _joints(step)[-1]
     low, high = _control_range(step)

@@ -100,7 +100,7 @@ def fit_many(
             progress=show,
         )
     report = write_fleet_report(fleet, out / "report.html")
-    advice = _advice(logs, reading)
+    advice = advice_of_logs(logs, reading)
     if json:
         terminal.say_json(_as_json(fleet) | {"advice": advice})
     else:
@@ -113,7 +113,7 @@ def fit_many(
         raise CheckError(problem, where=first, remedy="Try erclutch inspect on this log")
 
 
-def _advice(logs: tuple[Path, ...], reading: LogOptions) -> list[str]:
+def advice_of_logs(logs: tuple[Path, ...], reading: LogOptions) -> list[str]:
     """Which logs teach nothing new, and what no log has; nothing where the logs are not of one kind."""
     from erclutch.cli.log_advice import advice_on
     from erclutch.cli.options import expand
