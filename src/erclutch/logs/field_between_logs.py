@@ -81,10 +81,11 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
         raise UnloggedFieldError(problem, where=names[more], remedy=_remedy(pattern, names[more]))
     if pattern_among(names, called_so=True):
         problem = f"no field is logged, and the names tell one: {listed(names)}"
-    elif pattern and _rises_with(_numbers_in(names, pattern), courses[:, 0]):
-        problem = f"no field is logged, and the effort rises with the number in the names: {listed(names)}"
     else:
-        return
+        numbers = [constants_of(pattern, name)["field"][0] for name in names] if pattern else []
+        if not pattern or not _rises_with(np.array(numbers), courses[:, 0]):
+            return
+        problem = f"no field is logged, and the effort rises with the number in the names: {listed(names)}"
     raise UnloggedFieldError(problem, where=names[0], remedy=_remedy(pattern, names[0]))
 
 
@@ -96,25 +97,17 @@ def efforts_of_two_devices(logs: Sequence[CourseOfLog]) -> EffortsApart | None:
     apart = _furthest_apart(_courses(logs))
     if apart.times <= _APART:
         return None
-    more, less = _means_in_cells(logs[apart.more], logs[apart.less])
-    off_mean = less - less.mean() if less.size else less
-    variation = float(off_mean @ off_mean)
-    steepness = float(off_mean @ more) / variation if variation > 0.0 else 0.0
-    return apart if steepness > _APART else None
 
-
-def _means_in_cells(first: CourseOfLog, second: CourseOfLog) -> tuple[Array, Array]:
-    """Mean efforts of two logs in the cells of field and signed slip where both have enough rows, (cells,) each."""
-    slips = np.concatenate([first.slip, second.slip])
-    fields = np.concatenate(
-        [log.slip if log.field is None else log.field for log in (first, second)]
-    )
-    efforts = np.concatenate([first.effort, second.effort])
+    # The mean efforts of both in the cells of field and signed slip where both have enough rows.
+    pair = (logs[apart.more], logs[apart.less])
+    slips = np.concatenate([log.slip for log in pair])
+    fields = np.concatenate([log.slip if log.field is None else log.field for log in pair])
+    efforts = np.concatenate([log.effort for log in pair])
     along_slip = _numbered(slips, 2 * _BINS)
     along_field = _numbered(np.abs(fields), _LEVELS)
     cell = along_field * 2 * _BINS + along_slip
     cells = _LEVELS * 2 * _BINS
-    of_first = np.arange(slips.size) < first.slip.size
+    of_first = np.arange(slips.size) < pair[0].slip.size
     rows: list[NDArray[np.intp]] = []
     means: list[Array] = []
     for own in (of_first, ~of_first):
@@ -122,7 +115,12 @@ def _means_in_cells(first: CourseOfLog, second: CourseOfLog) -> tuple[Array, Arr
         rows.append(count)
         means.append(np.bincount(cell[own], efforts[own], minlength=cells) / np.maximum(count, 1))
     shared = np.minimum(*rows) >= _FEWEST_ROWS
-    return means[0][shared], means[1][shared]
+    more, less = means[0][shared], means[1][shared]
+
+    off_mean = less - less.mean() if less.size else less
+    variation = float(off_mean @ off_mean)
+    steepness = float(off_mean @ more) / variation if variation > 0.0 else 0.0
+    return apart if steepness > _APART else None
 
 
 def _numbered(values: Array, cells: int) -> NDArray[np.intp]:
@@ -169,11 +167,6 @@ def _furthest_apart(courses: Array) -> EffortsApart:
         apart[place, known] = of_own[known] / of_others[known]
     more, less = np.unravel_index(int(apart.argmax()), apart.shape)
     return EffortsApart(int(more), int(less), float(apart[more, less]))
-
-
-def _numbers_in(names: Sequence[str], pattern: str) -> Array:
-    """The number that each name has for the field, shape (logs,)."""
-    return np.array([constants_of(pattern, name)["field"][0] for name in names])
 
 
 def _rises_with(numbers: Array, courses: Array) -> bool:

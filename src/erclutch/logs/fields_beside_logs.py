@@ -65,7 +65,12 @@ def fields_beside(logs: Sequence[Path]) -> FieldsOfLogs | None:
         if not file.is_file() or file.stat().st_size > _LARGEST:
             continue
         records = _records(file)
-        logs_of_file = [log for log in logs if _belongs_to(file, log)]
+        # A file may be called like a log: ``run1.json`` and ``run1_meta.json`` beside ``run1.csv``.
+        logs_of_file: list[Path] = []
+        for log in logs:
+            rest = file.stem.removeprefix(log.stem)
+            if file.stem.startswith(log.stem) and (not rest or not rest[0].isalnum()):
+                logs_of_file.append(log)
         if len(logs_of_file) == 1:
             merged = {key: text for record in records for key, text in record.items() if key}
             text = _field_of(merged)
@@ -86,12 +91,6 @@ def fields_beside(logs: Sequence[Path]) -> FieldsOfLogs | None:
     return best
 
 
-def _belongs_to(file: Path, log: Path) -> bool:
-    """Whether a file is called like a log: ``run1.json`` and ``run1_meta.json`` beside ``run1.csv``."""
-    rest = file.stem.removeprefix(log.stem)
-    return file.stem.startswith(log.stem) and (not rest or not rest[0].isalnum())
-
-
 def _log_of(record: Mapping[str, str], logs: Sequence[Path]) -> str:
     """The log that a record names, by its file, its stem or its number; "" for none."""
     said = {text.strip() for key, text in record.items() if key == _NAME or not _is_field(key)}
@@ -101,14 +100,13 @@ def _log_of(record: Mapping[str, str], logs: Sequence[Path]) -> str:
     for key, text in record.items():
         if _NUMBERS_LOGS.isdisjoint(words_of(key)) or not text.strip().isdecimal():
             continue
-        numbered = [log for log in logs if _numbers(log.stem) == [int(text)]]
+        numbered: list[Path] = []
+        for log in logs:
+            if [int(number) for number in _NUMBER.findall(log.stem)] == [int(text)]:
+                numbered.append(log)
         if len(numbered) == 1:
             return numbered[0].name
     return ""
-
-
-def _numbers(stem: str) -> list[int]:
-    return [int(number) for number in _NUMBER.findall(stem)]
 
 
 def _is_field(key: str) -> bool:

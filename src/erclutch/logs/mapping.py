@@ -173,6 +173,14 @@ class ColumnMap:
         if twice:
             problem = f"{twice[0]} is given as a column and as a constant"
             raise MappingError(problem, remedy="Give one of the two")
+        texts = {key: values[key] for key in _TEXT_KEYS if values.get(key) is not None}
+        for key, value in texts.items():
+            if not isinstance(value, str):
+                raise MappingError(f"{key} is {value!r}", remedy=f'Write it as text: {key} = "..."')
+            allowed = _ALLOWED.get(key, ())
+            if allowed and value not in allowed:
+                remedy = f"Write {' or '.join(allowed)}"
+                raise MappingError(f"{key} is '{value}'", remedy=remedy)
         time = values.get("time")
         return cls(
             columns={name: _choice(name, value, source) for name, value in columns.items()},
@@ -184,7 +192,7 @@ class ColumnMap:
             inputs=tuple(_choice("inputs", label, source) for label in cast("list[Any]", inputs)),
             fields={name: str(text) for name, text in _table_of(values, "fields").items()},
             source=source,
-            **_texts(values),
+            **texts,
         )
 
     @classmethod
@@ -390,17 +398,6 @@ def _table_of(values: Mapping[str, Any], key: str) -> dict[str, Any]:
     if not isinstance(table, Mapping):
         raise MappingError(f"{key} is {table!r}", remedy=f"Write it as a table: [{key}]")
     return dict(cast("Mapping[str, Any]", table))
-
-
-def _texts(values: Mapping[str, Any]) -> dict[str, Any]:
-    texts = {key: values[key] for key in _TEXT_KEYS if values.get(key) is not None}
-    for key, value in texts.items():
-        if not isinstance(value, str):
-            raise MappingError(f"{key} is {value!r}", remedy=f'Write it as text: {key} = "..."')
-    for key, allowed in _ALLOWED.items():
-        if key in texts and texts[key] not in allowed:
-            raise MappingError(f"{key} is '{texts[key]}'", remedy=f"Write {' or '.join(allowed)}")
-    return texts
 
 
 def _choice(name: str, value: Any, source: str) -> ColumnChoice:

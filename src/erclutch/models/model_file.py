@@ -257,19 +257,16 @@ def range_of(body: Mapping[str, Any]) -> Range:
 
 def near_of(values: Any, device: DeviceName) -> tuple[tuple[int, ...], ...]:
     """The cells near training rows of each element; none where that is not known."""
-    near = [_masks_of(masks) for masks in values]
+    near: list[tuple[int, ...]] = []
+    for masks_of_element in values:
+        masks = tuple(whole_number_of(value, "a row of cells") for value in masks_of_element)
+        in_range = all(0 <= mask < 1 << CELLS for mask in masks)
+        if len(masks) != CELLS or not in_range:
+            raise ValueError(f"cells near training rows are {masks!r:.60}")
+        near.append(masks)
     if near and len(near) != (2 if device == "coaxial" else 1):
         raise ValueError(f"cells near training rows for {len(near)} elements")
     return tuple(near)
-
-
-def _masks_of(values: Any) -> tuple[int, ...]:
-    """The cells near training rows of one element."""
-    masks = tuple(whole_number_of(value, "a row of cells") for value in values)
-    in_range = all(0 <= mask < 1 << CELLS for mask in masks)
-    if len(masks) != CELLS or not in_range:
-        raise ValueError(f"cells near training rows are {masks!r:.60}")
-    return masks
 
 
 def band_of(body: Mapping[str, Any]) -> Band:

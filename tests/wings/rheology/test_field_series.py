@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from erclutch.wings.rheology.field_series import series_of
-from erclutch.wings.rheology.flow_curve import FlowCurve, _shows, ranked, yield_stress_of
+from erclutch.wings.rheology.flow_curve import FlowCurve, ranked
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 from tests.support.command import good, refused
 
@@ -140,7 +140,7 @@ def test_a_law_that_hides_the_yield_stress_of_a_curve_is_not_that_of_all_curves(
     assert series is not None
     assert series.law == "herschel-bulkley"
     for curve, fit in series.curves:
-        assert yield_stress_of(fit).value == pytest.approx(yields[curve.field], rel=0.05)
+        assert fit.yield_stress.value == pytest.approx(yields[curve.field], rel=0.05)
 
 
 def test_two_fields_tell_no_exponent() -> None:
@@ -247,4 +247,4 @@ def test_an_interval_over_many_decades_shows_no_yield_stress() -> None:
         replace(each, low=1e-12, high=1e18) if each.name == "T_y" else each
         for each in fit.estimates
     ]
-    assert not _shows(replace(fit, estimates=tuple(wide)), (5000.0, 5400.0))
+    assert not replace(fit, estimates=tuple(wide)).meets((5000.0, 5400.0))

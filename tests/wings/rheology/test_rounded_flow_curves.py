@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.wings.rheology.flow_curve import ranked, yield_stress_of
+from erclutch.wings.rheology.flow_curve import ranked
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 from erclutch.wings.rheology.flow_plateau import half_last_digit, plateau_of
 from tests.support.slow_params import slow_but
@@ -41,7 +41,7 @@ def test_the_yield_stress_of_an_exact_curve_is_identified_at_any_rounding(
         (curve,) = read_flow_curves(path).curves
         fit = ranked(curve, ["herschel-bulkley"])[0]
         assert fit.yield_shown is not False, seed
-        assert yield_stress_of(fit).value == pytest.approx(yield_stress, abs=3.0 * curve.rounding)
+        assert fit.yield_stress.value == pytest.approx(yield_stress, abs=3.0 * curve.rounding)
 
 
 def test_a_plateau_is_known_to_half_a_digit_and_to_the_fall_that_a_digit_hides() -> None:

@@ -33,10 +33,13 @@ def with_names_at_values(table: Table) -> Table:
             return table
     times = [table.columns[name] for name in over_times]
     is_one_time = all(np.array_equal(one, other) for one, other in pairwise(times))
-    if not is_one_time or not _rises_evenly(times[0]):
+    stamps = times[0]
+    steps = np.diff(stamps)
+    begins_at_zero = is_one_time and stamps[0] == 0.0 and np.all(steps > 0.0)
+    if not begins_at_zero or np.ptp(steps) > EVEN * np.median(steps):
         return table
 
-    columns: dict[str, Array] = {_TIME: times[0]}
+    columns: dict[str, Array] = {_TIME: stamps}
     units: dict[str, str | None] = {_TIME: None}
     numbers = {_TIME: table.numbers[over_times[0]]}
     for name, value in zip(over_times, values, strict=True):
@@ -45,11 +48,3 @@ def with_names_at_values(table: Table) -> Table:
         numbers[name] = table.numbers[value]
     note = f"each name stands over a time that all {len(values)} channels share: the names are those of the values"
     return replace(table, columns=columns, units=units, numbers=numbers, notes=(*table.notes, note))
-
-
-def _rises_evenly(stamps: Array) -> bool:
-    """Whether stamps begin at zero and rise by one and the same step."""
-    steps = np.diff(stamps)
-    if stamps[0] != 0.0 or not np.all(steps > 0.0):
-        return False
-    return bool(np.ptp(steps) <= EVEN * np.median(steps))

@@ -77,7 +77,16 @@ def doubt_counts_and_motors(draft: Draft) -> None:
 
 def _doubt_a_side_of_a_gear(draft: Draft) -> None:
     """Doubt a guess on the motor's side beside one on the other, where the file states the ratio between them."""
-    ratios = [*_ratios_of_gears(draft)]
+    # What the file says of a gear, and how many turns of the motor are one behind it.
+    ratios: list[tuple[str, float]] = []
+    for key, text in draft.table.metadata.items():
+        match = _RATIO.match(text.strip())
+        if match is None or _OF_A_GEAR.isdisjoint(words_of(key)):
+            continue
+        turns = float(match.group(1)) / float(match.group(2) or 1.0)
+        if turns > 0.0 and turns != 1.0:
+            turns = max(turns, 1.0 / turns) if match.group(2) else turns
+            ratios.append((f"{key} = {match.group()}", turns))
     motion = draft.signals.get("slip") or draft.signals.get("position")
     effort = draft.signals.get("effort")
     if len(ratios) != 1 or motion is None or effort is None:
@@ -191,16 +200,3 @@ def _stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
         if stated is not None and (stated.number, stated.sensor) not in seen:
             seen.add((stated.number, stated.sensor))
             yield stated
-
-
-def _ratios_of_gears(draft: Draft) -> Iterator[tuple[str, float]]:
-    """What the file says of a gear, and how many turns of the motor are one behind it."""
-    for key, text in draft.table.metadata.items():
-        if _OF_A_GEAR.isdisjoint(words_of(key)):
-            continue
-        match = _RATIO.match(text.strip())
-        if match is None:
-            continue
-        ratio = float(match.group(1)) / float(match.group(2) or 1.0)
-        if ratio > 0.0 and ratio != 1.0:
-            yield f"{key} = {match.group()}", max(ratio, 1.0 / ratio) if match.group(2) else ratio

@@ -127,26 +127,18 @@ def _pages(name: str, array: np.ndarray[Any, Any], texts: Sequence[Sequence[str]
         names = next((each for each in fitting if each not in lists_of_units), ())
         if not few or len({*names}) != count:
             continue
-        upright = np.transpose(array, (pages, rows, axis))
-        if count == array.shape[pages] and not _has_a_time(names, upright):
-            continue
+        upright = np.transpose(array, (pages, rows, axis))  # trials by rows by signals
+        if count == array.shape[pages]:
+            # The names are those of this side if the column that is called like the time rises in each trial.
+            times = [place for place, each in enumerate(names) if spoken_name(each).is_time]
+            if len(times) != 1 or not np.all(np.diff(upright[:, :, times[0]], axis=1) > 0):
+                continue
         labels = [*names]
         if lists_of_units:
             pairs = zip(names, lists_of_units[0], strict=True)
             labels = [f"{each} [{unit}]" for each, unit in pairs]
-        return _trials_of(name, upright, labels)
+        trials: Trials = {}
+        for number, page in enumerate(upright, start=1):
+            trials[f"{name}({number})"] = dict(zip(labels, page.T, strict=True))
+        return trials
     return {}
-
-
-def _has_a_time(names: Sequence[str], upright: np.ndarray[Any, Any]) -> bool:
-    """Whether the column that is called like the time rises in each trial; trials by rows by signals."""
-    times = [place for place, each in enumerate(names) if spoken_name(each).is_time]
-    return len(times) == 1 and bool(np.all(np.diff(upright[:, :, times[0]], axis=1) > 0))
-
-
-def _trials_of(name: str, upright: np.ndarray[Any, Any], labels: Sequence[str]) -> Trials:
-    """A recording of each trial; trials by rows by signals."""
-    trials: Trials = {}
-    for number, page in enumerate(upright, start=1):
-        trials[f"{name}({number})"] = dict(zip(labels, page.T, strict=True))
-    return trials

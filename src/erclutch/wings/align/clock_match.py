@@ -59,6 +59,26 @@ class ClockMatch:
         """Times of B, in s, as A's clock shows them."""
         return self.origin + (time - self.offset - self.origin) / (1.0 + self.drift)
 
+    def turned(self) -> ClockMatch:
+        """The clock of log A against that of log B."""
+        rate = 1.0 + self.drift
+        overlap = np.array(self.overlap)
+        origin, stop = self.on_b(overlap).tolist()
+        least, most = self.offset_interval
+        slowest, fastest = self.drift_interval
+        return replace(
+            self,
+            origin=origin,
+            offset=-self.offset,
+            offset_interval=(-most, -least),
+            drift=-self.drift / rate,
+            drift_interval=(-fastest / rate, -slowest / rate),
+            overlap=(origin, stop),
+            gain=1.0 / self.gain,
+            centres=self.on_b(self.centres),
+            residuals=-self.residuals,
+        )
+
 
 def match_clocks(a: Track, b: Track, *, near: float | None = None) -> ClockMatch:
     """Find offset and drift of B's clock against A's.
@@ -76,7 +96,7 @@ def match_clocks(a: Track, b: Track, *, near: float | None = None) -> ClockMatch
             raise LogError(f"the signal never changes in log {name}", remedy=REMEDY)
     # The slower log is taken at its own times, so that it is not interpolated.
     if b.period > 1.01 * a.period:
-        return _turned(_matched(b, a, near, -1.0))
+        return _matched(b, a, near, -1.0).turned()
     return _matched(a, b, near, 1.0)
 
 
@@ -100,27 +120,6 @@ def _matched(
     line, _ = stepped(a, b, line, period, by_agreement)
     line, last = stepped(a, b, line, period, by_agreement)
     return _described(a, b, line, last, independent)
-
-
-def _turned(match: ClockMatch) -> ClockMatch:
-    """The match of A's clock against B's, of that of B's against A's."""
-    rate = 1.0 + match.drift
-    overlap = np.array(match.overlap)
-    origin, stop = match.on_b(overlap).tolist()
-    least, most = match.offset_interval
-    slowest, fastest = match.drift_interval
-    return replace(
-        match,
-        origin=origin,
-        offset=-match.offset,
-        offset_interval=(-most, -least),
-        drift=-match.drift / rate,
-        drift_interval=(-fastest / rate, -slowest / rate),
-        overlap=(origin, stop),
-        gain=1.0 / match.gain,
-        centres=match.on_b(match.centres),
-        residuals=-match.residuals,
-    )
 
 
 def _described(

@@ -110,7 +110,13 @@ def _seen(
     from scipy.signal import fftconvolve
 
     smooth, slope = taps
-    rows = _far_from_gaps(there, smooth.size // 2)
+    # Rows that the filter can have without touching a gap: all rows within its reach are there.
+    reach = smooth.size // 2
+    window = 2 * reach + 1
+    before = np.zeros(reach + 1)
+    behind = np.full(reach, there.sum())
+    so_far = np.concatenate([before, np.cumsum(there), behind])
+    rows = so_far[window:] - so_far[: there.size] == window
     count = int(rows.sum())
     if count < 4 * WINDOWS:
         raise LogError(
@@ -143,15 +149,6 @@ def _seen(
         gain=gain,
         correlation=correlation,
     )
-
-
-def _far_from_gaps(there: Mask, reach: int) -> Mask:
-    """Rows that a filter of such a reach can have without touching a gap."""
-    before = np.zeros(reach + 1)
-    behind = np.full(reach, there.sum())
-    so_far = np.concatenate([before, np.cumsum(there), behind])  # rows that are there
-    window = 2 * reach + 1
-    return np.asarray(so_far[window:] - so_far[: there.size] == window)
 
 
 def _taps(weights: Array) -> tuple[Array, Array]:

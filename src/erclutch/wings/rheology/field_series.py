@@ -14,7 +14,7 @@ from erclutch.logs.columns.name_pattern import FIELD_UNITS, NUMBER, number_of
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
-from erclutch.wings.rheology.flow_curve import NEAR, FlowCurve, FlowFit, yield_stress_of
+from erclutch.wings.rheology.flow_curve import NEAR, FlowCurve, FlowFit
 
 #: Units of what is set across a fluid: a voltage, its gradient, a current, a flux density, a magnetic field.
 _UNITS = ("V", "V/m", "A", "T", "A/m")
@@ -176,9 +176,7 @@ def series_of(fitted: Sequence[tuple[FlowCurve, Sequence[FlowFit]]]) -> FieldSer
 
     # The power law through the yield stresses above no field, by least squares of logarithms.
     growth = None
-    shown = [
-        (curve.field, yield_stress_of(fit).value) for curve, fit in by_field if fit.yield_shown
-    ]
+    shown = [(curve.field, fit.yield_stress.value) for curve, fit in by_field if fit.yield_shown]
     points: Array = np.array([pair for pair in shown if pair[0] > 0.0]).reshape(-1, 2)
     fields = int(np.unique(points[:, 0]).size)
     if fields >= _FEWEST_FIELDS:

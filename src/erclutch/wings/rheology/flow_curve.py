@@ -108,6 +108,22 @@ class FlowFit(Shown):
 
         return Card(self.law, lambda: estimates_as_frame(self.estimates))
 
+    @property
+    def yield_stress(self) -> Estimate:
+        """The law's yield stress."""
+        return next(each for each in self.estimates if each.name in ("T_y", "T_sy"))
+
+    def meets(self, plateau: tuple[float, float]) -> bool:
+        """Whether the interval of the yield stress meets the plateau of the curve, and is no open one."""
+        stress = self.yield_stress
+        # At a bound there is no interval: the value alone is compared.
+        low = stress.value if np.isnan(stress.low) else stress.low
+        high = stress.value if np.isnan(stress.high) else stress.high
+        if not high <= _OPEN * low:  # it meets any plateau
+            return False
+        lowest_shown, highest_shown = plateau
+        return low <= highest_shown and high >= lowest_shown
+
     def to_dict(self) -> dict[str, Any]:
         """As JSON values."""
         return {
@@ -225,7 +241,7 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = ()) -> list[FlowFit]:
                 predicted = law.stress(curve.rate[held], minimum.point)
                 residual[held] = np.log(curve.stress[held]) - np.log(predicted)
             validated = float(rms(residual) / np.log(10.0))
-        shown = _shows(fit, plateau)
+        shown = None if plateau is None else fit.meets(plateau)
         judged.append((replace(fit, validated=validated, yield_shown=shown), residual))
     judged.sort(key=lambda pair: (pair[0].validated, pair[0].aicc, pair[0].log_rmse))
     best, reference = judged[0]
@@ -251,26 +267,7 @@ def yield_text(fit: FlowFit) -> str:
     """The yield stress of a fit with its interval in Pa, where the curve shows it; else that it is not identified."""
     if not fit.yield_shown:
         return "not identified"
-    stress = yield_stress_of(fit)
+    stress = fit.yield_stress
     if not np.isfinite([stress.low, stress.high]).all():
         return f"{stress.value:.4g}"
     return f"{stress.value:.4g} ({stress.low:.4g} - {stress.high:.4g})"
-
-
-def yield_stress_of(fit: FlowFit) -> Estimate:
-    """The law's yield stress."""
-    return next(estimate for estimate in fit.estimates if estimate.name in ("T_y", "T_sy"))
-
-
-def _shows(fit: FlowFit, plateau: tuple[float, float] | None) -> bool | None:
-    """Whether the interval of a fit's yield stress meets the plateau of the curve, and is no open one."""
-    if plateau is None:
-        return None
-    stress = yield_stress_of(fit)
-    # At a bound there is no interval: the value alone is compared.
-    low = stress.value if np.isnan(stress.low) else stress.low
-    high = stress.value if np.isnan(stress.high) else stress.high
-    if not high <= _OPEN * low:  # it meets any plateau
-        return False
-    lowest_shown, highest_shown = plateau
-    return low <= highest_shown and high >= lowest_shown

@@ -19,7 +19,7 @@ from erclutch.report.plots.plot_description import (
 )
 from erclutch.signals.array import Array
 from erclutch.wings.rheology.field_series import FieldSeries
-from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, yield_stress_of
+from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit
 
 _SHADES = 6  # the last shade of the ramp of fields
 _SERIES = 8  # colours of curves without a field; the next as many curves are dashed
@@ -84,7 +84,7 @@ def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries 
     # Beside it the yield stresses with their intervals, and the power law through them; not for fewer than two.
     points: list[tuple[float, float, float, float]] = []  # field, yield stress, its interval
     for curve, fit in series.curves if series else ():
-        by_law = yield_stress_of(fit)
+        by_law = fit.yield_stress
         if fit.yield_shown:
             points.append((curve.field, by_law.value, by_law.low, by_law.high))
     if series is not None and len(points) > 1:

@@ -69,32 +69,12 @@ def delimiter_of(line: str) -> str:
     return max("\t;,", key=line.count)
 
 
-def _chosen_table(source: LogSource, blocks: Sequence[Block], what: str) -> Table:
-    """The table of the block that is wanted.
-
-    Args:
-        source: says which.
-        blocks: all that the file holds.
-        what: one of them is called in messages.
+def _read_on(source: LogSource, block: Block) -> Table:
+    """A block as a text log of its own, with tabs between its cells.
 
     Raises:
-        LogError: the file holds no table, or several and none was named.
+        LogError: a row has more cells than names, or has lost some.
     """
-    if not blocks:
-        raise LogError(
-            "the export holds no table of numbers", remedy="Export the table of measured points"
-        )
-    by_name: dict[str, Block] = {}
-    counts: Counter[str] = Counter()
-    for block in blocks:
-        counts[block.name] += 1
-        count = counts[block.name]
-        by_name[f"{block.name} ({count})" if count > 1 else block.name] = block
-    name, block = found_recordings.choose(
-        by_name, source.variable, what, "the export holds no test"
-    )
-
-    # The block is read as a text log of its own, with tabs between its cells.
     width = len(block.names)
     lengths = Counter(map(len, block.rows))
     ((usual, _),) = lengths.most_common(1)  # a lost delimiter makes a row short
@@ -117,11 +97,7 @@ def _chosen_table(source: LogSource, blocks: Sequence[Block], what: str) -> Tabl
         lines.append("\t".join(plain))
     written = "\n".join(lines).encode("utf-8")
     with placed(f"{source.name}, table from line {block.line} on"):
-        table = read_text(replace(source, data=written, variable=None))
-    if len(blocks) == 1:
-        return table
-    note = f"recording read from {what} {name}, 1 of {len(blocks)}"
-    return replace(table, notes=(note, *table.notes))
+        return read_text(replace(source, data=written, variable=None))
 
 
 def reader_of_blocks(
@@ -149,8 +125,24 @@ def reader_of_blocks(
         blocks = blocks_of(decode(source.data))
         if blocks is None:
             return read_tables(source)
-        table = _chosen_table(source, blocks, what)
-        return replace(table, notes=(note, *table.notes)) if note else table
+        if not blocks:
+            raise LogError(
+                "the export holds no table of numbers", remedy="Export the table of measured points"
+            )
+        by_name: dict[str, Block] = {}
+        counts: Counter[str] = Counter()
+        for block in blocks:
+            counts[block.name] += 1
+            count = counts[block.name]
+            by_name[f"{block.name} ({count})" if count > 1 else block.name] = block
+        name, chosen = found_recordings.choose(
+            by_name, source.variable, what, "the export holds no test"
+        )
+        table = _read_on(source, chosen)
+        notes = [note] if note else []
+        if len(blocks) > 1:
+            notes.append(f"recording read from {what} {name}, 1 of {len(blocks)}")
+        return replace(table, notes=(*notes, *table.notes))
 
     return LogReader(
         suffixes=(),
