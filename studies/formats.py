@@ -191,7 +191,7 @@ def in_child(
         silence = os.open(os.devnull, os.O_WRONLY)
         for standard in (1, 2):
             os.dup2(silence, standard)
-        child_process._limit(address_space() + budget_of(log).memory, UNLIMITED)
+        child_process.limit_process(address_space() + budget_of(log).memory, UNLIMITED)
         for damage in damages:
             damage()
             before = time.process_time()

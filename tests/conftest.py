@@ -344,6 +344,6 @@ def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
     ) -> Iterator[child_process.Answer]:
         yield from import_module(module)._asked(str(path), *arguments)
 
-    monkeypatch.setattr(child_process, "_limit", lambda memory, seconds: None)
+    monkeypatch.setattr(child_process, "limit_process", lambda memory, seconds: None)
     monkeypatch.setattr(child_process, "run", run)
     monkeypatch.setattr(child_process, "stream", stream)

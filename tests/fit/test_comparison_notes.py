@@ -110,7 +110,7 @@ def test_what_is_sound(changes: dict[str, Any], sound: bool) -> None:
 )
 def test_what_is_said(changes: dict[str, Any], said: tuple[str, ...]) -> None:
     log, test = data(), np.arange(N) >= 70
-    assert c._notes(outcome(**changes), log, log.effort, test) == said
+    assert c.notes_on(outcome(**changes), log, log.effort, test) == said
 
 
 def test_rows_far_outside_all_efforts() -> None:
@@ -120,7 +120,7 @@ def test_rows_far_outside_all_efforts() -> None:
     predicted[[70, 71, 72, 73, 10]] = 4.5 + 27.1, 4.5 - 27.1, 4.5 + 26.9, np.nan, 1e9
     assert c._wild(log, predicted, test) == 3
     said = "3 test rows are predicted far outside all efforts seen: do not extrapolate this model"
-    assert c._notes(outcome(), log, predicted, test) == (said,)
+    assert c.notes_on(outcome(), log, predicted, test) == (said,)
 
 
 @pytest.mark.parametrize(("share", "short"), [(0.99, 0), (1.01, 1), (3.9, 1), (4.1, 2)])
@@ -136,8 +136,8 @@ def test_stretches_that_end_before_the_start_is_forgotten(share: float, short: i
         if short
         else []
     )
-    assert c._too_short(own, data()) == said
-    assert c._too_short(outcome(estimates=own.estimates), data()) == []
+    assert c.too_short(own, data()) == said
+    assert c.too_short(outcome(estimates=own.estimates), data()) == []
 
 
 @pytest.mark.parametrize(
@@ -154,7 +154,7 @@ def test_what_a_network_adds(alone: float, both: float, said: str) -> None:
     law = SimpleNamespace(predict=lambda d: d.effort + alone)
     model: Any = SimpleNamespace(law_part=law, correction=SimpleNamespace(limit=0.5))
     predicted = np.where(test, log.effort + both, 1e9)
-    assert c._adds(model, log, predicted, test) == (
+    assert c.what_the_network_adds(model, log, predicted, test) == (
         f"test RMSE {alone:.4g} N of the law alone, {both:.4g} N with the network ({said}); "
         "the network moves the effort by at most 0.5 N"
     )

@@ -166,8 +166,8 @@ def test_no_room_for_what_was_read_is_no_damage(
     monkeypatch.setattr(
         np, "ascontiguousarray", lambda values, kind: np.asarray(values, kind).view(Full)
     )
-    monkeypatch.setattr(child_process, "_limit", lambda memory, seconds: None)
-    monkeypatch.setattr(child_process, "_end_with_parent", lambda: None)
+    monkeypatch.setattr(child_process, "limit_process", lambda memory, seconds: None)
+    monkeypatch.setattr(child_process, "end_with_parent", lambda: None)
     monkeypatch.setattr(sys, "argv", ["reader", str(tmp_path / "a"), str(tmp_path), "1", "1"])
     answer = [np.ones(2)], {"labels": []}
     if pieces:

@@ -9,7 +9,6 @@ import pytest
 from scipy.signal import lfilter
 
 from erclutch.errors import LogError
-from erclutch.wings.align import clock_match as cm
 from erclutch.wings.align import coarse_search as cs
 from erclutch.wings.align import fine_steps as fs
 from erclutch.wings.align.clock_match import match_clocks
@@ -84,7 +83,7 @@ def test_correlations_are_those_of_every_lag() -> None:
     y[20:70] += 2 * x[:50]
     x_there, y_there = RNG.random(60) > 0.1, RNG.random(90) > 0.1
     x, y = np.where(x_there, x, 0.0), np.where(y_there, y, 0.0)
-    scan = cs._scanned(x, x_there, y, y_there, 0.0)
+    scan = cs.scanned(x, x_there, y, y_there, 0.0)
     least = 0.1 * min(x_there.sum(), y_there.sum())
     worth = []
     for k, (r, independent) in enumerate(zip(scan.correlation, scan.independent, strict=True)):
@@ -121,7 +120,7 @@ def test_a_drifting_clock_is_turned_back() -> None:
     fast = np.interp(np.arange(4000) / 1.01, np.arange(4000), y)
     every = np.ones(4000, np.bool_)
     right, none = (
-        cs._scanned(y, every, fast, every, drift).correlation.max() for drift in (0.01, 0.0)
+        cs.scanned(y, every, fast, every, drift).correlation.max() for drift in (0.01, 0.0)
     )
     assert right > 0.99 > 0.9 > none
 
@@ -129,7 +128,7 @@ def test_a_drifting_clock_is_turned_back() -> None:
 @pytest.mark.parametrize("reach", [0, 1, 4])
 def test_rows_far_from_gaps(reach: int) -> None:
     there = RNG.random(200) > 0.05
-    found = fs._far_from_gaps(there, reach)
+    found = fs.rows_far_from_gaps(there, reach)
     for row in range(200):
         around = [there[k] if 0 <= k < 200 else False for k in range(row - reach, row + reach + 1)]
         assert found[row] == all(around)
@@ -142,7 +141,7 @@ def test_a_filter_and_its_derivative() -> None:
         weights[1:], np.interp(frequency[1:], [0.7, 0.9], [1.0, 0.0]), atol=1e-12
     )
     assert weights[0] == 0.0
-    even, odd = fs._taps(weights)
+    even, odd = fs.taps_of(weights)
     np.testing.assert_allclose(even, even[::-1], atol=1e-12)
     np.testing.assert_allclose(odd, -odd[::-1], atol=1e-12)
     row = np.arange(even.size) - even.size // 2
@@ -221,7 +220,7 @@ def test_the_whole_answer() -> None:
 def test_the_other_way_round() -> None:
     a, b = pair()
     there = match_clocks(a, b)
-    back = cm._turned(there)
+    back = there.turned()
     for t in (1.0, 17.0, 25.0):
         assert back.on_b(there.on_b(np.array([t]))) == pytest.approx(t, abs=1e-9)
         assert there.on_a(there.on_b(np.array([t]))) == pytest.approx(t, abs=1e-9)
@@ -248,8 +247,8 @@ def test_the_other_way_round() -> None:
 def test_between_two_offsets_nothing_is_chosen() -> None:
     lags = np.array([0.0, 1.0, 2.0, 3.0])
     places = np.array([1, 3])
-    assert cs._nearest(places, lags, 1.7) == 1
-    assert cs._nearest(places, lags, 2.3) == 3
+    assert cs.nearest_of(places, lags, 1.7) == 1
+    assert cs.nearest_of(places, lags, 2.3) == 3
     for near in (1.8, 2.2):
         with pytest.raises(LogError, match="lies between two offsets that fit equally well, "):
-            cs._nearest(places, lags, near)
+            cs.nearest_of(places, lags, near)

@@ -248,9 +248,9 @@ def test_the_field_of_a_clutch_acts_in_its_own_gap(channel: int) -> None:
     parts = parts_of(default_rig())
     x = np.zeros(k.SIZE)
     x[k.STRUCTURE : k.STRUCTURE + 2 * POINTS] = 0.5
-    *_, first, second = k._gap_torques(x, 20.0, 5.0, 1.0, parts)
+    *_, first, second = k.gap_torques(x, 20.0, 5.0, 1.0, parts)
     x[k.FIELD_1 + channel] = 2e6
-    *_, first_on, second_on = k._gap_torques(x, 20.0, 5.0, 1.0, parts)
+    *_, first_on, second_on = k.gap_torques(x, 20.0, 5.0, 1.0, parts)
     assert (first_on != first, second_on != second) == (channel == 0, channel == 1)
 
 

@@ -132,7 +132,7 @@ def scored(
                 predicted=predicted,
                 excess=excess(error[test], best, seed=settings.seed),
                 sound=outcome.sound and not _wild(data, predicted, test),
-                notes=(*_notes(outcome, data, predicted, test), *outcome.notes),
+                notes=(*notes_on(outcome, data, predicted, test), *outcome.notes),
             )
         )
     return sorted(entries, key=lambda e: e.test.rmse.value)
@@ -242,7 +242,7 @@ def _wild(data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> int:
     return int(np.count_nonzero(~near))
 
 
-def _too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
+def too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
     """Which travels of the memory are so long that stretches of the log end before their start is forgotten."""
     # Travels are called r_...; other numbers of the stages are times, which a stretch outlasts.
     times = outcome.model.times
@@ -293,7 +293,7 @@ def unknown_start(model: Model, data: Dataset) -> str:
     return ""
 
 
-def _adds(
+def what_the_network_adds(
     model: Model,
     data: Dataset,
     predicted: Array,
@@ -318,7 +318,7 @@ def _adds(
     )
 
 
-def _notes(
+def notes_on(
     outcome: AnyOutcome,
     data: Dataset,
     predicted: Array,
@@ -327,7 +327,7 @@ def _notes(
     """What to worry about with a fit; sentences for people."""
     notes: list[str] = []
     if outcome.model.correction is not None:
-        notes.append(_adds(outcome.model, data, predicted, test))
+        notes.append(what_the_network_adds(outcome.model, data, predicted, test))
     if not outcome.converged and not outcome.weights:
         notes.append(
             f"solver stopped before its tolerance ({outcome.stop} after {outcome.iterations} steps)"
@@ -345,7 +345,7 @@ def _notes(
         notes.append(f"rank {outcome.rank} of {outcome.unknowns}: parameters trade off")
     elif outcome.condition > MEANINGLESS and not outcome.idle:
         notes.append(f"condition {outcome.condition:.0e}: its parameters mean nothing one by one")
-    notes += _too_short(outcome, data)
+    notes += too_short(outcome, data)
     start = unknown_start(outcome.model, data)
     if start:
         notes.append(start)

@@ -100,7 +100,7 @@ class _OutOfTime(BaseException):
 
 
 @contextmanager
-def within_seconds(seconds: float, more: str = MORE) -> Generator[None]:
+def within_seconds(seconds: float) -> Generator[None]:
     """What this thread does takes so much processor time and no more, where the system counts a thread's time.
 
     A second thread watches. It interrupts between two steps of Python: a single call into native code comes to its end
@@ -108,7 +108,6 @@ def within_seconds(seconds: float, more: str = MORE) -> Generator[None]:
 
     Args:
         seconds: of the processor.
-        more: what to do where they do not suffice.
 
     Raises:
         LogError: the time is over.
@@ -150,7 +149,7 @@ def within_seconds(seconds: float, more: str = MORE) -> Generator[None]:
             gone.wait(_GOES)
     except _OutOfTime:
         problem = f"reading the file takes longer than the {seconds:.3g} s that its size allows"
-        raise LogError(problem, remedy=more) from None
+        raise LogError(problem, remedy=MORE) from None
 
 
 def budget_of(path: Path) -> Budget:

@@ -261,8 +261,8 @@ def serve_pieces(read: Callable[..., Iterator[Answer]]) -> int:
 def _begun() -> tuple[Any, ...]:
     """Path, folder, bytes of memory and further words of a child that has limited itself."""
     path, folder, memory, seconds, *arguments = sys.argv[1:]
-    _end_with_parent()
-    _limit(int(memory), int(seconds))
+    end_with_parent()
+    limit_process(int(memory), int(seconds))
     return path, Path(folder), int(memory), *arguments
 
 
@@ -310,7 +310,7 @@ def _keep(
     (folder / _TEXTS).write_text(json.dumps(report), encoding="utf-8")
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """Let the system kill this process when its parent dies, however it dies, where the system can."""
     if not sys.platform.startswith("linux"):
         return  # the limit of processor time remains
@@ -323,7 +323,7 @@ def _end_with_parent() -> None:
             os.kill(os.getpid(), signal.SIGKILL)
 
 
-def _limit(memory: int, seconds: int) -> None:
+def limit_process(memory: int, seconds: int) -> None:
     """Limit address space, files, processor time and core dumps, where the platform can."""
     try:
         import resource

@@ -83,7 +83,7 @@ def search_of_all(
     drifts = int(np.ceil(MOST_DRIFT * shorter / width))
     numbers = np.arange(-drifts, drifts + 1)
     shares: list[float] = (MOST_DRIFT * numbers / max(drifts, 1)).tolist()
-    scans = [_scanned(x, x_there, y, y_there, drift) for drift in shares]
+    scans = [scanned(x, x_there, y, y_there, drift) for drift in shares]
     best = max(scans, key=lambda scan: float(scan.scores.max()))
 
     shift: Array = np.arange(best.scores.size, dtype=np.float64) - (x.size - 1)  # rows of the grid
@@ -143,7 +143,7 @@ def _chosen(
     needed = -float(ndtri(by_chance))  # standard errors
     strong = abs(correlation) > 0.8 or scores[best] >= needed
     if rivals.size and strong and near is not None:
-        return _nearest(np.append(rivals, best), lags, near)
+        return nearest_of(np.append(rivals, best), lags, near)
     if scores[best] >= needed and independent >= _FEWEST and not rivals.size:
         return best
 
@@ -174,7 +174,7 @@ def _chosen(
     raise LogError(f"nothing correlates: {stands}, {needed:.1f} are needed", remedy=REMEDY)
 
 
-def _nearest(places: NDArray[np.intp], lags: Array, near: float) -> int:
+def nearest_of(places: NDArray[np.intp], lags: Array, near: float) -> int:
     """The place whose lag is nearest to what the user said.
 
     Raises:
@@ -216,7 +216,7 @@ def _centred(track: Track, step: float, shorter: float) -> tuple[Array, Mask]:
     return np.where(there, values - trend, 0.0), there
 
 
-def _scanned(
+def scanned(
     x: Array,
     x_there: Mask,
     y: Array,

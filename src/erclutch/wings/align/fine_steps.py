@@ -69,7 +69,7 @@ def stepped(
     sample_b = b.sampler(period)
     line = line.about(middle)
     y, y_there = sample_b(line(grid))
-    taps = _taps(weigh(x, y, x_there & y_there))
+    taps = taps_of(weigh(x, y, x_there & y_there))
 
     for _ in range(_MOST_STEPS):
         seen = _seen(grid, x, y, x_there & y_there, taps)
@@ -110,13 +110,7 @@ def _seen(
     from scipy.signal import fftconvolve
 
     smooth, slope = taps
-    # Rows that the filter can have without touching a gap: all rows within its reach are there.
-    reach = smooth.size // 2
-    window = 2 * reach + 1
-    before = np.zeros(reach + 1)
-    behind = np.full(reach, there.sum())
-    so_far = np.concatenate([before, np.cumsum(there), behind])
-    rows = so_far[window:] - so_far[: there.size] == window
+    rows = rows_far_from_gaps(there, smooth.size // 2)
     count = int(rows.sum())
     if count < 4 * WINDOWS:
         raise LogError(
@@ -151,7 +145,16 @@ def _seen(
     )
 
 
-def _taps(weights: Array) -> tuple[Array, Array]:
+def rows_far_from_gaps(there: Mask, reach: int) -> Mask:
+    """Rows that a filter of such a reach can have without touching a gap."""
+    before = np.zeros(reach + 1)
+    behind = np.full(reach, there.sum())
+    so_far = np.concatenate([before, np.cumsum(there), behind])  # rows that are there
+    window = 2 * reach + 1
+    return np.asarray(so_far[window:] - so_far[: there.size] == window)
+
+
+def taps_of(weights: Array) -> tuple[Array, Array]:
     """A symmetric filter of such weights, shape (m / 2 + 1,), and the same with a derivative after the row."""
     size = 2 * (weights.size - 1)
     symmetric = np.roll(np.fft.irfft(weights, size), size // 2)

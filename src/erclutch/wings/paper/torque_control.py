@@ -335,10 +335,10 @@ def drive_numbers(frames: Any) -> dict[str, float]:
 # --- runs -------------------------------------------------------------------------------------------------------------
 
 
-def _chirp(low: float, high: float, rows: int = _ROWS) -> tuple[Array, Array]:
+def _chirp(low: float, high: float) -> tuple[Array, Array]:
     """Phase and frequency of a chirp with as much time in each decade; in rad and rad/s."""
-    growth = math.log(high / low) / (rows * PERIOD)  # [1/s]
-    omega = 2.0 * math.pi * low * np.exp(growth * np.arange(rows) * PERIOD)
+    growth = math.log(high / low) / (_ROWS * PERIOD)  # [1/s]
+    omega = 2.0 * math.pi * low * np.exp(growth * np.arange(_ROWS) * PERIOD)
     phase = (omega - omega[0]) / growth
     return phase, omega
 

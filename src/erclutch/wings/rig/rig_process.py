@@ -30,15 +30,16 @@ class RigStartError(ErclutchError):
     """A rig's process did not come up."""
 
 
-def start_rig(
-    spec: Mapping[str, Any], *, timeout: float = 120.0
-) -> tuple[subprocess.Popen[str], int]:
+#: Seconds that the twin may compile.
+_START_WITHIN = 120.0
+
+
+def start_rig(spec: Mapping[str, Any]) -> tuple[subprocess.Popen[str], int]:
     """Start a rig's process.
 
     Args:
         spec: ``kind``, the name of a rig of ours, and what its own file makes the rig of; ``session``, ``device``,
             ``port`` (0: any).
-        timeout: how long the twin may compile, in s.
 
     Returns:
         The process and its UDP port on loopback.
@@ -54,13 +55,13 @@ def start_rig(
         start_new_session=True,  # Ctrl-C is for the loop first: the rig ends with its parent or when told to
     )
     assert process.stdout is not None
-    ready = select.select([process.stdout], [], [], timeout)[0]
+    ready = select.select([process.stdout], [], [], _START_WITHIN)[0]
     line = process.stdout.readline() if ready else ""
     if not line.startswith("port "):
         process.kill()
         process.wait()
         raise RigStartError(
-            f"the rig's process did not start within {timeout:g} s",
+            f"the rig's process did not start within {_START_WITHIN:g} s",
             where=str(spec["kind"]),
             remedy="See its message",
         )

@@ -120,9 +120,9 @@ def difference_quotients(residuals: Residuals, u: Array, step: float = STEP) -> 
     return np.column_stack(slopes)
 
 
-def one_sided_quotients(residuals: Residuals, u: Array, step: float = STEP) -> Array:
+def one_sided_quotients(residuals: Residuals, u: Array) -> Array:
     """Slopes by steps toward the middle of the range, shape (rows, k): half the price where slopes are rough anyway."""
-    steps = np.where(u < 0.5, step, -step)
+    steps = np.where(u < 0.5, STEP, -STEP)
     neighbours = [u + steps * axis for axis in np.eye(u.size)]
     here, *there = residuals([u, *neighbours])
     pairs = zip(there, steps, strict=True)

@@ -68,7 +68,7 @@ SIZE = SCRATCH + 2 * ROW
 
 
 @compiled
-def _gap_torques(
+def gap_torques(
     x: Array,
     omega: float,
     omega_r: float,
@@ -184,7 +184,7 @@ def _speeds_after(
     drive = parts.drive
     screw = parts.screw
     # Torques of clutches, screw, end stop and motor.
-    chains_1, chains_2, thick_1, thick_2 = _gap_torques(x, x[OMEGA], x[OMEGA_R], warm, parts)
+    chains_1, chains_2, thick_1, thick_2 = gap_torques(x, x[OMEGA], x[OMEGA_R], warm, parts)
     pull_1 = chains_1 + parts.clutch_1.seal / parts.clutch_1.seal_slip * x[SEAL_1]
     pull_2 = chains_2 + parts.clutch_2.seal / parts.clutch_2.seal_slip * x[SEAL_2]
     twist = screw.stiffness * (x[PHI_R] - x[PHI_L])
