@@ -91,6 +91,17 @@ def test_effort_against_slip_is_a_turned_sign(note: str, label: str) -> None:
     assert str(finding).endswith(f'Turn a sign, for example --effort "{label}".')
 
 
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_an_effort_that_falls_with_the_speed_of_a_motion_one_way_is_no_turned_sign(
+    sense: float,
+) -> None:
+    data = good()
+    slip = np.abs(data.elements[0].slip)  # starts from rest, and never turns
+    falling = changed(data, slip=slip, effort=sense * (3.0 + 2.0 * np.exp(-slip / 2.0)))
+    told = [finding for finding in findings(falling) if finding.subject == "sign"]
+    assert len(told) == (sense < 0.0)
+
+
 def test_an_offset_is_no_turned_sign() -> None:
     data = good()
     assert findings(changed(data, effort=data.effort - 50.0)) == ()

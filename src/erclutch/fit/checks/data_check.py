@@ -53,6 +53,8 @@ _NOISE_AT_MOST = 0.05
 _TO_AND_FRO = 0.2
 #: Such a motion drifts where its trend is so many times its swing.
 _RUNS_AWAY = 3.0
+#: A motion goes one way that has no more than this share of its rows in the rarer direction: noise at rest.
+_HARDLY_EVER = 0.02
 #: Changes of the slip's sign within a stretch without a gap, below which it has no swing: two swings.
 _FEWEST_TURNS = 4
 #: Values of a slip up to which it is counted in steps.
@@ -263,8 +265,13 @@ def _drift(data: Dataset) -> Finding | None:
 
 def _sign(train: Dataset) -> Finding | None:
     """A passive element dissipates: effort and slip have the same sign on the whole."""
-    # A sensor's zero makes no power over a motion to and fro; over a motion one way it cannot be told from friction.
-    effort = train.effort if train.one_way else train.effort - np.mean(train.effort)
+    # A sensor's zero makes no power over a motion to and fro, and is taken off. Over a motion one way it cannot be told
+    # from friction, and an effort that falls with the speed would seem to drive the device without its mean.
+    rarer = [
+        min(np.mean(element.slip > 0.0), np.mean(element.slip < 0.0)) for element in train.elements
+    ]
+    to_and_fro = max(rarer) > _HARDLY_EVER
+    effort = train.effort - np.mean(train.effort) if to_and_fro else train.effort
     power = 0.0
     for element in train.elements:
         # Most power is dissipated under the strongest field, so rows weigh by it; all the same without any field.
