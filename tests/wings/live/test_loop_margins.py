@@ -123,6 +123,22 @@ def test_a_settings_file_is_not_believed(text: str, said: str, tmp_path: Path) -
     assert said in str(caught.value)
 
 
+@pytest.mark.slow
+def test_a_bandwidth_that_nobody_asked_for_fits_a_slow_device() -> None:
+    """A brake that follows by 60 ms bears no 10 Hz: the command refused a bandwidth that it had chosen itself."""
+    from erclutch.wings.live.commands.tune import tuned_loops
+    from erclutch.wings.rig.twin.parameters import default_rig
+
+    slow = path(0.02, delay=40)
+    torque, motion = tuned_loops(slow, default_rig(), None, None)
+    for loop, usual in ((torque, 20.0), (motion, 10.0)):
+        assert loop.bandwidth == min(usual, 0.7 * loop.largest)
+        assert loop.margins.stable
+    assert motion.bandwidth < 10.0
+    with pytest.raises(SettingError, match="--bandwidth 10 Hz: the lag of the torque allows"):
+        tuned_loops(slow, default_rig(), 10.0, None)
+
+
 # --- on the TWIN ------------------------------------------------------------------------------------------------------
 
 

@@ -34,6 +34,11 @@ _SETTLED = 400  # rows before the step
 _ROWS = 400  # rows from the step on
 #: Shares of the largest field of the training data between which the field steps.
 _STEP = 0.25, 0.30
+#: In Hz, where nobody asks for another: of motion control, and of the observer of torque control.
+_BANDWIDTH = 10.0
+_TORQUE_BANDWIDTH = 20.0
+#: Such a bandwidth stays so far below the largest that the device allows.
+_OF_THE_LARGEST = 0.7
 _INTEGRAL = 1.0 / 6.0  # of the bandwidth in 1/s
 #: Names of the settings that a file may hold, with their units.
 TUNED = {
@@ -57,8 +62,8 @@ def tune(
     /,
     *,
     model: str | None = None,
-    bandwidth: Annotated[float, HERTZ] = 10.0,
-    torque_bandwidth: Annotated[float, HERTZ] = 20.0,
+    bandwidth: Annotated[float | None, HERTZ] = None,
+    torque_bandwidth: Annotated[float | None, HERTZ] = None,
     output_inertia: Annotated[float | None, quantity("kg*m^2")] = None,
     output_friction: Annotated[float | None, TORQUE] = None,
     rig_file: Path | None = None,
@@ -77,7 +82,8 @@ def tune(
         model: Which model; it must have a lag. Default: the recommended one, or the best with a lag and without
             further inputs.
         bandwidth: Bandwidth that motion control shall reach in Hz: computed torque, impedance, and equation 23.
-        torque_bandwidth: Bandwidth that the observer of torque control shall reach in Hz.
+            Default: 10 Hz, at most 0.7 of what the device allows.
+        torque_bandwidth: Bandwidth that the observer of torque control shall reach in Hz. Default: 20 Hz, as far.
         output_inertia: Inertia of the moved side in kg m². Default: from the run where its output moves, else from the
             rig file.
         output_friction: Dry friction of the moved side in N m. Default: as for the inertia.
@@ -94,7 +100,7 @@ def tune(
     from erclutch.wings.live.tuning_plot import describe_loops
     from erclutch.wings.rig.twin.parameters import load_rig
 
-    require(0.1, unit=" Hz", bandwidth=bandwidth, torque_bandwidth=torque_bandwidth)
+    _require_bandwidths(bandwidth=bandwidth, torque_bandwidth=torque_bandwidth)
     may_fill(out)
     may_write_file(out / "control.toml", force)
     rig = load_rig(rig_file)
@@ -104,7 +110,8 @@ def tune(
     rig_source = "default rig, not yours" if rig_file is None else "rig file"
     moved = moved_side(kept, chosen, rig, rig_source, output_inertia, output_friction)
     loops = tuned_loops(path, rig, bandwidth, torque_bandwidth)
-    gains = settings_of(path, slope, moved, bandwidth, torque_bandwidth)
+    of_torque, of_motion = (tuned.bandwidth for tuned in loops)
+    gains = settings_of(path, slope, moved, of_motion, of_torque)
     if json:
         margins_of_loops = [
             {
@@ -140,8 +147,8 @@ def tune(
         for tuned in loops:
             margins = tuned.margins
             lines.append(
-                f"# {tuned.name}: {tuned.bandwidth:g} Hz of at most {tuned.largest:.3g}; gain margin {margins.gains}, "
-                f"phase {margins.phase:.0f} deg, delay {1e3 * margins.delay:.1f} ms, "
+                f"# {tuned.name}: {tuned.bandwidth:.3g} Hz of at most {tuned.largest:.3g}; "
+                f"gain margin {margins.gains}, phase {margins.phase:.0f} deg, delay {1e3 * margins.delay:.1f} ms, "
                 f"sensitivity {margins.sensitivity:.2f}"
             )
         lines += [f"{name} = {gains[name]:.6g}  # {unit}" for name, unit in TUNED.items()]
@@ -149,6 +156,10 @@ def tune(
     pictures = save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_))
     if not json:
         terminal.say(out / "control.toml", *pictures)
+
+
+def _require_bandwidths(**asked: float | None) -> None:
+    require(0.1, unit=" Hz", **{name: hertz for name, hertz in asked.items() if hertz is not None})
 
 
 # --- what the run says ------------------------------------------------------------------------------------------------
@@ -258,10 +269,10 @@ def torque_path(model: Model) -> tuple[TorquePath, float]:
 def tuned_loops(
     path: TorquePath,
     rig: RigParameters,
-    bandwidth: float,
-    torque_bandwidth: float,
+    bandwidth: float | None,
+    torque_bandwidth: float | None,
 ) -> list[TunedLoop]:
-    """Both loops at their bandwidths.
+    """Both loops at their bandwidths; None takes the usual one, or less where the device allows no more.
 
     Raises:
         SettingError: a bandwidth that the samples, the supply or the lag do not allow.
@@ -286,9 +297,9 @@ def tuned_loops(
         return lm.torque_loop(path, hertz, hertz, _torque_lag(path))
 
     loops: list[TunedLoop] = []
-    for name, option, wanted, loop_at in (
-        ("torque", "--torque-bandwidth", torque_bandwidth, torque),
-        ("motion", "--bandwidth", bandwidth, motion),
+    for name, option, asked, usual, loop_at in (
+        ("torque", "--torque-bandwidth", torque_bandwidth, _TORQUE_BANDWIDTH, torque),
+        ("motion", "--bandwidth", bandwidth, _BANDWIDTH, motion),
     ):
         most = min(limits.values())
         by_lag = lm.largest_bandwidth(loop_at, most)
@@ -299,7 +310,8 @@ def tuned_loops(
         }
         limit = min(own_limits, key=lambda name: own_limits[name])
         largest = own_limits[limit]
-        if wanted > largest:
+        wanted = min(usual, _OF_THE_LARGEST * largest) if asked is None else asked
+        if wanted > largest or not largest:
             problem = f"{option} {wanted:g} Hz: {limit} allows {largest:.3g} Hz"
             raise SettingError(problem, remedy="Give at most that")
         loop = loop_at(wanted)
@@ -361,7 +373,7 @@ def _show(
         rows.append(
             [
                 tuned.name,
-                f"{tuned.bandwidth:g}",
+                f"{tuned.bandwidth:.3g}",
                 f"{tuned.largest:.3g}",
                 tuned.limit,
                 margins.gains,
@@ -370,6 +382,13 @@ def _show(
                 f"{margins.sensitivity:.2f}",
             ]
         )
+    for tuned in loops:
+        usual = _TORQUE_BANDWIDTH if tuned.name == "torque" else _BANDWIDTH
+        if tuned.bandwidth == _OF_THE_LARGEST * tuned.largest < usual:
+            terminal.tell(
+                f"The {tuned.name} loop is tuned for {tuned.bandwidth:.3g} Hz and not for {usual:g} Hz: "
+                f"{tuned.limit} allows {tuned.largest:.3g} Hz."
+            )
     headings = [
         "loop",
         "Hz",
@@ -381,5 +400,8 @@ def _show(
         "sensitivity",
     ]
     terminal.tell(terminal.table("Margins", headings, rows))
-    values = [[name, f"{gains[name]:.4g}", unit] for name, unit in TUNED.items()]
+    field = model.units.field if model.units.field not in ("", "?") else "field"
+    values = [
+        [name, f"{gains[name]:.4g}", unit.replace("field", field)] for name, unit in TUNED.items()
+    ]
     terminal.tell(terminal.table("Settings", ["name", "value", "unit"], values))
