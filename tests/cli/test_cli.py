@@ -621,6 +621,18 @@ def test_folders_that_hold_logs_are_found_at_any_depth(tmp_path: Path) -> None:
     assert "Give one of its folders: 0A/1Hz, 0A/2Hz; or" in error
 
 
+def test_a_manifest_above_folders_of_logs_is_no_log(tmp_path: Path) -> None:
+    for folder in ("group_01/motor_01", "group_01/motor_02"):
+        (tmp_path / folder).mkdir(parents=True)
+        (tmp_path / folder / "capture.csv").write_text("t,c\n0,1\n1,2\n")
+    (tmp_path / "manifest.json").write_text('{"mode": "identify", "files": ["a.csv", "b.csv"]}')
+    error = refused("inspect", tmp_path, cwd=tmp_path)
+    assert "Give one of its folders: group_01/motor_01, group_01/motor_02" in error
+    (tmp_path / "group_01" / "manifest.json").write_text('{"t": [0, 1], "c": "two"}')
+    said = good("inspect", tmp_path / "group_01", cwd=tmp_path, code=1)
+    assert "Not understood yet: manifest.json" in said  # it has vectors, as a log has
+
+
 def test_logs_that_ask_the_same_are_told_once_with_one_command(tmp_path: Path) -> None:
     slips = [3 * math.sin(k / 9) for k in range(300)]
     for yielding, field in enumerate(("0x5", "1", "2"), start=1):

@@ -26,6 +26,14 @@ from erclutch.logs.readers.header_pairs import header_pairs, sample_period
         ("N_m", "N_m", None),
         ("[V]", "[V]", None),
         ("速度/(mm/s)", "速度", "mm/s"),
+        ("Torque (NM)", "Torque", "N*m"),
+        ("Motor torque [KNM]", "Motor torque", "kN*m"),
+        ("T (NM)", "T", "N*m"),
+        ("力矩（NM）", "力矩", "N*m"),
+        ("Distance (NM)", "Distance (NM)", None),  # nautical miles
+        ("Gap [NM]", "Gap", "NM"),
+        ("Momentum (NM)", "Momentum (NM)", None),
+        ("TM (NM)", "TM (NM)", None),
     ],
 )
 def test_labels(label: str, name: str, unit: str | None) -> None:
@@ -37,6 +45,8 @@ def test_labels(label: str, name: str, unit: str | None) -> None:
     [
         ("torque_Nm", "torque", "N*m"),
         ("torque_N_m", "torque", "N*m"),
+        ("Brake_Torque_NM", "Brake_Torque", "N*m"),
+        ("range_NM", "range_NM", None),
         ("omega_rad_s", "omega", "rad/s"),
         ("rpm", "rpm", "rpm"),
         ("motor_rpm", "motor", "rpm"),

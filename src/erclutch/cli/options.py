@@ -260,7 +260,7 @@ def expand(paths: Sequence[Path]) -> list[Path]:
         may_be_log,
         require_no_run,
     )
-    from erclutch.logs.planning.tables_beside_logs import tables_beside_logs
+    from erclutch.logs.planning.tables_beside_logs import are_notes_above, tables_beside_logs
     from erclutch.logs.readers.signal_files import together
     from erclutch.logs.readers.text_tables import is_prose
 
@@ -289,7 +289,7 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             terminal.console(stderr=True).print(note, soft_wrap=True)
             tables = [file for file in tables if file not in no_logs]
         folders = [folder for folder in path.iterdir() if folder.is_dir() and folder_reader(folder)]
-        if not folders and len(words) == len(tables):
+        if not folders and (len(words) == len(tables) or are_notes_above(tables)):
             below = _folders_with_logs(path, suffixes)
             named = f"Logs end in {', '.join(suffixes)}"
             if below:

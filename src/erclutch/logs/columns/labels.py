@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from erclutch.errors import printable
-from erclutch.logs.columns.name_ends import ENDS, TIMES, split_end
+from erclutch.logs.columns.name_ends import ENDS, TIMES, split_end, torque_in_capitals
 from erclutch.logs.columns.vocabulary import set_of
 from erclutch.signals import units
 
@@ -92,13 +92,13 @@ def split_label(label: str) -> tuple[str, str | None]:
         name, unit = in_brackets.groups()
         unit = unit.strip()
         if unit and not unit.isdecimal():  # an index is none
-            return name, unit
+            return name, torque_in_capitals(name, unit) or unit
     for pattern in (_ROUND, _SLASH, _CURLY):
         match = pattern.fullmatch(label)
         if match is None:
             continue
         name, unit = (part for part in match.groups() if part is not None)
-        unit = unit.strip()
+        unit = torque_in_capitals(name, unit.strip()) or unit.strip()
         counts = unit in COUNTS and not unit.startswith("step")  # a step there may be one of a test
         known = units.is_unit(unit) or units.is_temperature(unit)
         if counts or (not unit.isdecimal() and known):

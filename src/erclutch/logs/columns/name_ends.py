@@ -94,6 +94,12 @@ _LETTERS_BEHIND = {
     "C": set_of("temp temperature temperatur"),
     "S": set_of("time zeit"),
 }
+_TORQUE = re.compile(
+    r"torque|torsion|moment(?!um)|(?<!o)couple|koppel|扭矩|转矩|力矩|轉矩|トルク|토크|момент",
+    re.IGNORECASE,
+)
+_TORQUE_SYMBOL = re.compile(r"[TM]\d?")
+_CAPITALS = {"NM": "N*m", "KNM": "kN*m"}
 _WORD = 5  # letters of a unit that is written out
 _POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
 
@@ -123,7 +129,7 @@ def split_end(name: str) -> tuple[str, str | None]:
         if stem.lower().endswith(_POWERS):
             return name, None  # squared meters: no length
         end = "_".join(words[-count:])
-        unit = _BARE.get(end) or _unit_of_end(end)
+        unit = _BARE.get(end) or _unit_of_end(end) or torque_in_capitals(stem, end)
         is_time = end == "s" and stem.lower() in TIMES
         if stem and unit and (len(end) > 1 or is_time):
             return stem, unit
@@ -137,7 +143,7 @@ def split_end(name: str) -> tuple[str, str | None]:
         (front, last),
     )
     for stem, end in longest_first:
-        unit = _unit_of_end(end)
+        unit = _unit_of_end(end) or torque_in_capitals(stem, end)
         if not unit:
             continue
         if stem.lower().endswith("_per"):
@@ -181,6 +187,12 @@ def _split_at_capital(name: str) -> tuple[str, str | None]:
     if last_word in _LETTERS_BEHIND.get(words[-1], ()):
         return "".join(words[:-1]), ENDS.get(words[-1]) or words[-1].lower()
     return name, None
+
+
+def torque_in_capitals(name: str, unit: str) -> str | None:
+    """The unit that NM is behind the name of a torque; None elsewhere: there it may be a nautical mile."""
+    is_torque = _TORQUE.search(name) or _TORQUE_SYMBOL.fullmatch(name.strip())
+    return _CAPITALS.get(unit) if is_torque else None
 
 
 def _unit_of_end(end: str) -> str | None:

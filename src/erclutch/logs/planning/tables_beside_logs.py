@@ -65,3 +65,18 @@ def tables_beside_logs(files: Sequence[Path]) -> list[Path]:
             ]
             return [*beside, *without]
     return []
+
+
+def are_notes_above(files: Sequence[Path]) -> bool:
+    """Whether a folder's files are small JSON that reads as no table, above inner folders that may hold the logs."""
+    if not files or not any(each.is_dir() for each in files[0].parent.iterdir()):
+        return False
+    for file in files:
+        if file.suffix.lower() != ".json" or file.stat().st_size > _LARGEST:
+            return False
+        try:
+            read_table(file)
+        except ErclutchError:
+            continue
+        return False
+    return True
