@@ -18,6 +18,7 @@ from erclutch.logs.readers.channel_lines import (
     with_channel_labels,
     with_groups,
 )
+from erclutch.logs.readers.numbered_channels import numbered_channels
 from erclutch.signals import units
 
 #: Units that are no names; t, V, F may be names.
@@ -171,7 +172,12 @@ def _said_of_each_column(above: Sequence[str], marks: Marks, rows: RowsBelow) ->
             return Header(named, own_units or None, count + 1)
     cells_of_key, lines = keyed_channels(above, marks, rows.width)
     if not cells_of_key:
-        return None
+        numbered = numbered_channels(above, rows.width - rows.trailing)
+        if numbered is None:
+            return None
+        names_below = _labels(above[-1], marks, rows)
+        says_more = 2 * _filled([unit or "" for unit in numbered[1]]) >= rows.width
+        return Header(*numbered, 0) if names_below is None or says_more else None
     alike = (f"{key}: {cells[0]}" for key, cells in cells_of_key.items() if len({*cells}) == 1)
     return Header(*labels_and_units(cells_of_key), lines, tuple(alike))
 
