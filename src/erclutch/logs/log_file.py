@@ -17,6 +17,7 @@ from erclutch.errors import LogError, placed
 from erclutch.logs.clock.channel_times import unwoven, with_times_joined
 from erclutch.logs.clock.names_over_times import with_names_at_values
 from erclutch.logs.clock.one_time import with_whole_stamps
+from erclutch.logs.clock.pairs_of_columns import with_pairs_named
 from erclutch.logs.columns.row_groups import EACH, group_of, groups_in, rows_of
 from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import (
@@ -48,6 +49,7 @@ class Tidying(NamedTuple):
 TIDYINGS = (
     Tidying("one time a row, though a stamp stands in several columns", with_whole_stamps),
     Tidying("a name for each channel, though it stands over its time", with_names_at_values),
+    Tidying("a time and a name for each channel, though it is a pair of columns", with_pairs_named),
     Tidying("one time for all channels, though each has its own", with_times_joined),
     Tidying("a column for each signal, though its name stands in the rows", untidied),
     Tidying(
