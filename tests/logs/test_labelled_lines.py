@@ -85,6 +85,47 @@ def test_other_texts_are_not_claimed(head: bytes) -> None:
     assert not READER.claims(head)
 
 
+@pytest.mark.parametrize(
+    "form",
+    [
+        "t{t:.2f} w{w:.3f} T{f:.3f}",
+        "t{t:.2f},w{w:.3f},T{f:.3f}",
+        "t{t:.2f}w{w:.3f}T{f:.3f}",
+        "<t{t:.2f}|w{w:.3f}|T{f:.3f}>",
+        "t{t:.2f}\tw{w:.4e}\tT{f:.3f};",
+    ],
+)
+@pytest.mark.parametrize("above", ["", "Setup done\n"])
+def test_letters_right_in_front_of_their_numbers_are_names(
+    tmp_path: Path, form: str, above: str
+) -> None:
+    table = read_table(written(tmp_path / "log.txt", form, above=above))
+    assert list(table.columns) == ["t", "w", "T"]
+    np.testing.assert_allclose(table.columns["t"], TIME)
+    np.testing.assert_allclose(table.columns["w"], SPEED)
+    np.testing.assert_allclose(table.columns["T"], TORQUE)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        b"F1,F2,F3\n" + b"1,2,3\n" * 20,
+        b"A1 B2\nrest\nA1 B3\nmotion\nA2 B3\nrest\nmotion\nrest\n",
+        b"G1 X10 Y20\nG1 X10 Y20 Z5\nM104 S200\n" * 5,
+        b"s1 s2 s3\n" * 20,
+        b"2024-01-05T12:00:01Z 3\n" * 20,
+    ],
+)
+def test_words_with_numbers_behind_them_are_no_rows(head: bytes) -> None:
+    assert not READER.claims(head)
+
+
+def test_a_time_that_is_called_as_a_torque_is_proposed_as_the_time(tmp_path: Path) -> None:
+    written(tmp_path / "serial.txt", "T{t:.2f} F{f:.3f} v{w:.3f}")
+    said = good("inspect", "serial.txt", cwd=tmp_path, code=1).splitlines()[-1]
+    assert '--time "T [s]"' in said
+
+
 @given(st.text(st.sampled_from("ab:=,; \t1.2e-\n"), max_size=300))
 def test_any_text_is_claimed_or_not(text: str) -> None:
     READER.claims(text.encode())

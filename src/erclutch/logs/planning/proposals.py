@@ -31,6 +31,7 @@ from erclutch.logs.planning.missing_columns import (
 from erclutch.logs.planning.missing_values import must_be_said
 from erclutch.logs.planning.no_field import is_a_mark, maybe_field
 from erclutch.logs.planning.points import IN_NO_ORDER
+from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
 _COMPONENT = re.compile(r"[fmtv][xyz]")
@@ -233,6 +234,9 @@ def _clock_option(draft: Draft, others: Sequence[str]) -> str:
     _, named, rate = questions["time"].remedy.partition("--rate ")
     if named and not rate.startswith("HZ"):
         return f"--rate {rate}"  # which a motion tells
+    for column in seen.without(others):
+        if column.spoken.plain == "t" and _are_seconds(column.values):
+            return f"--time {shell_word(f'{column.name} [s]')}"  # T may be a torque, but rises so
     has_speed = "slip" in draft.signals
     if "slip" in questions and not has_speed:
         speeds, _ = candidates(seen, "slip", ())
@@ -253,6 +257,13 @@ def _clock_option(draft: Draft, others: Sequence[str]) -> str:
             may_rise = True
     # A time never falls: where no open column does so, none of them is the time.
     return '--time "COLUMN [s]"' if free and may_rise else '--rate "RATE Hz"'
+
+
+def _are_seconds(stamps: Array) -> bool:
+    """Whether stamps go on by equal steps below 1, as seconds of a log do, and counts and ms do not."""
+    steps = np.diff(stamps)
+    usual = float(np.median(steps)) if steps.size else 0.0
+    return bool(0.0 < usual < 1.0 and np.all(steps > 0.0) and np.ptp(steps) <= usual)
 
 
 def _column_option(

@@ -1,6 +1,7 @@
 """Lines such as ``t:1000, w:0.30, T:1.25 Nm`` have the name of each value before it, as microcontrollers print them.
 
-A line may lack some of the names of the fullest line: these cells are empty.
+The name may stand right in front of its number: ``t1000 w0.30 T1.25``. A line may lack some of the names of the fullest
+line: these cells are empty.
 """
 
 from __future__ import annotations
@@ -20,6 +21,14 @@ _PAIR = re.compile(
     r"[\s,;|]*(?P<name>[^\W\d][^:=,;|\t\n]{0,40}?)\s*[:=]\s*"
     r"(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|nan|inf)(?P<unit>[ ]?[A-Za-z%°µ][\w/^*°µ]*)?(?=[\s,;|]|$)"
 )
+#: A name right in front of its number; an exponent has a sign and two digits, so that E may be a name too.
+_GLUED = re.compile(
+    r"[\s,;|<]*(?P<name>[^\W\d_]{1,12})(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]\d\d)?)"
+    r"(?P<unit>)(?=[\s,;|>]|$|[^\W\d_]{1,12}[-+.\d])"
+)
+_MOST_LINES = (
+    0.5  # of the first, that are of names and numbers at least where nothing stands between them
+)
 _FEWEST_PAIRS = 2  # in a line: a header block has a line for each name
 _FEWEST_LINES = 3  # of the same names, among the first bytes
 _LEFT_OUT = 0.1  # of the lines behind the first, at most: with more it is another format
@@ -27,19 +36,20 @@ _LEFT_OUT = 0.1  # of the lines behind the first, at most: with more it is anoth
 
 def _pairs(line: str) -> list[tuple[str, str, str]]:
     """Names, numbers and units of a line; none where anything else stands in it."""
-    pairs: list[tuple[str, str, str]] = []
-    at = 0
     stamp = STAMP.match(line)
-    if stamp:
-        pairs.append(("Time", stamp[1], ""))
-        at = stamp.end()
-    while match := _PAIR.match(line, at):
-        name = match["name"].strip()
-        unit = (match["unit"] or "").strip()
-        pairs.append((name, match["number"], unit))
-        at = match.end()
-    if not line[at:].strip(" \t,;|\r") and len(pairs) >= _FEWEST_PAIRS:
-        return pairs
+    for pattern in (_PAIR, _GLUED):
+        pairs: list[tuple[str, str, str]] = []
+        at = 0
+        if stamp:
+            pairs.append(("Time", stamp[1], ""))
+            at = stamp.end()
+        while match := pattern.match(line, at):
+            name = match["name"].strip()
+            unit = (match["unit"] or "").strip()
+            pairs.append((name, match["number"], unit))
+            at = match.end()
+        if not line[at:].strip(" \t,;|>\r") and len(pairs) >= _FEWEST_PAIRS:
+            return pairs
     return []
 
 
@@ -61,6 +71,9 @@ def _claims(head: bytes) -> bool:
         if pairs:
             named.append(_names_of(pairs))
     if len(named) < _FEWEST_LINES or len({*named}) > 1:
+        return False
+    has_marks = any(":" in line or "=" in line for line in lines)
+    if not has_marks and len(named) < _MOST_LINES * sum(map(bool, map(str.strip, lines))):
         return False
     names = named[0]
     return len({*names}) == len(names)  # no name stands twice
