@@ -128,6 +128,44 @@ def test_other_names_state_no_field(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("folder", "field", "pattern"),
+    [
+        ("current_1A", 1.0, "current_{field}A/run{n1}"),
+        ("0.5A", 0.5, "{field}A/run{n1}"),
+        ("2V_50Hz", 2.0, "{field}V_{n1}Hz/run{n2}"),
+        ("test 3, 250mA", 0.25, "test {n1}, {field}mA/run{n2}"),
+    ],
+)
+def test_a_number_in_the_name_of_the_folder_is_asked_about(
+    tmp_path: Path, folder: str, field: float, pattern: str
+) -> None:
+    (tmp_path / folder).mkdir()
+    written(tmp_path / folder / "run1.csv")
+    with pytest.raises(MappingError, match="the name of the folder says") as asked:
+        read(tmp_path / folder / "run1.csv")
+    assert f'--name-pattern "{pattern}"' in asked.value.remedy
+    log = read(tmp_path / folder / "run1.csv", name_pattern=pattern)
+    assert np.unique(log.signals["field"]).tolist() == [pytest.approx(field)]
+    # From inside the folder the command is the same.
+    said = good("inspect", "run1.csv", cwd=tmp_path / folder, code=1).splitlines()[-1]
+    assert said.endswith(f'erclutch inspect run1.csv --name-pattern "{pattern}"')
+    good("inspect", "run1.csv", "--name-pattern", pattern, cwd=tmp_path / folder)
+
+
+@pytest.mark.parametrize("folder", ["run 5", "v2", "brake_A", "2024-05-01", "5V_12V_rails"])
+def test_other_names_of_folders_state_no_field(tmp_path: Path, folder: str) -> None:
+    (tmp_path / folder).mkdir()
+    log = read(written(tmp_path / folder / "run1.csv"))
+    assert np.unique(log.signals["field"]).tolist() == [0.0]
+
+
+def test_the_name_of_the_file_goes_before_that_of_the_folder(tmp_path: Path) -> None:
+    (tmp_path / "12V").mkdir()
+    with pytest.raises(MappingError, match="the name of the file says 0.5 A"):
+        read(written(tmp_path / "12V" / "brake_0.5A.csv"))
+
+
+@pytest.mark.parametrize(
     ("line", "amperes"),
     [
         ('"Coil current",0.5,"A"', 0.5),

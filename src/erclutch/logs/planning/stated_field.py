@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from pathlib import Path
 
 from erclutch.errors import MappingError, UnitError, listed, shell_word
 from erclutch.logs.columns.labels import split_label
@@ -158,29 +159,45 @@ def _is_called_so(name: str) -> bool:
 
 
 def _ask_about_the_name(draft: Draft) -> bool:
-    """Ask whether the number in front of an A or a V in the file's name is the field; a supply may stand beside it."""
-    name = draft.table.name
-    numbers = list(FIELD_IN_A_NAME.finditer(name))
-    if len(numbers) > 1:
-        numbers = [each for each in numbers if units.fits(FIELD_UNITS[each[3]], _CURRENTS)]
-    if len(numbers) != 1 or draft.told.name_pattern is not None:
+    """Ask whether the number in front of an A or a V in the name of the file, or of its folder, is the field."""
+    if draft.told.name_pattern is not None:
         return False
-    number = numbers[0]
+    name = draft.table.name
     stem, _, _ = name.rpartition(".")
-    if number.end() > len(stem):
-        stem = name
+    number = _number_of_a_field(name)
+    if number is not None:
+        where = "file"
+        said = stem if number.end() <= len(stem) else name
+        beside = ""
+    else:
+        where = "folder"
+        said = Path(draft.table.path).resolve().parent.name if draft.table.path else ""
+        beside = f"/{stem or name}"
+        number = _number_of_a_field(said)
+    if number is None:
+        return False
 
     # The other numbers differ from file to file too.
-    counted = (f"{{n{place}}}" for place in range(1, len(stem)))
-    before = _NUMBER.sub(lambda _: next(counted), stem[: number.start(1)])
-    after = _NUMBER.sub(lambda _: next(counted), stem[number.end(1) :])
+    counted = (f"{{n{place}}}" for place in range(1, len(said + beside)))
+    before = _NUMBER.sub(lambda _: next(counted), said[: number.start(1)])
+    after = _NUMBER.sub(lambda _: next(counted), said[number.end(1) :] + beside)
     unit = FIELD_UNITS[number[3]]
     label = "{field}" if unit == number[3] else f"{{field:{unit}}}"
     option = f"--name-pattern {shell_word(f'{before}{label}{after}')}"
-    problem = f"no column for field, and the name of the file says {number_of(number[1]):g} {unit}"
+    problem = (
+        f"no column for field, and the name of the {where} says {number_of(number[1]):g} {unit}"
+    )
     draft.ask(
         "field",
         MappingError(problem, remedy=f"If that is the field, give {option}; else --field none"),
         option,
     )
     return True
+
+
+def _number_of_a_field(name: str) -> re.Match[str] | None:
+    """The only number in front of a unit of a field in a name, or the only current where a supply stands beside it."""
+    numbers = list(FIELD_IN_A_NAME.finditer(name))
+    if len(numbers) > 1:
+        numbers = [each for each in numbers if units.fits(FIELD_UNITS[each[3]], _CURRENTS)]
+    return numbers[0] if len(numbers) == 1 else None
