@@ -16,7 +16,9 @@ _OTHER_SPEEDS = (
 )
 # No in_s: time_in_s is no speed. No rps: radians or revolutions. No kN_m, N_mm, lbf_in: a stiffness is written so too.
 _TURNS_A_TIME = "rev_s=turn/s rot_s=turn/s rev_min=rpm rot_min=rpm r_min=rpm 1_min=1/min ft_s=ft/s ft_min=ft/min"
-_FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kA_m=kA/m"
+_FIELDS = (
+    "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kA_m=kA/m kA_per_m=kA/m A_per_m=A/m kAm=kA/m kApm=kA/m Oe=Oe"
+)
 _OTHERS = "Upm=rpm UPM=rpm Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% percent=% psi=psi"
 _TORQUES = (
     "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf ozin=oz*in "
@@ -80,7 +82,7 @@ _BARE = {
 _LOWER_ENDS = {
     end.lower(): unit
     for end, unit in ENDS.items()
-    if end not in ("mA", "mV", "mT", "MPa", "T", "C")
+    if end not in ("mA", "mV", "mT", "MPa", "T", "C", "kAm", "Oe")
 }
 #: ``Torque (N.m)`` and ``Torque(N.m)`` as R writes them: each sign is a dot.
 _BY_R = re.compile(r"(\w[\w.]*?)\.\.?(\w[\w.]*)\.")

@@ -184,7 +184,10 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
     for field, number, after in zip(fields, first_match.groups(), literals[1:], strict=True):
         unit = field.group(2)
         letters = _UNIT_AFTER.match(after)
-        if not unit:
-            unit = letters.group() if letters and units.is_unit(letters.group()) else None
+        if not unit and letters:
+            # A slash is of the unit (kV/mm), or parts the name of the folder from that of the file.
+            whole = letters.group()
+            known = (text for text in (whole, whole.partition("/")[0]) if units.is_unit(text))
+            unit = next(known, None)
         numbers[field.group(1)] = (number_of(number), unit)
     return numbers

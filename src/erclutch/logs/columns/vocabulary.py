@@ -20,7 +20,7 @@ NAMES = {
     "field": "field e i u b v voltage current coilcurrent icoil drivecurrent command cmd excitation pwm duty volt amp "
     "amps cur curr strom spannung spulenstrom feld courant tension corriente voltaje tensao corrente tensione iq id "
     "uq ud ia udc hv highvoltage hochspannung "
-    "fluxdensity magneticfluxdensity magneticflux flux bfield flussdichte induction inducao induccion "
+    "h coil fluxdensity magneticfluxdensity magneticflux flux bfield flussdichte induction inducao induccion "
     "磁感应强度 磁通密度 磁束密度 磁场强度 磁場強度 电场强度 電界強度 电流 电压 励磁电流 线圈电流 電流 電圧 "
     "占空比 デューティ デューティ比 デューティサイクル 듀티 듀티비 듀티사이클 "
     "ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
@@ -137,7 +137,7 @@ AGAINST = {
 LOOPS = frozenset({"control", "controller", "ctrl", "pid"})
 #: Short names that mean several things.
 NEED_UNIT = set_of(
-    "v vs vrel t m d n e u b x tau ff load id te par tension q y s phi qd dq dx dy xd course effet torsion id "
+    "v vs vrel t m d n e u b h x tau ff load id te par tension q y s phi qd dq dx dy xd course effet torsion id "
     "friction reibung frottement fx fy fz mx my mz tx ty tz"
 )
 VOLTAGES = set_of("u v uq ud udc voltage volt spannung tension voltaje tensao tensione 电压 電圧")

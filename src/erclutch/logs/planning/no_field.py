@@ -167,7 +167,8 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
         return "numbers the parts of the test"
     if len(words) > 1 and words[-1] == "id" and are_whole(column.values):
         return "tells one device from another"  # a current along an axis is no whole number
-    if column.spoken.is_accounted:
+    is_share_of_a_load = column.written_unit == "%" and "load" in words  # that a brake is told
+    if column.spoken.is_accounted and not is_share_of_a_load:
         return "is another quantity by its name"
     if is_a_mark(column) and not _MARKS.isdisjoint(words):
         return "marks rows by 0 and 1"

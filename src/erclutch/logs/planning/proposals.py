@@ -180,7 +180,7 @@ def _field_option(
     lettered: list[str] = []
     for column in maybe_field(seen, taken):
         words = column.spoken.stem_words
-        if column.written_unit == "%" and not _COMMANDS.isdisjoint(words):
+        if column.written_unit == "%" and not (_COMMANDS | {"load"}).isdisjoint(words):
             commands.append(column.name)
         marks_something = is_a_mark(column) and _SWITCHES.isdisjoint(words)
         # T is a time or a temperature: a short name of several meanings, none of which is a field.
