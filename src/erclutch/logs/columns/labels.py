@@ -69,6 +69,9 @@ _RPM_WITHIN = re.compile(
 )  # Status_RPM_2; no torque per rpm
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
 
+#: What may have a sense and is never counted in revolutions.
+_GOES_BACK = re.compile(r"torque|moment|force|load|current|speed|vel|couple|kraft", re.IGNORECASE)
+
 
 def split_label(label: str) -> tuple[str, str | None]:
     """Name and unit of ``V [cm/s]``, ``Force (N)`` or ``time / s``; the whole label and None where no unit is.
@@ -100,7 +103,8 @@ def split_label(label: str) -> tuple[str, str | None]:
         name, unit = (part for part in match.groups() if part is not None)
         unit = torque_in_capitals(name, unit.strip()) or unit.strip()
         counts = unit in COUNTS and not unit.startswith("step")  # a step there may be one of a test
-        known = units.is_unit(unit) or units.is_temperature(unit)
+        is_reverse = unit in ("rev", "Rev") and _GOES_BACK.search(name)  # Torque (rev) beside (fwd)
+        known = (units.is_unit(unit) or units.is_temperature(unit)) and not is_reverse
         if counts or (not unit.isdecimal() and known):
             return name.rstrip("/ ") or name, unit
 

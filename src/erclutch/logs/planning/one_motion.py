@@ -32,8 +32,7 @@ _SENSORS = frozenset(
 def one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tuple[list[str], str]:
     """The speed that makes a power with the effort, whatever column that is; else all, or that on the effort's side."""
     efforts, _ = candidates(seen, "effort", [*taken, *speeds])
-    kinds = {seen.columns[name].kind for name in efforts}
-    kind = kinds.pop() if len(kinds) == 1 else ""
+    kind = _kind_of(seen, efforts)
     if kind:
         fits = {name: seen.columns[name].fits(UNITS_OF_KIND[kind]) for name in speeds}
         of_that_kind = [name for name in speeds if fits[name]]
@@ -99,4 +98,18 @@ def one_position(
     if len(with_a_length) == 1:
         return with_a_length, ", and the header gives the gauge length for it"
     efforts, _ = candidates(seen, "effort", [*taken, *positions])
+    kind = _kind_of(seen, efforts)
+    if kind:
+        fits = {name: seen.columns[name].fits(UNITS_OF_KIND[kind]) for name in positions}
+        of_that_kind = [name for name in positions if fits[name]]
+        if len(of_that_kind) == 1 and None not in fits.values():
+            return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
+        # An angle goes first beside a torque: the first is what the question proposes.
+        positions.sort(key=lambda name: (fits[name] is False, fits[name] is None))
     return seen.of_one_side(positions, efforts), ""
+
+
+def _kind_of(seen: SeenColumns, efforts: Sequence[str]) -> str:
+    """The kind of all efforts by their units and names, see `KINDS`; "" where they are of several, or untold."""
+    kinds = {seen.columns[name].kind for name in efforts}
+    return kinds.pop() if len(kinds) == 1 else ""

@@ -301,7 +301,9 @@ def _column_option(
     if not likely and signal == "effort" and len(free) == 1 and _says_nothing(free[0]):
         likely = [free[0].name]  # what is left over
     if not likely:
-        hole = f"COLUMN [{usual_unit(signal) or '-'}]"
+        kinds = {seen.columns[name].kind for name in partners}
+        turns = signal == "slip" and kinds == {"N*m"}
+        hole = f"COLUMN [{'rpm' if turns else usual_unit(signal) or '-'}]"
         return f"--{signal} {shell_word(hole)}"
 
     ends = {re.split(r"[./]", name)[-1] for name in likely}

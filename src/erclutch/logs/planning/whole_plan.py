@@ -46,6 +46,7 @@ from erclutch.logs.planning.given_numbers import take_given_numbers
 from erclutch.logs.planning.guesses import guess_what_is_needed
 from erclutch.logs.planning.idle_channels import pass_over_idle_and_raw_channels
 from erclutch.logs.planning.missing_values import drop_few_missing_values
+from erclutch.logs.planning.motion_kinds import doubt_a_position_of_another_kind
 from erclutch.logs.planning.motions import (
     ask_about_a_wrapped_angle,
     hold_power,
@@ -160,6 +161,7 @@ STEPS = (
     Step("whether the effort is the device's alone", doubt_an_effort_with_inertia),
     Step("whether a controller computed the effort", doubt_an_effort_of_a_controller),
     Step("whether slip and effort make a power", doubt_effort_without_power),
+    Step("whether position and effort make a power", doubt_a_position_of_another_kind),
     Step("whether the effort's name and unit are of one kind", doubt_a_torque_in_a_unit_of_force),
     Step("the slip is no shear rate beside a torque", doubt_a_shear_rate_beside_a_torque),
     Step("the effort is no size of an oscillation", doubt_an_oscillation),

@@ -40,8 +40,7 @@ def numbered_channels(
         section = _SECTION.fullmatch(text)
         if section:
             word, number = section.groups()
-            is_of_one = number is not None and word.lower() in _COLUMNS
-            of_section = int(number) if is_of_one else None
+            of_section = int(number) if number and word.lower() in _COLUMNS else None
             continue
         match = _KEY_AND_VALUE.fullmatch(text)
         if match is None:
