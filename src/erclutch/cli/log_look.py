@@ -10,8 +10,15 @@ from typing import TYPE_CHECKING
 
 from erclutch.cli import terminal
 from erclutch.cli.log_advice import advice_on
+from erclutch.cli.log_kinds import LogKind, LogKinds
 from erclutch.cli.options import LogOptions
-from erclutch.errors import CheckError, ErclutchError, SettingError, UnloggedFieldError
+from erclutch.errors import (
+    AlikeRecordingsError,
+    CheckError,
+    ErclutchError,
+    SettingError,
+    UnloggedFieldError,
+)
 
 if TYPE_CHECKING:
     from erclutch.logs import Plan, Table
@@ -39,6 +46,7 @@ class LogLook:
         unfit: why no model can be fitted to them; "" where nothing stands against it.
         share: what few rows may hold out at most, so that a fit has enough to train on; None for the usual share.
         advice: what logs teach nothing new, and what no log has.
+        kinds: logs of the same columns, where there are several kinds of them.
     """
 
     log: Path
@@ -54,6 +62,7 @@ class LogLook:
     unfit: str
     share: float | None
     advice: list[str]
+    kinds: list[LogKind]
 
     @property
     def every(self) -> list[Recording]:
@@ -124,9 +133,15 @@ def look_at(
 
     further: list[Recording] = []
     refused: dict[str, str] = {}
+    kinds = LogKinds()
+    if others:
+        kinds.add(log, raw, reading)
     for other in others:
         try:
-            further += reading.read([other])
+            table = _table_of(other, reading)
+            if table is not None:
+                kinds.add(other, table, reading)
+            further += reading.how().read(other, reading.device, table)
         except SettingError:
             raise
         except ErclutchError as error:
@@ -165,7 +180,26 @@ def look_at(
         unfit=unfit,
         share=share,
         advice=advice,
+        kinds=kinds.found,
     )
+
+
+def _table_of(log: Path, reading: LogOptions) -> Table | None:
+    """The table of a further log; None where it holds several recordings, each of which is a log.
+
+    Raises:
+        LogError: it cannot be read.
+    """
+    from erclutch.logs import table_of_log
+    from erclutch.logs.mapping import file_mapping
+
+    if reading.each:
+        return None
+    told = reading.column_map().over(file_mapping(log, reading.map))
+    try:
+        return table_of_log(log, told, reading.device, reading.variable or told.variable)
+    except AlikeRecordingsError:
+        return None
 
 
 def table_of_first(log: Path, reading: LogOptions) -> Table:

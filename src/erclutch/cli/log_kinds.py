@@ -1,0 +1,137 @@
+"""A folder may hold logs of two kinds, calibrations beside trials: they are told apart by their columns."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import dataclass, field
+from itertools import takewhile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from erclutch.cli import terminal
+from erclutch.errors import UnloggedFieldError, listed
+
+if TYPE_CHECKING:
+    from erclutch.cli.log_look import LogLook
+    from erclutch.cli.options import LogOptions
+    from erclutch.logs import Plan, Table
+
+_NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
+_MOST = 4  # kinds: of more each log is of its own, and none is a kind
+
+
+@dataclass
+class LogKind:
+    """Logs of the same columns.
+
+    Attributes:
+        plan: how the first of them is read.
+        paths: of all of them.
+    """
+
+    plan: Plan
+    paths: list[Path] = field(default_factory=list[Path])
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether nothing is asked about the first of them."""
+        return not self.plan.questions and not self.plan.doubts
+
+    @property
+    def files(self) -> str:
+        """The logs as words of a command: by a star where that names these logs alone."""
+        first = self.paths[0]
+        names = {path.name for path in self.paths}
+        shared = takewhile(lambda letters: len({*letters}) == 1, zip(*names, strict=False))
+        start = "".join(letters[0] for letters in shared)
+        is_one_folder = len({path.parent for path in self.paths}) == 1
+        if len(names) > 1 and start and is_one_folder:
+            ending = first.suffix
+            alike = {path.name for path in first.parent.glob("*") if path.name.startswith(start)}
+            if {name for name in alike if name.endswith(ending)} == names:
+                return f"{shlex.quote(str(first.parent / start))}*{ending}"
+        return shlex.join(map(str, self.paths))
+
+    def command(self, reading: LogOptions) -> str:
+        """What fits the logs; or, where something is asked, what settles it."""
+        if self.is_sure:
+            return " ".join(
+                ["erclutch fit", self.files, *map(shlex.quote, reading.words()), "--out RUN"]
+            )
+        return self.plan.command().replace(shlex.quote(self.plan.path), self.files, 1).rstrip()
+
+    def __str__(self) -> str:
+        count = len(self.paths)
+        logs = f"{count} log{'s'[: count != 1]}"
+        return (
+            f"{logs} such as {self.paths[0].name}, with {listed(list(self.plan.labels.values()))}"
+        )
+
+
+class LogKinds:
+    """The kinds of some logs, as they are read one after another."""
+
+    def __init__(self) -> None:
+        self._by_labels: dict[frozenset[str], LogKind] = {}
+
+    def add(self, path: Path, table: Table, reading: LogOptions) -> None:
+        """Add a log to those of its columns; numbers in the names, as of a field, are passed over."""
+        labels = frozenset(_NUMBER.sub("0", table.label(name)) for name in table.columns)
+        if labels not in self._by_labels:
+            self._by_labels[labels] = LogKind(reading.plan(table, path))
+        self._by_labels[labels].paths.append(path)
+
+    @property
+    def found(self) -> list[LogKind]:
+        """The kinds, of which one column more makes no other; none where all logs are alike, or each is another."""
+        kinds: list[LogKind] = []
+        for kind in self._by_labels.values():
+            alike = next((each for each in kinds if _are_read_alike(each.plan, kind.plan)), None)
+            if alike is None:
+                kinds.append(LogKind(kind.plan, [*kind.paths]))
+            else:
+                alike.paths += kind.paths
+        logs = sum(len(kind.paths) for kind in kinds)
+        return kinds if 1 < len(kinds) <= min(_MOST, logs - 1) else []
+
+
+def _are_read_alike(first: Plan, other: Plan) -> bool:
+    """Whether the signals of two logs are columns of the same names and units, and the same is asked."""
+
+    def said(plan: Plan) -> list[object]:
+        columns = [(each.signal, _NUMBER.sub("0", each.column), each.unit) for each in plan.signals]
+        clock = plan.clock.kind if plan.clock is not None else ""
+        return [columns, clock, [question.signal for question in plan.questions]]
+
+    return said(first) == said(other)
+
+
+def tell_kinds(look: LogLook, reading: LogOptions) -> bool:
+    """Say of which kinds the logs are; where they make no one fit, a command for each, and then all was said.
+
+    Args:
+        look: what was found.
+        reading: how the user said that they are read.
+    """
+    from erclutch.logs.columns.rheometer_names import tells_a_flow_curve
+
+    kinds = look.kinds
+    terminal.say(f"{len(kinds)} kinds of logs, by their columns: {'; '.join(map(str, kinds))}")
+    is_of_a_rheometer = any(tells_a_flow_curve(kind.plan.labels) for kind in kinds)
+    if not look.doubtful or is_of_a_rheometer or isinstance(look.problem, UnloggedFieldError):
+        return False
+    # Something else may stand against one of them, such as a damaged file.
+    of_kinds = {path.name for kind in kinds for path in kind.paths}
+    for name, why in look.refused.items():
+        if name not in of_kinds:
+            terminal.say(f"Not understood yet: {why if why.startswith(name) else f'{name}: {why}'}")
+    for kind in sorted(kinds, key=lambda kind: not kind.is_sure):
+        log = kind.paths[0].name
+        if kind.is_sure:
+            terminal.say(f"Understood on their own. Fit those as {log}: {kind.command(reading)}")
+            continue
+        asked = [question.short for question in kind.plan.questions]
+        terminal.say(f"Not understood yet: {log}: {'; '.join([*asked, *kind.plan.doubts])}")
+        terminal.say(f"What settles it: {kind.command(reading)}")
+    return True
