@@ -48,7 +48,7 @@ def test_logs_of_two_kinds_have_a_command_each(tmp_path: Path) -> None:
         )
     *_, said, why, settles = good("inspect", "my logs", cwd=tmp_path, code=1).splitlines()
     assert said == (
-        "Understood on their own. Fit those as trial_0.csv: erclutch fit 'my logs/trial_'*.csv --out RUN"
+        "Understood on their own, those as trial_0.csv: erclutch fit 'my logs/trial_'*.csv --out RUN"
     )
     assert why.startswith("Not understood yet: cal_0.csv: ")
     command = settles.removeprefix("What settles it: ")
@@ -64,11 +64,11 @@ def test_logs_with_and_without_a_field_are_two_kinds(tmp_path: Path) -> None:
             tmp_path / f"logs/trial_free_{place}.csv", "time [s],speed [rad/s],torque [Nm]", current
         )
     lines = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()
-    fits = [line for line in lines if line.startswith("Understood on their own.")]
+    fits = [line for line in lines if line.startswith("Understood on their own, ")]
     assert len(fits) == 2
     # What begins alike with another kind is named log by log.
     assert "erclutch fit logs/trial_0.csv logs/trial_1.csv logs/trial_2.csv --out RUN" in fits[0]
-    assert "erclutch fit logs/trial_free_*.csv --out RUN" in fits[1]
+    assert "erclutch inspect logs/trial_free_*.csv" in fits[1]
 
 
 def test_a_number_in_the_names_and_a_spare_column_make_no_kind(tmp_path: Path) -> None:
@@ -78,3 +78,12 @@ def test_a_number_in_the_names_and_a_spare_column_make_no_kind(tmp_path: Path) -
     more = [f"{line},{'oil [°C]' if place == 0 else place}" for place, line in enumerate(lines)]
     (tmp_path / "logs/c.csv").write_text("\n".join(more) + "\n", encoding="utf-8")
     assert "kinds of logs" not in run("inspect", "logs", cwd=tmp_path).out
+
+
+def test_one_file_of_another_kind_is_told_on_its_own(tmp_path: Path) -> None:
+    for place, current in enumerate((0.25, 0.5, 1.0)):
+        written(tmp_path / f"logs/trial_{place}.csv", BRAKE, current)
+    written(tmp_path / "logs/x.csv", "time [s],level,pointer [V],load [N]", 0.3)
+    said = good("inspect", "logs", cwd=tmp_path, code=1)
+    assert "kinds of logs" not in said
+    assert "Not understood yet: x.csv: " in said

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from erclutch.cli import terminal
 from erclutch.errors import UnloggedFieldError, listed
+from erclutch.signals.recording import NO_FIELD
 
 if TYPE_CHECKING:
     from erclutch.cli.log_look import LogLook
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from erclutch.logs import Plan, Table
 
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
-_MOST = 4  # kinds: of more each log is of its own, and none is a kind
+_MOST = 4  # kinds that are told
 
 
 @dataclass
@@ -54,11 +55,13 @@ class LogKind:
         return shlex.join(map(str, self.paths))
 
     def command(self, reading: LogOptions) -> str:
-        """What fits the logs; or, where something is asked, what settles it."""
+        """What fits the logs, or looks at them where a field may tell them apart; what settles what is asked."""
+        field = self.plan.signal("field")
         if self.is_sure:
-            return " ".join(
-                ["erclutch fit", self.files, *map(shlex.quote, reading.words()), "--out RUN"]
-            )
+            options = map(shlex.quote, reading.words())
+            if field is not None and field.reason == NO_FIELD:
+                return " ".join(["erclutch inspect", self.files, *options])
+            return " ".join(["erclutch fit", self.files, *options, "--out RUN"])
         return self.plan.command().replace(shlex.quote(self.plan.path), self.files, 1).rstrip()
 
     def __str__(self) -> str:
@@ -84,7 +87,7 @@ class LogKinds:
 
     @property
     def found(self) -> list[LogKind]:
-        """The kinds, of which one column more makes no other; none where all logs are alike, or each is another."""
+        """The kinds of several logs, of which one column more makes no other; none where there are not two of them."""
         kinds: list[LogKind] = []
         for kind in self._by_labels.values():
             alike = next((each for each in kinds if _are_read_alike(each.plan, kind.plan)), None)
@@ -92,8 +95,8 @@ class LogKinds:
                 kinds.append(LogKind(kind.plan, [*kind.paths]))
             else:
                 alike.paths += kind.paths
-        logs = sum(len(kind.paths) for kind in kinds)
-        return kinds if 1 < len(kinds) <= min(_MOST, logs - 1) else []
+        kinds = [kind for kind in kinds if len(kind.paths) > 1]  # a single log is told on its own
+        return kinds if 1 < len(kinds) <= _MOST else []
 
 
 def _are_read_alike(first: Plan, other: Plan) -> bool:
@@ -129,7 +132,7 @@ def tell_kinds(look: LogLook, reading: LogOptions) -> bool:
     for kind in sorted(kinds, key=lambda kind: not kind.is_sure):
         log = kind.paths[0].name
         if kind.is_sure:
-            terminal.say(f"Understood on their own. Fit those as {log}: {kind.command(reading)}")
+            terminal.say(f"Understood on their own, those as {log}: {kind.command(reading)}")
             continue
         asked = [question.short for question in kind.plan.questions]
         terminal.say(f"Not understood yet: {log}: {'; '.join([*asked, *kind.plan.doubts])}")
