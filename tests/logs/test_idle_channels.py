@@ -101,3 +101,12 @@ def test_what_counts_the_parts_of_a_test_is_no_field(unit: str) -> None:
     plan = _plan({"Ganzzahl": np.floor(SPAN)}, {"Ganzzahl": unit})
     assert plan.questions == ()
     assert _field(plan) == "none"
+
+
+def test_the_i_of_a_controller_is_no_current() -> None:
+    terms = {"P": 0.1 * PULL, "I": 0.01 * np.cumsum(PULL), "D": np.gradient(PULL)}
+    plan = _plan({"Strom": 2.0 + (SPAN > 2.0), **terms}, {"Strom": "A"})
+    assert plan.questions == ()
+    assert _field(plan) == "Strom"
+    alone = _plan({"I": 2.0 + (SPAN > 2.0)}, {})
+    assert _field(alone) == "I"

@@ -132,3 +132,33 @@ def test_an_option_that_is_to_be_left_out_is_no_command(tmp_path: Path) -> None:
     assert asked.code == 2
     assert "Leave it out" in asked.error
     assert "What settles it" not in asked.out
+
+
+def _specimens(path: Path, names: tuple[str, str, str]) -> Path:
+    """Three tests of two materials side by side; the units stand with the names of the first alone."""
+    lines = [
+        ",,,,,,second,,",
+        "S.1,,,S.2,,,S.1,,",
+        "t (s),x (mm),F (kN)," + ",".join([*names, *names]),
+    ]
+    for time in TIME:
+        cells = [f"{time:.2f},{k * time:.4f},{k * np.tanh(time):.5f}" for k in (1, 2, 3)]
+        lines.append(",".join(cells))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_units_that_stand_with_the_first_test_hold_for_those_beside_it(tmp_path: Path) -> None:
+    path = _specimens(tmp_path / "tests.csv", ("t", "x", "F"))
+    assert recordings_in(path) == ["S.1", "S.2", "S.1 (2)"]
+    for k, name in enumerate(("S.1", "S.2", "S.1 (2)"), start=1):
+        recording = read(path, variable=name)
+        assert recording.signals["effort"] == pytest.approx(1e3 * k * np.tanh(TIME), abs=0.1)
+        assert recording.signals["position"] == pytest.approx(1e-3 * k * TIME, abs=1e-6)
+
+
+def test_units_of_another_test_are_its_own(tmp_path: Path) -> None:
+    path = _specimens(tmp_path / "tests.csv", ("t (s)", "x (m)", "F (N)"))
+    recording = read(path, variable="S.2")
+    assert recording.signals["effort"] == pytest.approx(2.0 * np.tanh(TIME), abs=1e-4)
+    assert recording.signals["position"] == pytest.approx(2.0 * TIME, abs=1e-3)

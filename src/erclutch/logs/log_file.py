@@ -28,6 +28,7 @@ from erclutch.logs.log_reader import (
     read_by,
     source_of,
 )
+from erclutch.logs.rows.largest_doubles import without_largest_doubles
 from erclutch.logs.rows.levels_across import with_rows_for_each_level
 from erclutch.logs.rows.levels_filled_down import with_levels_filled_down
 from erclutch.logs.rows.senses_across import with_a_row_for_each_sense
@@ -47,6 +48,7 @@ class Tidying(NamedTuple):
 
 #: All rules, in the order in which they are gone through.
 TIDYINGS = (
+    Tidying("no number where the largest that there is stands for none", without_largest_doubles),
     Tidying("one time a row, though a stamp stands in several columns", with_whole_stamps),
     Tidying("a name for each channel, though it stands over its time", with_names_at_values),
     Tidying("a time and a name for each channel, though it is a pair of columns", with_pairs_named),

@@ -21,12 +21,23 @@ def pass_over_idle_and_raw_channels(draft: Draft) -> None:
     """Take volts and amperes for no signal that nothing feeds, or that a sensor or a controller gives."""
     named = {*draft.taken}
     for column in draft.seen.columns.values():
-        if column.name in named or not column.fits(_SUPPLIED) or _is_called_a_field(column):
+        if column.name in named:
             continue
-        why = _why_no_supply(draft, column)
+        why = ""
+        if _is_a_term_of_a_controller(draft, column):
+            why = "stands beside P and D: taken for a term of a controller"
+        elif column.fits(_SUPPLIED) and not _is_called_a_field(column):
+            why = _why_no_supply(draft, column)
         if why:
             draft.no_signals.append(column.name)
             draft.notes.append(f"column {column.name} {why}, left out")
+
+
+def _is_a_term_of_a_controller(draft: Draft, column: SeenColumn) -> bool:
+    """Whether a column without a unit is the I of P, I and D."""
+    terms = [draft.seen.columns.get(letter) for letter in "PID"]
+    has_a_unit = any(term is None or term.written_unit for term in terms)
+    return column.name == "I" and not has_a_unit
 
 
 def _is_called_a_field(column: SeenColumn) -> bool:

@@ -267,6 +267,11 @@ def _with_header(
     above = [lines[index] for index in places]
     header = header_of(above, marks, rows)
     notes: list[str] = []
+    if header is None and above and _keep_empty_cells(below, marks, width):
+        header = _names_of_the_first_cells(above[-1], marks, width - trailing)
+        if header is not None:
+            more = _width_of_names(above, marks) - len(header.labels)
+            notes.append(f"the last {more} names above the rows stand over no cells: left out")
     if header is None:
         if above:
             _refuse_bad_first_row(above[-1], places[-1], marks, width)
@@ -316,6 +321,24 @@ def _with_header(
         notes=(*notes, *renamed, *by_legend),
         usual=usual,
     )
+
+
+def _keep_empty_cells(rows: Sequence[str], marks: Marks, width: int) -> bool:
+    """Whether all rows have as many cells, and one inside of them is empty throughout: none is passed over."""
+    if marks.delimiter is None or width < 3:
+        return False
+    cells = [marks.cells(row) for row in rows]
+    if any(len(row) != width for row in cells):
+        return False
+    inside = range(1, width - 2)
+    return any(all(not row[place] for row in cells) for place in inside)
+
+
+def _names_of_the_first_cells(line: str, marks: Marks, width: int) -> Header | None:
+    """The first names of a line that has more than the rows have cells; None for another line."""
+    named = _width_of_names([line], marks)
+    labels = marks.cells(line)[:width]
+    return Header(labels, None, 1) if width < named and all(labels) else None
 
 
 def _width_of_names(above: Sequence[str], marks: Marks) -> int:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -206,14 +207,22 @@ def with_headings(header: Header, above: Sequence[str], marks: Marks) -> Header:
     over = marks.cells(above[-header.lines - 1])
     over += [""] * (len(names) - len(over))
     headings: list[str] = []
+    counts = Counter[str]()  # specimens of a second material may have the numbers of the first
     for start, table in zip(starts, tables, strict=True):
         heading = over[start]
         cells = over[start : start + len(table)]
         if not heading or not {*cells} <= {"", heading}:
             return header
-        headings += [heading] * len(table)
-    if len({*headings}) < len(tables):
+        counts[heading] += 1
+        told_apart = f"{heading} ({counts[heading]})" if counts[heading] > 1 else heading
+        headings += [told_apart] * len(table)
+    if len(counts) < 2:
         return header
+    # People write the units once, with the names of the first table.
+    own = {name: label for name, label in zip(bare, tables[0], strict=False) if name}
+    says_no_unit = [label == name for label, name in zip(names, bare, strict=True)]
+    if len({*bare[: len(tables[0])]}) == len(tables[0]) and all(says_no_unit[len(tables[0]) :]):
+        names = [own.get(name, "") for name in bare]
     pairs = zip(headings, names, strict=True)
     labels = [f"{heading}{HEADED}{name}" if name else "" for heading, name in pairs]
     return Header(labels, header.units, header.lines + 1)

@@ -51,6 +51,9 @@ _ESCAPES = (b"\x1b$B", b"\x1b$@", b"\x1b(J")
 _HIDDEN = re.compile(
     r"[^\S \t\r\n]|[\x00-\x08\x0e-\x1b\x7f-\x9f\xad\u200b-\u200f\u202a-\u202e\u2060-\u2069\ufeff]"
 )
+#: Zeros that end a word of a program at the end of its line; behind a digit a number may be cut off.
+_ENDS_OF_WORDS = re.compile(rb"(?<=[A-Za-z])\0{1,8}(?=\r?\n)")
+_FEW_ZEROS = 0.01  # share of the bytes
 DAMAGE = "not seen: text has no checksums; as .gz it has"
 
 
@@ -68,6 +71,8 @@ def decode(data: bytes) -> str:
                 budget.take_text(len(block))
                 unpacked += block
         data = bytes(unpacked)
+    if 0 < data.count(0) < _FEW_ZEROS * len(data):  # UTF-16 has many
+        data = _ENDS_OF_WORDS.sub(b"", data)
     encoding = _encoding_of(data)
     try:
         return data.decode(encoding)

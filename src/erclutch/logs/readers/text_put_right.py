@@ -14,6 +14,7 @@ from erclutch.logs.readers.loose_text import (
 )
 from erclutch.logs.readers.lying_tables import upright
 from erclutch.logs.readers.numerals import with_plain_digits, with_plain_minus
+from erclutch.logs.readers.padded_settings import without_padded_settings
 from erclutch.logs.readers.pivoted_tables import with_pivoted_heads
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
 from erclutch.logs.readers.spread_cells import without_spread_in_cells
@@ -51,6 +52,7 @@ def put_right(text: str) -> tuple[str, list[str]]:
         text, brackets = without_brackets(text)
         notes.append(brackets)
     for change in (
+        without_padded_settings,
         without_rules,
         with_steps_above,
         with_a_line_of_names,
