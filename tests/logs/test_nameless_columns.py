@@ -47,6 +47,35 @@ def test_the_command_has_the_columns_that_the_numbers_speak_for(
     assert any("by the numbers alone" in question.problem for question in plan.questions)
 
 
+def test_stamps_of_a_busy_logger_are_the_time_and_no_effort(tmp_path: Path) -> None:
+    late = RNG.uniform(-0.05, 0.05, TIME.size) * 0.002
+    with_gaps = late + np.where(TIME > 2.0, 0.5, 0.0)
+    for off in (late, with_gaps):
+        path = tmp_path / "log.txt"
+        np.savetxt(path, np.column_stack([TIME + off, PLACE, SPEED, FORCE, CURRENT]), fmt="%.7g")
+        command = plan_of(read_table(path), ColumnMap()).command()
+        assert '--time "c1 [s]"' in command
+        assert '--effort "c1"' not in command
+
+
+def test_the_time_is_proposed_though_the_others_are_not(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    others = RNG.normal(size=(TIME.size, 3))
+    np.savetxt(path, np.column_stack([TIME, others]), fmt="%.7g")
+    command = plan_of(read_table(path), ColumnMap()).command()
+    assert '--time "c1 [s]"' in command
+    assert '--effort "COLUMN' in command
+
+
+def test_a_first_column_that_stands_still_or_counts_is_no_time(tmp_path: Path) -> None:
+    for first in (np.round(TIME, 2), np.arange(TIME.size), TIME[::-1]):
+        path = tmp_path / "log.txt"
+        np.savetxt(path, np.column_stack([first, PLACE, FRICTION]), fmt="%.7g")
+        assert "--time" not in plan_of(read_table(path), ColumnMap()).command().replace(
+            '--time "COLUMN [s]"', ""
+        )
+
+
 def test_a_matrix_of_matlab_is_asked_about_so_too(tmp_path: Path) -> None:
     path = tmp_path / "log.mat"
     savemat(path, {"data": np.column_stack([TIME, PLACE, SPEED, FRICTION])})

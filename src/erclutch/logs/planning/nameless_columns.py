@@ -6,7 +6,7 @@ Nothing is taken here: who knows the device says yes, or puts other columns in.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -25,6 +25,8 @@ _MOST = 8  # columns: of more, numbers alone tell too little
 _DISSIPATES = 0.1  # power of an effort over a motion, over the product of their root mean squares
 _SURELY = 0.3  # the same, where the effort follows a field most of all
 _ONE_COURSE = 0.999  # correlation of two columns that tell one thing
+_UNEVEN = 0.2  # of the usual step, by which a busy logger is late
+_MOST_STEPS = 0.8  # of all: the others lie at gaps
 _STEPS = 0.05  # of the variance, which a switched field makes in an effort and in no motion
 
 
@@ -46,7 +48,7 @@ def propose_columns_without_names(draft: Draft) -> None:
     free = [column.name for column in draft.seen.without(draft.taken)]
     options: dict[str, str] = {}
 
-    time = _rising_evenly(table, free) if "time" in asked else ""
+    time = _rising_steadily(table, free) if "time" in asked else ""
     stamps: Array = np.arange(float(table.rows))
     if time:
         free.remove(time)
@@ -63,6 +65,7 @@ def propose_columns_without_names(draft: Draft) -> None:
     moving = [name for name in free if name not in levels and np.ptp(table.columns[name]) > 0.0]
     roles = _roles(table, moving, stamps, field)
     if not roles.effort:
+        _propose(draft, {"time": options["time"]} if time else {})
         return
     if "time" in asked and not time and roles.slip and roles.position:
         rate = over_rate(table.columns[roles.slip], table.columns[roles.position], stamps)
@@ -72,6 +75,12 @@ def propose_columns_without_names(draft: Draft) -> None:
     options["slip"] = f"--{motion} {shell_word(roles.slip or roles.position)}"
     options["effort"] = f"--effort {shell_word(roles.effort)}"
 
+    _propose(draft, options)
+
+
+def _propose(draft: Draft, options: Mapping[str, str]) -> None:
+    """Put options into what is asked, where no other rule has."""
+    asked = draft.questions
     for about, option in options.items():
         question = asked.get(about)
         if question is None or question.option:
@@ -97,14 +106,17 @@ def _are_without_names(table: Table, clock: str) -> bool:
     return len(stems) == 1 and numbers == [*range(1, len(names) + 1)] and has_no_unit
 
 
-def _rising_evenly(table: Table, names: Sequence[str]) -> str:
-    """The first column, if it rises by equal steps that are no whole number; else ""."""
+def _rising_steadily(table: Table, names: Sequence[str]) -> str:
+    """The first column, if it rises in each row, mostly by steps near the usual one, which is no whole number; else "".
+
+    A busy logger's stamps are uneven, and a few lie behind a gap.
+    """
     steps = np.diff(table.columns[names[0]]) if names else np.zeros(0)
-    if not steps.size or not np.isfinite(steps).all():
+    if not steps.size or not np.isfinite(steps).all() or not np.all(steps > 0.0):
         return ""
     step = float(np.median(steps))
-    is_even = step > 0.0 and bool(np.all(np.abs(steps - step) <= 0.1 * step))
-    return names[0] if is_even and not step.is_integer() else ""
+    near = float(np.mean(np.abs(steps - step) <= _UNEVEN * step))
+    return names[0] if near >= _MOST_STEPS and not step.is_integer() else ""
 
 
 def _roles(table: Table, moving: Sequence[str], stamps: Array, field: str) -> _Roles:
