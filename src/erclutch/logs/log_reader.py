@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Container, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +48,7 @@ class LogSource:
     data: bytes
     digest: str
     variable: str | None = None
-    told: Callable[[int, int], None] = lambda done, total: None
+    told: Callable[[int, int], None] = field(default=lambda done, total: None, compare=False)
     decimal: str | None = None
 
     @property

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from copy import deepcopy
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise, takewhile
@@ -37,6 +38,7 @@ from erclutch.logs.table import Table
 from erclutch.signals import units
 
 _LARGEST = 1 << 25  # bytes of a text that is searched
+_SHORT, _KEPT = 1 << 17, 16  # bytes of a text whose table is kept; how many are
 _FEWEST_ROWS = 2
 _MANY_ROWS = 20  # of a table that another one sums up
 _ENDS = ("largest", "smallest")  # rows of a table that gives the ends of ranges
@@ -56,6 +58,18 @@ def read_tables(source: LogSource) -> Table:
     Raises:
         LogError: no table, several without a choice, or none of that name.
     """
+    return _read(source) if len(source.data) > _SHORT else deepcopy(_read_once(source))
+
+
+# One command reads a log of a folder up to five times: is it a log, what does it hold, which field has it, what of it
+# is fitted? Most of such logs are short.
+@lru_cache(maxsize=_KEPT)
+def _read_once(source: LogSource) -> Table:
+    """The table of a short text. Its bytes, its name and what is asked of it decide about it, and nothing else."""
+    return _read(source)
+
+
+def _read(source: LogSource) -> Table:
     beside = read_side_by_side(source)
     if beside is not None:
         return beside
