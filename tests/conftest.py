@@ -116,24 +116,47 @@ IN_A_CHILD = ("tests/logs/", "tests/runs/", "tests/test_files.py")
 EXPORTED = re.compile(r"tests/(?:export|wings/exporters)/.*\[(?P<label>.*?, (single|coaxial))")
 
 
-def group_of(nodeid: str) -> str:
-    """The group of a test, or the test itself where it stands alone."""
+@cache
+def group_of(nodeid: str, by_file: bool) -> str:
+    """The group of a test; where it stands in none its file, or the test itself."""
     group = next((group for place, group in TOGETHER.items() if nodeid.startswith(place)), None)
+    if group is not None:
+        return group
     exported = EXPORTED.match(nodeid)
-    return group or (exported["label"] if exported else nodeid)
+    if exported:
+        return exported["label"]
+    return nodeid.partition("::")[0] if by_file else nodeid
+
+
+class _Places(list[str]):
+    """Names of tests, and the place of each: a list looks through its thousands of names for one of them."""
+
+    def __init__(self, names: Sequence[str]) -> None:
+        super().__init__(names)
+        self._place = {name: place for place, name in enumerate(names)}
+
+    def index(self, name: str, *_: Any) -> int:
+        return self._place[name]
 
 
 class GroupsByFile(LoadScopeScheduling):
     """Groups as in `TOGETHER`. The mark ``xdist_group`` does nothing with pytest 9.2 and pytest-xdist 3.8."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return group_of(nodeid)
+        # Fast tests of a file take seconds together, and share what the file makes; a slow test may take a minute.
+        by_file = str(self.config.getoption("markexpr")).startswith("not slow")
+        return group_of(nodeid, by_file)
+
+    def add_node_collection(self, node: Any, collection: Sequence[str]) -> None:
+        """Keep the tests of a process so that each is found at once."""
+        super().add_node_collection(node, collection)
+        self.registered_collections[node] = _Places(collection)
 
     def mark_test_complete(self, node: Any, item_index: int, duration: float = 0) -> None:
         """Drop a group that has ended: its tests were counted again after each of thousands of later tests."""
         super().mark_test_complete(node, item_index, duration)
         groups = self.assigned_work[node]
-        ended = group_of(self.registered_collections[node][item_index])
+        ended = self._split_scope(self.registered_collections[node][item_index])
         if all(groups[ended].values()):
             del groups[ended]
 
@@ -203,7 +226,7 @@ def pytest_collection_finish() -> None:
 
         build_options_once()
     gc.freeze()
-    gc.set_threshold(10_000, 20, 50)
+    gc.set_threshold(50_000, 20, 50)
 
 
 def _strict() -> bool:
@@ -286,14 +309,11 @@ def pinned(request: pytest.FixtureRequest) -> Callable[..., None]:
     return check
 
 
-@pytest.fixture(autouse=True)
-def messages_as_written(request: pytest.FixtureRequest) -> Generator[None, Any, Any]:
+@pytest.fixture(scope="session", autouse=True)
+def messages_as_written() -> Generator[None, Any, Any]:
     """Messages are written with a shell's options, and tests look at them so; `tests/test_errors.py` at Python's."""
     from erclutch.errors import for_a_shell
 
-    if "python_words" in request.fixturenames:
-        yield
-        return
     with for_a_shell():
         yield
 
@@ -314,25 +334,36 @@ def compiled_plainly(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Compiler, "build", plainly)
 
 
-@pytest.fixture(autouse=True)
-def as_this_room_reads(request: pytest.FixtureRequest) -> None:
+@pytest.fixture(scope="module", autouse=True)
+def as_this_room_reads(request: pytest.FixtureRequest) -> Generator[None, Any, Any]:
     """Most rooms take it as given that a log or a run's rows can be read: there no child is started for each."""
-    if not request.node.nodeid.startswith(IN_A_CHILD):
-        request.getfixturevalue("read_here")
+    with pytest.MonkeyPatch.context() as patch:
+        if not request.node.nodeid.startswith(IN_A_CHILD):
+            _read_here(patch)
+        yield
 
 
 @pytest.fixture
 def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """Files of sound bytes are read in this process: a child costs a start of Python, and has tests of its own."""
+    # A test may put in something else by the same patch: both are undone in the right order.
+    _read_here(monkeypatch)
+
+
+def _read_here(patch: pytest.MonkeyPatch) -> None:
     from erclutch.logs.readers import child_process, reader_in_child
     from erclutch.runs import kept_columns
 
     def run(
         module: str, path: Path, *arguments: str, memory: int | None = None
     ) -> child_process.Answer:
-        with tempfile.TemporaryDirectory() as folder, warnings.catch_warnings():
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            warnings.catch_warnings(),
+            pytest.MonkeyPatch.context() as of_child,
+        ):
             warnings.simplefilter("ignore")
-            monkeypatch.setattr(sys, "argv", [module, str(path), folder, "0", "0", *arguments])
+            of_child.setattr(sys, "argv", [module, str(path), folder, "0", "0", *arguments])
             of_run = module == kept_columns.__name__
             code = child_process.serve(
                 kept_columns.decoded if of_run else reader_in_child.answer_of
@@ -344,6 +375,6 @@ def read_here(monkeypatch: pytest.MonkeyPatch) -> None:
     ) -> Iterator[child_process.Answer]:
         yield from import_module(module)._asked(str(path), *arguments)
 
-    monkeypatch.setattr(child_process, "limit_process", lambda memory, seconds: None)
-    monkeypatch.setattr(child_process, "run", run)
-    monkeypatch.setattr(child_process, "stream", stream)
+    patch.setattr(child_process, "limit_process", lambda memory, seconds: None)
+    patch.setattr(child_process, "run", run)
+    patch.setattr(child_process, "stream", stream)

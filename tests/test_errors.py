@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 
 import erclutch
+from erclutch import errors
 from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, for_a_shell, worded
 from erclutch.export import ExportOptions, export_model
 from tests.support.command import run
@@ -21,8 +22,9 @@ SOURCE = Path(erclutch.__file__).parent
 
 
 @pytest.fixture
-def python_words() -> None:
+def python_words(monkeypatch: pytest.MonkeyPatch) -> None:
     """Messages as a user of Python meets them."""
+    monkeypatch.setattr(errors._INTERFACE, "shell", False)
 
 
 @pytest.mark.usefixtures("python_words")

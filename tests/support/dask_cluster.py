@@ -12,12 +12,12 @@ from pathlib import Path
 from time import sleep
 from typing import Any
 
-from distributed import Client
-
 
 @contextmanager
 def dask_cluster(folder: Path, workers: int) -> Generator[tuple[str, int]]:
     """A scheduler and workers as processes; gives address and the scheduler's process."""
+    from distributed import Client  # its import takes longer than a test
+
     python, where = sys.executable, folder / "scheduler.json"
     scheduler = [
         python,
@@ -65,6 +65,8 @@ def dask_cluster(folder: Path, workers: int) -> Generator[tuple[str, int]]:
 
 def kill_a_worker(address: str) -> None:
     """Kill one worker with -9; its nanny starts another."""
+    from distributed import Client
+
     with Client(address, set_as_default=False) as client:
         workers: Any = client.run(os.getpid)
         os.kill(next(iter(workers.values())), signal.SIGKILL)

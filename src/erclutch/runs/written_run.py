@@ -8,7 +8,7 @@ import json
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -154,8 +154,14 @@ def versions() -> dict[str, str]:
     return {
         "erclutch": __version__,
         "python": platform.python_version(),
-        **{name: importlib.metadata.version(name) for name in _LIBRARIES},
+        **{name: _version_of(name) for name in _LIBRARIES},
     }
+
+
+@cache
+def _version_of(library: str) -> str:
+    """The installed version, which is looked up in the folders of all packages."""
+    return importlib.metadata.version(library)
 
 
 def _entry_to_dict(entry: RankedModel, model_id: str, title: str) -> dict[str, Any]:
