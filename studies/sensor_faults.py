@@ -12,6 +12,11 @@ Of each session that misses, 20 healthy loops with other noise of the meter from
 sensor reads, until an alarm would come too late. Sessions whose readings never leave it are counted apart: no check of
 readings tells them. Of the others "off" is how far a reading leaves the band: encoders in counts, the meter in standard
 deviations of its noise.
+
+The last table asks of doubled meters whether their gain tells: measured torque over the model's, by the last 4, 8, 14
+and 20 readings beside those before. It holds the largest change until an alarm would come too late, the largest in
+health, and how often that is the fault's: the same loop with other noise, and each program that `erclutch live` offers.
+Where it is more often than once, a limit that tells the fault raises an alarm there in health.
 """
 
 from __future__ import annotations
@@ -26,15 +31,20 @@ from pathlib import Path
 import numpy as np
 
 from erclutch.signals.device import DeviceName
-from erclutch.wings.rig.twin.parameters import default_rig
+from erclutch.wings.live.session import LiveModel
+from erclutch.wings.rig.twin.parameters import RigParameters, default_rig
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from tests.support.sensor_bound import GAIN_WINDOWS, HealthySessions, gain_changes
 from tests.support.sensor_faults import (
     CAUSES,
     CONTROLS,
+    FALLS,
     FAULTS,
+    HEALTHY,
     OUTCOMES,
     SENSORS,
+    ZERO_WITHIN,
     FaultRun,
     doubted,
     fault_run,
@@ -62,6 +72,7 @@ def main() -> int:
     fitted = {device: model_of(rig, asked.model, device) for device in devices}
     outcomes, strict = Counter[str](), Counter[str]()
     missed: dict[tuple[str, ...], list[FaultRun]] = {}
+    doubled: dict[str, list[tuple[int, int, FaultRun]]] = {}  # seed, row and outcome by control
     print(f"TWIN, {asked.model}, {asked.seeds} seeds; rows of 1 ms")
     columns = (
         "control",
@@ -100,6 +111,13 @@ def main() -> int:
             counts = Counter(run.outcome for run in runs)
             outcomes += counts
             strict += _strict(runs)
+            if (sensor, kind) == ("torque", "doubled"):
+                late = [
+                    (seed, begin, run)
+                    for seed, begin, run in zip(seeds, begins, runs, strict=True)
+                    if not run.held
+                ]
+                doubled |= {control: late} if late else {}
             for run in runs:
                 if not run.held:
                     missed.setdefault(
@@ -146,7 +164,57 @@ def main() -> int:
     print(
         f"{told} of the sessions that miss read as healthy loops do, in each row and sensor while an alarm is in time"
     )
+    _print_gains(rig, fitted, doubled)
     return 1 if outcomes["not held"] or unknown else 0
+
+
+def _print_gains(
+    rig: RigParameters,
+    fitted: Mapping[DeviceName, LiveModel],
+    doubled: Mapping[str, Sequence[tuple[int, int, FaultRun]]],
+) -> None:
+    """The table of gains of doubled meters that were told late: seed, row and outcome by control."""
+    if not doubled:
+        return
+    columns = (
+        "control",
+        "zero after",
+        "model [N m]",
+        "readings",
+        "gain changes [sd]",
+        "same loop in health",
+        "of the fault's",
+        "other programs in health",
+        "of the fault's",
+    )
+    print(f"| {' | '.join(columns)} |\n|{' --- |' * len(columns)}")
+    told = 0
+    for control, late in doubled.items():
+        model = fitted[CONTROLS[control][0]]
+        settings = settings_of(control, model, rig)
+        own = np.max(
+            [
+                gain_changes(frames_of(settings, model.library, rig, seed), settings).max(axis=0)
+                for seed in HEALTHY
+            ],
+            axis=0,
+        )
+        offered = HealthySessions(settings, model, rig, 1, gain_changes)
+        others = np.max([changes.max(axis=0) for _, changes in offered], axis=0)
+        for seed, begin, run in late:
+            faulty = frames_of(settings, model.library, rig, seed, ("torque", "doubled", begin))
+            rows = slice(begin, begin + ZERO_WITHIN - FALLS)
+            changes = gain_changes(faulty, settings)[rows].max(axis=0)
+            best = int(np.argmax(changes / np.maximum(own, others)))
+            told += bool(changes[best] > max(own[best], others[best]))
+            gives = float(np.mean(np.abs(faulty["estimate"][rows])))
+            print(
+                f"| {control} | {run.zero} | {gives:.4f} | {GAIN_WINDOWS[best]} | {changes[best]:.1f} "
+                f"| {own[best]:.1f} | {own[best] / changes[best]:.2f} "
+                f"| {others[best]:.1f} | {others[best] / changes[best]:.2f} |",
+                flush=True,
+            )
+    print(f"{told} of these change the gain by more than health does over any window")
 
 
 def _strict(runs: Sequence[FaultRun]) -> Counter[str]:

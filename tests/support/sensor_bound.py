@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -66,6 +66,10 @@ _NEAR_REST, _STANDS, _STOOD_STILL, _AT_REST = (
 )  # rad/s, rad/s, periods, share of the band
 _MOTOR_SHARE, _MOTOR_LAGS = 0.3, 6.0
 _BEGINS = 300  # rows in which the filters settle
+#: Readings over which the gain of the meter is estimated, and those before them with which it is compared.
+GAIN_WINDOWS = (4, 8, 14, 20)
+_GAIN_BEFORE = 64
+_SMALLEST = 1e-12  # N m
 
 
 @dataclass(frozen=True)
@@ -136,6 +140,34 @@ def looks_of(frames: Any, settings: LoopSettings) -> NDArray[np.float64]:
     return np.column_stack(columns)
 
 
+def gain_changes(frames: Any, settings: LoopSettings) -> NDArray[np.float64]:
+    """How much more of the model's torque the meter reads than before, over each of `GAIN_WINDOWS`.
+
+    By least squares the readings y of a window are a gain times the model's torque x and the offset that the readings
+    before had. The gain's distance from 1 has the standard deviation s / sqrt(sum x^2), where s is that of the readings
+    before. In white noise of that size no other look at a window tells another gain more often.
+
+    Returns:
+        That distance in these standard deviations, shape (rows, len(GAIN_WINDOWS)); 0 until the filters have settled.
+    """
+    torque, model = (
+        np.nan_to_num(frames["torque"]),
+        np.nan_to_num(_late(frames["estimate"], settings)),
+    )
+    apart = torque - model
+    before = sliding_window_view(apart, _GAIN_BEFORE)
+    offset, deviation = before.mean(axis=1), before.std(axis=1) + _SMALLEST
+    changes = np.zeros((len(torque), len(GAIN_WINDOWS)))
+    for place, rows in enumerate(GAIN_WINDOWS):
+        first = np.arange(_BEGINS, len(torque) - rows + 1)  # of each window
+        given = sliding_window_view(model, rows)[first]
+        off = sliding_window_view(apart, rows)[first] - offset[first - _GAIN_BEFORE, np.newaxis]
+        size = np.sqrt(np.sum(given**2, axis=1)) + _SMALLEST
+        share = np.sum(off * given, axis=1) / size
+        changes[first + rows - 1, place] = share / deviation[first - _GAIN_BEFORE]
+    return changes
+
+
 class HealthySessions:
     """Looks of healthy sessions of a loop under its own program and each offered one; each is run when asked for.
 
@@ -144,14 +176,21 @@ class HealthySessions:
         model: compiled.
         rig: parameters of the TWIN.
         count: sessions of each program and torque of the motor.
+        looks: what is looked at in the frames of a session.
     """
 
     def __init__(
-        self, settings: LoopSettings, model: LiveModel, rig: RigParameters, count: int
+        self,
+        settings: LoopSettings,
+        model: LiveModel,
+        rig: RigParameters,
+        count: int,
+        looks: Callable[[Any, LoopSettings], NDArray[np.float64]] = looks_of,
     ) -> None:
         offered = standard_programs(rig, model=True, device=settings.device, effort=model.effort)
         self._cases = list(itertools.product((*settings.programs, *offered), MOTORS, range(count)))
         self._settings, self._model, self._rig = settings, model, rig
+        self._looks = looks
         self._run: list[tuple[str, NDArray[np.float64]]] = []
 
     def __iter__(self) -> Iterator[tuple[str, NDArray[np.float64]]]:
@@ -175,7 +214,7 @@ class HealthySessions:
         run = AcceleratedRun(
             loop, self._model.library, self._rig, seed=seed, single=single, locked=single
         )
-        return f"{program.name}, {motor:g} N m, {seed}", looks_of(run.frames(ROWS)[0], loop)
+        return f"{program.name}, {motor:g} N m, {seed}", self._looks(run.frames(ROWS)[0], loop)
 
 
 def likeness_of(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from erclutch.wings.live.accelerated import AcceleratedRun
+from erclutch.wings.live.layout import FRAME
 from erclutch.wings.live.session import LiveModel
 from erclutch.wings.rig.twin.parameters import default_rig
 from tests.support import sensor_bound, sensor_faults
@@ -53,6 +56,25 @@ def test_a_fault_that_a_check_tells_looks_as_no_healthy_session_does(
     kind: str, pair: LiveModel, healthy: Any
 ) -> None:
     assert likeness(pair, healthy, "torque", kind).alone < 1.0
+
+
+def test_the_gain_of_a_doubled_meter_changes_by_what_the_noise_before_it_says(
+    pair: LiveModel,
+) -> None:
+    """SYNTHETIC: one torque of the model, and a meter with white noise and an offset that reads double from row 600."""
+    settings = replace(sensor_faults.settings_of("torque", pair, RIG), torque_lag=0.0)
+    frames = np.zeros(1000, FRAME)
+    torque, noise, offset, begin = 0.02, 0.001, 0.004, 600
+    frames["estimate"] = torque
+    frames["torque"] = torque + offset
+    frames["torque"] += noise * np.random.default_rng(5).standard_normal(1000)
+    frames["torque"][begin:] += torque
+    changes = sensor_bound.gain_changes(frames, settings)
+    assert not np.any(changes[:300])
+    for column, rows in zip(changes.T, sensor_bound.GAIN_WINDOWS, strict=True):
+        expected = torque * np.sqrt(rows) / noise
+        assert column[begin + rows - 1] == pytest.approx(expected, rel=0.25)
+        assert np.max(column[:begin]) < 7.0
 
 
 @pytest.mark.slow
