@@ -170,7 +170,7 @@ def main() -> int:
 
 def _print_gains(
     rig: RigParameters,
-    fitted: Mapping[DeviceName, LiveModel],
+    fitted: Mapping[str, LiveModel],
     doubled: Mapping[str, Sequence[tuple[int, int, FaultRun]]],
 ) -> None:
     """The table of gains of doubled meters that were told late: seed, row and outcome by control."""
