@@ -90,6 +90,11 @@ def test_a_word_too_many_is_told_with_the_way_out(bench: Path) -> None:
     assert "'run': more than the command takes. erclutch table --help shows what it takes." in said
 
 
+def test_a_second_scale_wants_its_option(bench: Path) -> None:
+    said = refused("inspect", "log.csv", "--scale", "effort=2 N*m", "field=1 A", cwd=bench)
+    assert "'field=1 A': more than the command takes. Write --scale in front of each value." in said
+
+
 def test_a_named_column_without_a_number_is_told_as_such(tmp_path: Path) -> None:
     rows = "\n".join(f"{i / 1000},{i % 7},{i % 5}," for i in range(60))
     (tmp_path / "log.csv").write_text(f"t [s],E [A],w [rad/s],T [N*m]\n{rows}\n")

@@ -152,6 +152,23 @@ def test_predict_as_parquet_with_a_sensor_of_a_models_file(place: Path, tmp_path
     assert set(table["outside"]) <= {0.0, 1.0}
 
 
+def test_predict_says_where_it_guesses(place: Path, tmp_path: Path) -> None:
+    """It told the share of such rows alone, and score told where they lie."""
+    lines = (place / "blind.csv").read_text().splitlines()
+    fields = [name.strip() for name in lines[0].split(",")]
+    at = next(i for i, name in enumerate(fields) if name.startswith("u"))
+    cells = [line.split(",") for line in lines]
+    for row in cells[1:]:
+        row[at] = f"{3.0 * float(row[at]):.6g}"
+    text = "\n".join(",".join(row) for row in cells)
+    (tmp_path / "far.csv").write_text(text + "\n")
+    code, said, _ = run(
+        "predict", "far.csv", "--run", place / "run", "--out", "p.csv", cwd=tmp_path
+    )
+    assert code == 0
+    assert re.search(r"note: outside: field above [\d.]+ V \(\d+", " ".join(said.split()))
+
+
 def test_score_ranks_the_models_of_a_run_on_another_log(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -161,12 +178,14 @@ def test_score_ranks_the_models_of_a_run_on_another_log(
     errors = [
         float(number)
         for number in re.findall(
-            r"^ m\d, (?:Bingham|Quadratic) law(?: in E)?\s+([\d.]+)", said, re.MULTILINE
+            r"^ [* ] m\d, (?:Bingham|Quadratic) law(?: in E)?\s+([\d.]+)", said, re.MULTILINE
         )
     ]
     assert len(errors) == 2, said
     assert errors == sorted(errors)
     assert "worst second" in said
+    assert "(* recommended)" in said
+    assert len(re.findall(r"^ \* m\d, ", said, re.MULTILINE)) == 1
     kept = read_run(place / "run")
     title = f"{kept.id_of(kept.recommended)}, {kept.titles[kept.recommended]}, is recommended by run: it errs by "
     words = " ".join(said.split())

@@ -57,8 +57,19 @@ def _versions() -> str:
 
 
 _FRACTION = re.compile(r"[-+]?(?:\d+\.\d*|\.\d+)")
+#: Options that take one value each time, and may be given more than once.
+_REPEATED = ("--scale", "--constant")
 #: What people write to name a mapping file.
 _OF_MAPPINGS = ("--mapping", "--map", "--mapping-file")
+
+
+def _takes_one_value(words: Sequence[str], unused: Sequence[str]) -> str:
+    """The option behind whose one value the first unused word stands, ``--scale a=1 b=2``; "" where none is there."""
+    if not unused or unused[0] not in words:
+        return ""
+    place = words.index(unused[0])
+    option = words[place - 2] if place >= 2 else ""
+    return option if option in _REPEATED else ""
 
 
 def misused(error: CycloptsError) -> str:
@@ -72,7 +83,9 @@ def misused(error: CycloptsError) -> str:
 
     if isinstance(error, UnusedCliTokensError):
         unused = ", ".join(map(repr, error.unused_tokens or ()))
-        return shown(f"{unused}: more than the command takes. {help_of_it}")
+        repeated = _takes_one_value(error.root_input_tokens or (), error.unused_tokens or ())
+        remedy = f"Write {repeated} in front of each value" if repeated else help_of_it
+        return shown(f"{unused}: more than the command takes. {remedy.rstrip('.')}.")
     words = error.root_input_tokens or ()
     if (
         isinstance(error, MissingArgumentError)

@@ -237,13 +237,13 @@ def score_model(model: Model, data: Dataset, name: str) -> ModelScore:
         model=name,
         figures=scored(data.effort, effort),
         guessed=float(outside.mean()),
-        where=_where(model, data, outside),
+        where=where_outside(model, data, outside),
         held=held,
         by_log=tuple(by_log),
     )
 
 
-def _where(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
+def where_outside(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:
     """Which ranges the rows outside exceed, and in what share of all rows."""
     # Signal, its values, what was trained on, its unit.
     ranges: list[tuple[str, Array, Pair, str]] = []

@@ -118,7 +118,12 @@ def _estimated(
     import numpy as np
 
     from erclutch.logs.log_writer import PREDICTED, write_log
-    from erclutch.runs.new_rows import band_ends, quicker_than_known, unlike_training
+    from erclutch.runs.new_rows import (
+        band_ends,
+        quicker_than_known,
+        unlike_training,
+        where_outside,
+    )
 
     recordings = how.read([file])
     recording = recordings[0]
@@ -153,6 +158,9 @@ def _estimated(
     labels = [(name, of_column) for name, (_, of_column) in columns.items()]
     rows = np.column_stack([values for values, _ in columns.values()])
     write_log(out, labels, [rows], about, rows=len(rows))
+    where = where_outside(model, data, outside) if outside.any() else ""
+    if where:
+        summary += f"\nnote: outside: {where}."
     if model.unbounded and outside.any():
         summary += f"\nnote: {model.unbounded}."
     for sentence in (*terminal.rows_left_out(recording), *unlike_training(run, model, data)):

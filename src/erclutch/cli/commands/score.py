@@ -165,7 +165,9 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
     number = terminal.number
     rmse = terminal.with_unit("RMSE", data.units.effort)
     worst = "worst second" if len(data.sources) == 1 else "worst log"
-    columns: dict[str, list[str]] = {"model": [each.title for each in scores]}
+    marks = ["  " if each.recommended_at is None else "* " for each in scores]
+    titles = [f"{mark}{each.title}" for mark, each in zip(marks, scores, strict=True)]
+    columns: dict[str, list[str]] = {"model": titles}
     if runs > 1:
         columns["run"] = [str(each.run) for each in scores]
     for heading in (rmse, "95 % band", "of std", "guessed", "inside", worst):
@@ -182,6 +184,8 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
 
     whose = str(scores[0].run) if runs == 1 else f"{runs} runs"
     title = f"Models of {whose} on {data.rows:,} rows of {data.where}"
+    if "* " in marks:
+        title += " (* recommended)"
     less_needed = ("95 % band", worst, "of std", "guessed")
     return terminal.narrowed(title, columns, less_needed, terminal.console().width)
 
