@@ -128,8 +128,8 @@ def units_behind_names(labels: Sequence[str]) -> dict[str, str]:
     """
     letters = True  # whether a letter behind a blank is a unit: it is where a unit ends each label
     for label in labels:
-        _, end = split_end(label)
         _, behind = _front_and_unit(label, letters=True)
+        _, end = split_end(label)
         if behind is None and end is None and label.strip().lower() not in TIMES:
             letters = False
 

@@ -35,16 +35,6 @@ GROUPED = {
     ".": re.compile(rf"{_SIGN}{_FIRST_GROUP}(?:(?:,\d{{3}})+|{_BY_BLANKS})(?:\.\d*)?"),
     ",": re.compile(rf"{_SIGN}{_FIRST_GROUP}(?:(?:\.\d{{3}})+|{_BY_BLANKS})(?:,\d*)?"),
 }
-#: Texts that say on or off, in small letters.
-SWITCHES = {
-    **dict.fromkeys(
-        ("on", "true", "yes", "high", "enabled", "ein", "an", "ja", "oui", "vrai", "开", "オン"),
-        1.0,
-    ),
-    **dict.fromkeys(
-        ("off", "false", "no", "low", "disabled", "aus", "nein", "non", "faux", "关", "オフ"), 0.0
-    ),
-}
 
 
 class TwoDecimalMarksError(LogError):

@@ -54,6 +54,61 @@ class _Points:
         self.stress = self.stress[~points]
         self.rows = self.rows[~points]
 
+    def leave_noise_out(self) -> None:
+        """Leave out points that are noise about a rest, or below what the instrument resolves."""
+        against = self.against
+        size = np.abs(self.stress)
+        is_faint = against & (size < _FAINT * float(size.max(initial=0.0)))
+
+        speed = np.abs(self.rate)
+        usual_sign = np.sign(np.sign(self.rate).sum())
+        turns_back = np.sign(self.rate) != usual_sign
+        is_about_rest = against & turns_back & (speed < RESTING * speed.max(initial=0.0))
+        tells_more = is_about_rest.any() and not is_faint[is_about_rest].all()
+        if tells_more and 2 * int(against.sum()) <= against.size:
+            # Noise about a rest has both signs, so what has the sign of its stress by chance is noise as well.
+            noise = float(speed[is_about_rest].max())  # [1/s]
+            is_noise = speed <= noise
+            left_out = f"{int(is_noise.sum())} points left out: a rate of {noise:.3g} 1/s or less"
+            turned = f"{int(is_about_rest.sum())} have the other sign than their stress, as noise about a rest has"
+            self.notes.append(f"{left_out}, where {turned}")
+            self.leave_out(is_noise)
+            is_faint = is_faint[~is_noise]
+
+        # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.
+        if is_faint.any() and 2 * int(self.against.sum()) <= self.rate.size:
+            left_out = (
+                f"{int(is_faint.sum())} points left out: a stress of the other sign than its rate"
+            )
+            self.notes.append(
+                f"{left_out}, below {percent(_FAINT)} of the largest stress, as noise is"
+            )
+            self.leave_out(is_faint)
+
+    def way_back_over_way_there(self) -> float:
+        """The median ratio of the stresses of a loop at the same rates; 1 where the rates are no way there and back.
+
+        The loop of a thixotropic fluid is wide: a law through both of its ways is none of the fluid's states.
+        """
+        highest = int(np.argmax(self.rate))
+        lowest = int(np.argmin(self.rate))
+        for turn, sign in ((highest, 1.0), (lowest, -1.0)):
+            there = np.log(self.rate[: turn + 1])
+            back = np.log(self.rate[turn:])
+            if min(there.size, back.size) < FEWEST_RATES:
+                continue
+            goes_there = np.all(sign * np.diff(there) >= 0)
+            comes_back = np.all(sign * np.diff(back) <= 0)
+            if not goes_there or not comes_back:
+                continue
+            order = np.argsort(there)
+            stress_there = np.log(self.stress[: turn + 1])
+            stress_back = np.log(self.stress[turn:])
+            is_common = (back >= there.min()) & (back <= there.max())
+            at_same_rates = np.interp(back[is_common], there[order], stress_there[order])
+            return float(np.exp(np.median(stress_back[is_common] - at_same_rates)))
+        return 1.0
+
 
 def points_of(
     curve: CurvePlan,
@@ -90,7 +145,7 @@ def points_of(
     if curve.times_rate:
         rate = np.abs(rate)
     points = _Points(rate, stress, np.flatnonzero(is_point), notes)
-    _leave_noise_out(points)
+    points.leave_noise_out()
     where = f"{table.name}, {label}"
     against = points.against
     count = points.rate.size
@@ -124,7 +179,7 @@ def points_of(
     steps = np.diff(points.rate)
     if np.any(steps > 0) and np.any(steps < 0):
         both_ways = "the rate rises and falls: both sweeps are fitted as one curve"
-        ratio = _way_back_over_way_there(points.rate, points.stress)
+        ratio = points.way_back_over_way_there()
         if abs(np.log(ratio)) > ONE_FLUID:
             both_ways += f", though the way back has {ratio:.2g} times the stress of the way there"
         notes.append(both_ways)
@@ -153,31 +208,6 @@ def rates_held(rate: Array) -> int:
     widths = log_rate[ends - 1] - log_rate[starts]
     rates_in_each = 1 + (widths / _NEXT_RATE).astype(np.intp)  # a ramp has no gaps
     return int(rates_in_each[~is_on_the_way].sum())
-
-
-def _way_back_over_way_there(rate: Array, stress: Array) -> float:
-    """The median ratio of the stresses of a loop at the same rates; 1 where the rates are no way there and back.
-
-    The loop of a thixotropic fluid is wide: a law through both of its ways is none of the fluid's states.
-    """
-    highest = int(np.argmax(rate))
-    lowest = int(np.argmin(rate))
-    for turn, sign in ((highest, 1.0), (lowest, -1.0)):
-        there = np.log(rate[: turn + 1])
-        back = np.log(rate[turn:])
-        if min(there.size, back.size) < FEWEST_RATES:
-            continue
-        goes_there = np.all(sign * np.diff(there) >= 0)
-        comes_back = np.all(sign * np.diff(back) <= 0)
-        if not goes_there or not comes_back:
-            continue
-        order = np.argsort(there)
-        stress_there = np.log(stress[: turn + 1])
-        stress_back = np.log(stress[turn:])
-        is_common = (back >= there.min()) & (back <= there.max())
-        at_same_rates = np.interp(back[is_common], there[order], stress_there[order])
-        return float(np.exp(np.median(stress_back[is_common] - at_same_rates)))
-    return 1.0
 
 
 def _rows_that_hold_a_point(curve: CurvePlan, table: Table) -> tuple[Mask, list[str]]:
@@ -210,35 +240,3 @@ def _rows_that_hold_a_point(curve: CurvePlan, table: Table) -> tuple[Mask, list[
         if left_out.any():
             notes.append(f"{int(left_out.sum())} of {filled} points left out: {why}")
     return ~(is_empty | is_half | is_sentinel | is_at_rest | swings), notes
-
-
-def _leave_noise_out(points: _Points) -> None:
-    """Leave out points that are noise about a rest, or below what the instrument resolves."""
-    against = points.against
-    size = np.abs(points.stress)
-    is_faint = against & (size < _FAINT * float(size.max(initial=0.0)))
-
-    speed = np.abs(points.rate)
-    usual_sign = np.sign(np.sign(points.rate).sum())
-    turns_back = np.sign(points.rate) != usual_sign
-    is_about_rest = against & turns_back & (speed < RESTING * speed.max(initial=0.0))
-    tells_more = is_about_rest.any() and not is_faint[is_about_rest].all()
-    if tells_more and 2 * int(against.sum()) <= against.size:
-        # Noise about a rest has both signs, so what has the sign of its stress by chance is noise as well.
-        noise = float(speed[is_about_rest].max())  # [1/s]
-        is_noise = speed <= noise
-        left_out = f"{int(is_noise.sum())} points left out: a rate of {noise:.3g} 1/s or less"
-        turned = f"{int(is_about_rest.sum())} have the other sign than their stress, as noise about a rest has"
-        points.notes.append(f"{left_out}, where {turned}")
-        points.leave_out(is_noise)
-        is_faint = is_faint[~is_noise]
-
-    # At the lowest rates a fluid of low viscosity is below what an instrument resolves: the sign is noise.
-    if is_faint.any() and 2 * int(points.against.sum()) <= points.rate.size:
-        left_out = (
-            f"{int(is_faint.sum())} points left out: a stress of the other sign than its rate"
-        )
-        points.notes.append(
-            f"{left_out}, below {percent(_FAINT)} of the largest stress, as noise is"
-        )
-        points.leave_out(is_faint)
