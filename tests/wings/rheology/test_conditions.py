@@ -47,7 +47,7 @@ def assert_each_condition_is_a_curve(found: FlowFile) -> None:
         ("B [mT],Shear rate [1/s],Shear stress [Pa]", 200.0, "B 100 mT"),
         ("E [kV/mm],Shear rate [1/s],Shear stress [Pa]", 4.0, "E 2 kV/mm"),
         ("T [°C],Shear rate [1/s],Shear stress [Pa]", 40.0, "T 20 °C"),
-        ("I_mA,Shear rate [1/s],Shear stress [Pa]", 1000.0, "I_mA 500"),
+        ("I_mA,Shear rate [1/s],Shear stress [Pa]", 1000.0, "I 500 mA"),
     ],
 )
 def test_each_level_of_a_condition_is_a_curve(

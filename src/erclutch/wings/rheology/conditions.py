@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, UnitError, listed, shell_word
+from erclutch.logs.columns.labels import without_unit
 from erclutch.logs.columns.rheometer_names import plain_name, said_by_name
 from erclutch.logs.columns.row_groups import EACH
 from erclutch.logs.table import Table
@@ -101,8 +102,9 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
         words: list[str] = []
         for name in names:
             level = float(np.nanmedian(table.columns[name][rows]))
-            unit = table.units.get(name) or ""
-            words.append(f"{name} {level:.4g} {unit}".rstrip())
+            unit = table.units.get(name)
+            # ``I 500 mA`` for a column I_mA, not ``I_mA 500 mA``.
+            words.append(f"{without_unit(name, unit)} {level:.4g} {unit or ''}".rstrip())
         conditions.append(Condition(", ".join(words), _rows_of(table, rows), tuple(names)))
     return conditions
 
