@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError
-from erclutch.logs import read, read_table, recordings_in
+from erclutch.logs import ColumnMap, plan_of, read, read_table, recordings_in
 from tests.support.examples import examples
 
 TIME = [k / 100 for k in range(50)]
@@ -254,3 +254,36 @@ def test_a_sampling_interval_of_all_signals_is_that_of_the_log(
     path = tmp_path / "log.json"
     path.write_text(json.dumps({"channels": signals}))
     assert read_table(path).constants.get("sampleInterval") == period
+
+
+def _screwing(lengths: tuple[int, ...]) -> dict[str, object]:
+    """A screwdriver's report: settings, and for each step lists of its angle and its torque under a key."""
+    steps: list[dict[str, object]] = []
+    for number, length in enumerate(lengths, start=1):
+        times = [round(0.01 * k, 4) for k in range(length)]
+        graph = {
+            "angle values": [5.0 * number * time for time in times],
+            "torque values": [0.2 + 0.1 * number * time for time in times],
+            "torqueRed values": [0] * length,
+            "time values": times,
+        }
+        functions = [{"nom": 1.5, "act": 2}, {"nom": 2.5, "act": 3}]
+        steps.append(
+            {"name": f"Step {number}", "speed": 150, "functions": functions, "graph": graph}
+        )
+    return {"torque unit": "Nm", "location": ["1", "2", "3"], "steps": steps}
+
+
+def test_each_step_of_a_screwdriver_is_a_recording(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(_screwing((40, 60, 30))))
+    for number, length in enumerate((40, 60, 30), start=1):
+        table = read_table(path, variable=f"steps.Step {number}")
+        assert table.rows == length
+        plan = plan_of(table, ColumnMap())
+        assert plan.questions == ()
+        assert {each.signal: each.column for each in plan.signals if each.column} == {
+            "position": "angle values",
+            "effort": "torque values",
+        }
+    assert "" not in recordings_in(path)

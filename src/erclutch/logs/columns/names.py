@@ -59,8 +59,10 @@ _NO_TIMES = set_of(
     "dead rise fall settling response delay cycle start end stop begin step dwell hold rest constant lag reaction mean "
     "exposure run duration"
 )
-_AT_THE_SAMPLE = re.compile(  # Load On Sample: where it works, and no count of samples
-    r"[ _](?:on|into)[ _](?:the[ _])?(?:sample|specimen|surface)$", re.IGNORECASE
+_SAYS_NOTHING = (
+    re.compile(  # Load On Sample: where it works, and no count of samples; torque values
+        r"[ _](?:(?:on|into)[ _](?:the[ _])?(?:sample|specimen|surface)|values)$", re.IGNORECASE
+    )
 )
 _SIDE = re.compile(r"(?<=[^\W\d_]{2})[ _-][A-DLR]$")
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
@@ -151,7 +153,7 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         stem: the name without the unit that ends it.
         end: that unit, or None.
     """
-    stem = _AT_THE_SAMPLE.sub("", stem)
+    stem = _SAYS_NOTHING.sub("", stem)
     plain_stem = plain(stem)
     stem_words = tuple(words_of(stem))
     forms = {signal: _called_as(name, stem, signal) for signal in NAMES}

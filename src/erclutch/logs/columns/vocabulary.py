@@ -100,7 +100,7 @@ OTHER = set_of(
     "horsepower count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
     "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness hardness harte haerte durete dureza "
-    "durezza modulus emodul coefficient coeff mu density inertia "
+    "durezza modulus emodul gradient gradiente coefficient coeff mu density inertia "
     "longitud longueur comprimento lunghezza masa masse massa segmento odkształcenie odksztalcenie laps "
     "dehnung stauchung querdehnung zugspannung druckspannung contrainte deformation deformacion deformacao "
     "yield wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt "

@@ -13,6 +13,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, cast
 
@@ -20,6 +21,8 @@ from erclutch.logs.readers.found_recordings import told_apart
 
 DEEPEST = 20  # objects inside of objects
 MOST_PLACES = 500  # numbers in a list of a row
+_OF_NO_PLACE = "document"  # a name by which lists beside other recordings can be chosen
+_LONG = 20  # numbers in a list of a step
 _LISTS_OF_A_RUN = 4  # or more: a time, a field, a motion and an effort
 _MOST_SIGNALS = 1000  # of one recording
 _LARGEST = 1e300
@@ -34,7 +37,9 @@ Lists = dict[str, list[Any]]
 
 def recordings(document: Any) -> Iterator[tuple[str, Rows | Lists]]:
     """Lists of rows, and lists of numbers by name, each with its place in the document."""
-    yield from _recordings(document, "", 0)
+    found = [*_recordings(document, "", 0)]
+    for name, recording in found:
+        yield name or (_OF_NO_PLACE if len(found) > 1 else ""), recording
 
 
 def _recordings(
@@ -105,7 +110,7 @@ def _of_items(
     if signals is not None:
         yield name, signals
         return
-    if not all(_is_run(item) for item in objects):
+    if not all(_is_run(item) for item in objects) and not _are_steps(objects):
         yield name, items
         return
     names: list[str] = []
@@ -172,6 +177,24 @@ def _is_run(item: Mapping[str, Any]) -> bool:
         if isinstance(each, list) and _TIME.fullmatch(place.rpartition(".")[2]):
             return True
     return False
+
+
+def _are_steps(objects: Sequence[dict[str, Any]]) -> bool:
+    """Whether each of several objects holds several long lists of one length, which is not that of the others.
+
+    A screwdriver so gives its angle and torque for each step of a joint; the joints of a robot are as many in each row.
+    """
+    lengths: list[int] = []
+    for item in objects:
+        counts = Counter[int]()
+        for _, each in flat(item, "", 0):
+            if isinstance(each, list):
+                counts[len(cast("list[Any]", each))] += 1
+        length, lists = max(counts.items(), key=lambda each: each[1], default=(0, 0))
+        if length < _LONG or lists < _LISTS_OF_A_RUN:
+            return False
+        lengths.append(length)
+    return len({*lengths}) > 1
 
 
 def _signal(item: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
@@ -269,6 +292,8 @@ def _grouped(lists: Lists, name: str) -> Iterator[tuple[str, Lists]]:
     """All lists as one recording, or, where several objects have times of their own, each object as one."""
     if not any(len(values) > 1 for values in lists.values()):
         return
+    if name == "" and all(isinstance(value, str) for values in lists.values() for value in values):
+        return  # words of a report, beside its recordings
     groups: dict[str, Lists] = {}  # by the object that holds them
     for place, values in lists.items():
         above = re.sub(r"\s*\[.*", "", place).rpartition(".")[0]
