@@ -95,6 +95,20 @@ def test_a_second_scale_wants_its_option(bench: Path) -> None:
     assert "'field=1 A': more than the command takes. Write --scale in front of each value." in said
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--window", "11", "--derivative", "kalman"), "--window is of savgol"),
+        (("--cutoff", "20"), "Add --derivative kalman, or leave --cutoff out"),
+    ],
+)
+def test_a_setting_of_another_filter_of_speeds_is_refused(
+    words: tuple[str, ...], said: str, bench: Path
+) -> None:
+    """Both were taken and did nothing."""
+    assert said in refused("inspect", "log.csv", *words, cwd=bench)
+
+
 def test_a_named_column_without_a_number_is_told_as_such(tmp_path: Path) -> None:
     rows = "\n".join(f"{i / 1000},{i % 7},{i % 5}," for i in range(60))
     (tmp_path / "log.csv").write_text(f"t [s],E [A],w [rad/s],T [N*m]\n{rows}\n")

@@ -158,11 +158,21 @@ class LogOptions:
         """What the command line says of the reading of a log.
 
         Raises:
-            MappingError: a signal that is none. SettingError: a time or a rate that is none.
+            MappingError: a signal that is none. SettingError: a time or a rate that is none, or a setting of another
+                filter of speeds.
         """
+        from erclutch.errors import SettingError
         from erclutch.logs.reading import Reading
 
-        return Reading.from_options(self._given())
+        given = self._given()
+        for option, filters in _OF_FILTERS.items():
+            if option in given and self.derivative not in filters:
+                of = " and ".join(filters)
+                raise SettingError(
+                    f"--{option} is of {of}, and the filter of speeds is {self.derivative}",
+                    remedy=f"Add --derivative {filters[-1]}, or leave --{option} out",
+                )
+        return Reading.from_options(given)
 
     def dataset(self, recordings: Sequence[Recording]) -> Dataset:
         """Recordings as one data set."""
@@ -205,6 +215,8 @@ class LogOptions:
         gone = {"begin", "end", "skip", *(name.lower() for name in given)}
         if self.time is not None or self.rate is not None:
             gone |= {"time", "rate"}
+        if "derivative" in self._given():
+            gone |= _OF_FILTERS.keys()
         wanted = {each.name for each in fields(self)} - gone
         own = {key: value for key, value in of_run.items() if key in wanted}
 
@@ -242,6 +254,8 @@ def _signal_of(constant: str) -> str:
 
 
 DEFAULT_READING = LogOptions()
+#: Settings of some filters of speeds alone, with these filters.
+_OF_FILTERS = {"cutoff": ("lowpass", "kalman"), "window": ("savgol",)}
 
 
 def expand(paths: Sequence[Path]) -> list[Path]:

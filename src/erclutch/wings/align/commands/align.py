@@ -56,11 +56,17 @@ def align(
     image = picture or out.with_name(f"{out.stem}-clocks.png")
     numbers = image.with_suffix(".csv")
     may_write_file(out, force, endings=LOG_ENDINGS)
-    if image.suffix.lower() not in (".png", ".svg", ".pdf") or numbers == out:
+    if numbers == out:
+        raise SettingError(
+            f"the numbers of the picture go to {numbers.name}, and --out is that file",
+            where=str(image),
+            remedy="Give --picture another name",
+        )
+    if image.suffix.lower() not in (".png", ".svg", ".pdf"):
         raise SettingError(
             "the picture cannot have this name",
             where=str(image),
-            remedy="Give --picture a name of its own that ends in .png, .svg or .pdf",
+            remedy="Give --picture a name that ends in .png, .svg or .pdf",
         )
     if len(time) > 2 or len(rate) > 2:
         raise SettingError(
