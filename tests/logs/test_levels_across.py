@@ -88,6 +88,7 @@ def test_a_shorter_sweep_has_fewer_rows(tmp_path: Path) -> None:
     assert read(path).rows == 2 * SPEED.size - 4
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_sheet_of_a_workbook_is_read_so_too(tmp_path: Path) -> None:
     book = Workbook()
     sheet = book.active

@@ -76,6 +76,7 @@ def test_a_first_column_that_stands_still_or_counts_is_no_time(tmp_path: Path) -
         )
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_matrix_of_matlab_is_asked_about_so_too(tmp_path: Path) -> None:
     path = tmp_path / "log.mat"
     savemat(path, {"data": np.column_stack([TIME, PLACE, SPEED, FRICTION])})

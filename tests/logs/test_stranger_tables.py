@@ -171,6 +171,7 @@ def test_a_workbook_of_excel_97_is_read(tmp_path: Path) -> None:
     assert not plan_of(table, ColumnMap()).questions
 
 
+@pytest.mark.usefixtures("read_here")
 def test_a_torn_workbook_of_excel_97_is_an_error_of_ours(tmp_path: Path) -> None:
     names: list[str | float] = ["t [s]", "speed [rad/s]"]
     path = write_old_workbook(
