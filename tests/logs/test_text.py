@@ -23,6 +23,7 @@ from erclutch.logs import Table, read, read_table
 from erclutch.logs.columns.labels import name_columns, split_label
 from erclutch.logs.log_reader import GROUP, LogSource, read_by
 from erclutch.logs.readers.dates import seconds
+from erclutch.logs.readers.dialect import LINE_END, lines_of
 from erclutch.logs.readers.text_blocks import text_extent, text_windows
 from erclutch.logs.readers.text_bytes import decode
 from tests.support.examples import examples
@@ -151,6 +152,12 @@ def test_ctrl_c_ends_the_reading_of_a_long_text(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("t,a\n" + "1,2\n" * 1000)
     with pytest.raises(KeyboardInterrupt):
         read_table(tmp_path / "log.csv", told=stop)
+
+
+def test_lines_end_as_windows_linux_and_old_macs_end_them() -> None:
+    text = "a\r\nb\n\rc\r\r\nd\n"
+    assert lines_of(text) == LINE_END.split(text) == ["a", "b", "", "c", "", "d", ""]
+    assert lines_of("") == LINE_END.split("") == [""]
 
 
 def test_labels_split_into_name_and_unit() -> None:

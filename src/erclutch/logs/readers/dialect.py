@@ -35,6 +35,16 @@ _BEGINS_A_NUMBER = re.compile(r"(?:^|[\s,;|\"])[-+.]{0,2}\d")
 LINE_END = re.compile(r"\r\n|\n|\r")
 
 
+def lines_of(text: str) -> list[str]:
+    """The lines of a text, whatever ends them.
+
+    Some twenty looks at a text begin so, and a split by `LINE_END` takes ten times as long.
+    """
+    if "\r" in text:
+        text = text.replace("\r\n", "\n").replace("\r", "\n")
+    return text.split("\n")
+
+
 @dataclass(frozen=True)
 class Dialect:
     """How to read the rows of a text log.
@@ -89,7 +99,7 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
 @lru_cache(maxsize=4)
 def _sniffed(sample: str, goes_on: bool, asked: str | None) -> Dialect:
     """The dialect of a text by its sample, and by whether the text goes on below it."""
-    lines = LINE_END.split(sample)
+    lines = lines_of(sample)
     if goes_on and len(lines) > 1:
         lines.pop()  # the sample ends inside of it
     # A spreadsheet fills one word down below the last row.

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.readers.cells import cells_of, is_numeric, line_of
-from erclutch.logs.readers.dialect import LINE_END
+from erclutch.logs.readers.dialect import lines_of
 
 _HEAD = 1 << 15  # characters that hold all such lines
 _FEWEST_ROWS = 2
@@ -44,7 +44,7 @@ _MAY_NAME = re.compile(rf"[\W_]*[{''.join({name[0] for name in _NAMES})}]", re.I
 
 def with_keyed_heads(text: str) -> tuple[str, str]:
     """The text with a line of names in place of such lines, and a note; the text and "" where there are none."""
-    head = LINE_END.split(text[:_HEAD])
+    head = lines_of(text[:_HEAD])
     if len(text) > _HEAD:
         head.pop()
     for delimiter in ("\t", ";", ","):
@@ -63,7 +63,7 @@ def with_keyed_heads(text: str) -> tuple[str, str]:
             bare = unit.strip("[]() ")
             has_unit = split_label(name)[1] is not None
             labels.append(f"{name} [{bare}]" if bare and not has_unit else name)
-        lines = LINE_END.split(text)
+        lines = lines_of(text)
         above = [*lines[:first_line]]
         if steps:
             above.append(f"Sampling interval: {steps[0].replace(',', '.')} {units_of_steps.pop()}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from erclutch.logs.readers.cells import Marks
-from erclutch.logs.readers.dialect import LINE_END
+from erclutch.logs.readers.dialect import lines_of
 
 _LOOKED_AT = 1 << 16  # characters of the first line, at most
 _ROWS = 3  # below the first line, which tell how many columns there are
@@ -32,7 +32,7 @@ def with_a_line_of_names(text: str) -> tuple[str, str]:
 
     A program that writes its names without a line end makes ``time,torque,0.0,1.5`` of two lines.
     """
-    head = LINE_END.split(text[:_LOOKED_AT])
+    head = lines_of(text[:_LOOKED_AT])
     first, *others = head
     below = [line for line in others if line.strip()][:_ROWS]
     if len(below) < _ROWS:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from erclutch.logs.readers.cells import DELIMITERS, cells_of, is_full, is_number
-from erclutch.logs.readers.dialect import LINE_END
+from erclutch.logs.readers.dialect import lines_of
 
 _MOST_SIGNALS = 64
 _FEWEST_SAMPLES = 10
@@ -20,7 +20,7 @@ def upright(text: str) -> tuple[str, str]:
     """
     if len(text) > _LONGEST or text.count("\n") > 2 * _MOST_SIGNALS:
         return text, ""
-    lines = [line for line in LINE_END.split(text) if is_full(line)]
+    lines = [line for line in lines_of(text) if is_full(line)]
     if not 2 <= len(lines) <= _MOST_SIGNALS:
         return text, ""
     for delimiter in (*DELIMITERS, " "):

@@ -16,7 +16,7 @@ from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.readers.cells import DELIMITERS, WORDS, cells_of, is_full, is_numeric, sums_up
-from erclutch.logs.readers.dialect import LINE_END
+from erclutch.logs.readers.dialect import lines_of
 from erclutch.logs.readers.numerals import BLANKS, ungrouped
 from erclutch.signals import units
 
@@ -75,7 +75,7 @@ class _Pivot:
 
 def with_pivoted_heads(text: str) -> tuple[str, str]:
     """The text with a line of names for the numbers across, and a note; the text and "" where it is not pivoted."""
-    head = LINE_END.split(text[:_HEAD])
+    head = lines_of(text[:_HEAD])
     if len(text) > _HEAD:
         head.pop()
     filled = [place for place, line in enumerate(head) if is_full(line)][:_MOST_ABOVE]
@@ -85,7 +85,7 @@ def with_pivoted_heads(text: str) -> tuple[str, str]:
         pivot = _pivot_in(head, filled, delimiter)
         if pivot is None:
             continue
-        lines = LINE_END.split(text)
+        lines = lines_of(text)
         for line in pivot.said_in:
             lines[line] = ""
         if pivot.has_total:

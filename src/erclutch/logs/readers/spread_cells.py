@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 
-from erclutch.logs.readers.dialect import LINE_END
+from erclutch.logs.readers.dialect import lines_of
 
 _FEWEST = 3  # rows: one such cell may be a remark
 _LOOKED_AT = 1 << 13  # last characters
@@ -37,7 +37,7 @@ def without_spread_in_cells(text: str) -> tuple[str, str]:
         return bracketed, note
     if not any(mark in text for mark in ("±", "+/-", "+-")):
         return text, ""
-    lines = LINE_END.split(text)
+    lines = lines_of(text)
     rows = [line for line in lines if _IN_A_CELL.search(line) or _WITH_COMMAS.search(line)]
     if len(rows) < _FEWEST:
         return text, ""
@@ -57,10 +57,10 @@ def _without_brackets(text: str) -> tuple[str, str]:
     tail = text[-_LOOKED_AT:]
     if "(" not in tail or ")" not in tail:
         return text, ""
-    cells = [_BRACKETED.findall(line) for line in LINE_END.split(tail)]
+    cells = [_BRACKETED.findall(line) for line in lines_of(tail)]
     if sum(map(bool, cells)) < _FEWEST:
         return text, ""
-    lines = LINE_END.split(text)
+    lines = lines_of(text)
     small = count = 0
     for place, line in enumerate(lines):
         if "(" not in line:

@@ -12,7 +12,7 @@ from erclutch.errors import LogError
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.readers.cells import BEYOND, cells_of, is_comment, is_number
-from erclutch.logs.readers.dialect import LINE_END, Dialect
+from erclutch.logs.readers.dialect import Dialect, lines_of
 from erclutch.logs.readers.numerals import ungrouped
 from erclutch.logs.readers.switches import switched
 from erclutch.signals.array import Array
@@ -136,7 +136,7 @@ def long_rows(frame: pd.DataFrame, body: str, dialect: Dialect) -> list[str]:
 
 def _numbered_lines(body: str, dialect: Dialect) -> list[tuple[int, str]]:
     """The line of each row, with its number in the file, counted from 1."""
-    lines = enumerate(LINE_END.split(body), start=dialect.first + 1)
+    lines = enumerate(lines_of(body), start=dialect.first + 1)
     return [(number, line) for number, line in lines if line.strip(BLANK)]
 
 

@@ -6,7 +6,7 @@ import re
 from operator import le, lt
 
 from erclutch.logs.readers.cells import WORDS, cells_of, is_comment, is_number, sums_up
-from erclutch.logs.readers.dialect import LINE_END, Dialect
+from erclutch.logs.readers.dialect import LINE_END, Dialect, lines_of
 from erclutch.logs.readers.numerals import ungrouped
 from erclutch.logs.readers.text_cells import BLANK
 
@@ -30,7 +30,7 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     body = text[start:]
     if any(mark in body for mark in ("#", "%", "//")):
         # Comments become blank: line numbers stay right.
-        body = "\n".join("" if is_comment(line) else line for line in LINE_END.split(body))
+        body = "\n".join("" if is_comment(line) else line for line in lines_of(body))
 
     body, notes = _without_sums_above(body, dialect)
 
@@ -39,7 +39,7 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     near_the_end = max(len(body) - _BELOW, 0)
     gaps = [*_BLANK_LINE.finditer(body, near_the_end)]
     for gap in reversed(gaps):
-        lines = [line for line in LINE_END.split(body[gap.end() :]) if line.strip(BLANK)]
+        lines = [line for line in lines_of(body[gap.end() :]) if line.strip(BLANK)]
         if any(map(dialect.is_row, lines)):
             break
         body = body[: gap.start()]
@@ -49,7 +49,7 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
         notes.append(f"text below the table left out: {shown!r}")
 
     # The last lines may hold no number, or sum up the rows.
-    first_row = LINE_END.split(body[:_ABOVE].lstrip(BLANK))[0]
+    first_row = lines_of(body[:_ABOVE].lstrip(BLANK))[0]
     # Such as a row for Max, and the next for Min.
     rows_have_such_words = any(map(sums_up, cells_of(first_row, dialect.delimiter)))
     rows_begin_with_numbers = bool(dialect.numeric) and dialect.numeric[0]
@@ -95,7 +95,7 @@ def _without_sums_above(body: str, dialect: Dialect) -> tuple[str, list[str]]:
     Such a row has the word for it in its first cell, or the first two rows are the smallest and the largest number of
     each column, as DIAdem writes them: the time rises behind both.
     """
-    lines = LINE_END.split(body[:_ABOVE])
+    lines = lines_of(body[:_ABOVE])
     places = [place for place, line in enumerate(lines) if line.strip(BLANK)]
     sums: list[int] = []  # places of their lines
     for place in places[:_MOST_SUMS]:
@@ -113,7 +113,7 @@ def _without_sums_above(body: str, dialect: Dialect) -> tuple[str, list[str]]:
     if not sums:
         return body, []
 
-    whole = LINE_END.split(body)
+    whole = lines_of(body)
     shown = " ".join(whole[sums[0]].split())[:60]
     for place in sums:
         whole[place] = ""  # line numbers stay right
@@ -147,7 +147,7 @@ def _are_extremes(body: str, lines: list[str], dialect: Dialect) -> bool:
 
     smallest = [*third]
     largest = [*third]
-    for line in LINE_END.split(body):
+    for line in lines_of(body):
         if not line.strip(BLANK) or line in lines[:2]:
             continue
         numbers = _numbers(line, dialect)
@@ -184,7 +184,7 @@ def blocks_in(body: str) -> tuple[int, ...]:
     breaks: list[int] = []
     rows = 0
     below_blank = False
-    for line in LINE_END.split(body):
+    for line in lines_of(body):
         if not line.strip(BLANK):
             below_blank = rows > 0
             continue

@@ -27,7 +27,7 @@ from erclutch.logs.readers.cells import (
     is_number,
     is_numeric,
 )
-from erclutch.logs.readers.dialect import LINE_END
+from erclutch.logs.readers.dialect import lines_of
 from erclutch.logs.readers.found_recordings import ALL, choose
 from erclutch.logs.readers.header_pairs import header_pairs
 from erclutch.logs.readers.side_by_side import read_side_by_side
@@ -110,7 +110,7 @@ def _read(source: LogSource) -> Table:
         table = read_text(replace(source, data=text.encode("utf-8"), variable=None))
     if tables:
         first = next(iter(tables.values()))
-        above = LINE_END.split(decode(source.data))[: first.line - 1]
+        above = lines_of(decode(source.data))[: first.line - 1]
         table = with_stated_units(table, header_pairs(above))
     note = f"recording read from {name}, 1 of {len(tables)} tables of the text"
     return replace(table, notes=(note, *table.notes))
@@ -121,12 +121,12 @@ def _only_table(source: LogSource, tables: Mapping[str, _Part]) -> Table | None:
     if len(tables) != 1:
         return None
     ((line, settings, text),) = tables.values()
-    before = [each.strip() for each in LINE_END.split(decode(source.data))[: line - 1]]
+    before = [each.strip() for each in lines_of(decode(source.data))[: line - 1]]
     above = [each for each in before if each]
     is_apart = (
         bool(before) and not before[-1]
     )  # by an empty line; a row right above the names may be one of theirs
-    names, *_ = LINE_END.split(text.strip())
+    names, *_ = lines_of(text.strip())
     if settings or not above or not is_apart or names.strip() in above:
         return None
     try:
@@ -198,7 +198,7 @@ def _tables_in(data: bytes) -> Mapping[str, _Part]:
     """The tables of a text by name; none in one that is too long for a search."""
     if len(data) > _LARGEST:
         return {}
-    lines = LINE_END.split(decode(data))
+    lines = lines_of(decode(data))
     heads = lines_of_names(lines)
     tables: dict[str, _Part] = {}
     before = rows_before = -1  # lines of the header before, and of its last row
@@ -344,7 +344,7 @@ def is_prose(path: Path) -> bool:
         return False  # whoever reads the file says what is wrong with it
     has_words = False
     rows: list[bool] = []
-    for line in LINE_END.split(text):
+    for line in lines_of(text):
         if line.strip():
             cells = _ANY_DELIMITER.split(line.strip())
             numbers = sum(is_number(cell, ".") for cell in cells)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.readers.cells import DELIMITERS, is_full
-from erclutch.logs.readers.dialect import LINE_END
+from erclutch.logs.readers.dialect import lines_of
 from erclutch.signals import units
 
 if TYPE_CHECKING:
@@ -35,14 +35,14 @@ _CALLED_UNIT = re.compile(
 
 def without_units_in_cells(text: str) -> tuple[str, str]:
     """The text with the units of such columns behind their names, and what is said of it; "" where there are none."""
-    tail = LINE_END.split(text[-LOOKED_AT:])[1:]
+    tail = lines_of(text[-LOOKED_AT:])[1:]
     rows_of_tail = [line for line in tail if is_full(line)]
     below_the_names = rows_of_tail[len(rows_of_tail) // 2 :]  # the first ones may name columns
     delimiter, unit_of = _units_by_column(below_the_names)
     if not unit_of:
         return text, ""
 
-    rows = [line.split(delimiter) for line in LINE_END.split(text)]
+    rows = [line.split(delimiter) for line in lines_of(text)]
     # The names above the rows have no units of these quantities in their cells.
     have_units = (
         all(

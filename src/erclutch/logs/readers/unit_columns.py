@@ -7,7 +7,7 @@ a name of its own, such as the flag of a satellite's fix or the phase of a motor
 from __future__ import annotations
 
 from erclutch.logs.readers.cells import DELIMITERS, cells_of, is_full, is_numeric, line_of
-from erclutch.logs.readers.dialect import LINE_END
+from erclutch.logs.readers.dialect import lines_of
 from erclutch.logs.readers.unit_cells import (
     LOOKED_AT,
     is_called_unit,
@@ -21,7 +21,7 @@ _FEWEST_PAIRS = 2  # of a number and its unit, where no names stand above
 
 def with_units_in_cells(text: str) -> tuple[str, str]:
     """The text with such pairs of cells as one cell each, and what is said of it; the text and "" for other texts."""
-    tail = LINE_END.split(text[-LOOKED_AT:])[len(text) > LOOKED_AT :]
+    tail = lines_of(text[-LOOKED_AT:])[len(text) > LOOKED_AT :]
     rows_of_tail = [line for line in tail if is_full(line)]
     below_the_names = rows_of_tail[len(rows_of_tail) // 2 :]
     for delimiter in (*DELIMITERS, None):
@@ -39,7 +39,7 @@ def with_units_in_cells(text: str) -> tuple[str, str]:
                 places.append(place)
         if not places:
             continue
-        lines = LINE_END.split(text)
+        lines = lines_of(text)
         rows = (cells_of(line, delimiter) for line in lines)
         have_units = (
             len(cells) == width and all(unit_in(f"1 {cells[place]}") for place in places)

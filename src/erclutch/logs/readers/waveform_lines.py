@@ -9,7 +9,7 @@ import re
 from collections.abc import Sequence
 
 from erclutch.logs.readers.cells import cells_of, is_number
-from erclutch.logs.readers.dialect import LINE_END
+from erclutch.logs.readers.dialect import lines_of
 from erclutch.signals import units
 
 _HEAD = 1 << 13  # characters that hold all such lines
@@ -28,7 +28,7 @@ def with_steps_above(text: str) -> tuple[str, str]:
         return _of_waveforms(text) if has_steps else (text, "")
 
     # Rigol's scopes write X,CH1,CH2,Start,Increment above Sequence,Volt,Volt,-4.0,2e-3.
-    first, second, *rows = [*LINE_END.split(text), "", ""]
+    first, second, *rows = [*lines_of(text), "", ""]
     names = cells_of(first, ",")
     second_cells = cells_of(second, ",")
     places = {name.lower(): place for place, name in enumerate(names)}
@@ -52,7 +52,7 @@ def with_steps_above(text: str) -> tuple[str, str]:
 
 def _of_waveforms(text: str) -> tuple[str, str]:
     """Lines for names, starts and steps of each channel, with what they say in the same line or in the line below."""
-    lines = LINE_END.split(text)
+    lines = lines_of(text)
     above: list[str] = []
     step = ""
     names: Sequence[str] = ()
