@@ -56,7 +56,12 @@ TESTS = {
         "tests/runs/test_run_json.py",
     ),
     "mujoco": ("tests/wings/exporters/test_mujoco_actuator.py",),
-    "app": ("tests/wings/app/test_app.py", "tests/wings/live/page/test_page.py"),
+    "app": (
+        "tests/wings/app/test_app.py",
+        "tests/wings/app/test_app_in_two_browsers.py",
+        "tests/wings/live/page/test_page.py",
+        "tests/wings/live/page/test_two_browsers.py",
+    ),
     "loop": (
         "tests/wings/live/test_faults.py",
         "tests/wings/live/test_clock.py",

@@ -75,14 +75,14 @@ def _wrong(words: Sequence[object], code: int, said: str) -> str:
     )
 
 
-def _fitted(folder: Path, lag: str = "none") -> None:
+def fitted(folder: Path, lag: str = "none") -> None:
     write_synthetic_log(folder / "log.csv", seconds=4.0)
     assert run(*FIT, lag, "--out", "run", cwd=folder).code == 0
 
 
 def no_place_to_write(folder: Path) -> Outcome:
     """Commands whose place takes no file, whose HOME does not either, and whose disk is full."""
-    _fitted(folder)
+    fitted(folder)
     wrong: list[str] = []
     nowhere = {
         name: "/proc/none"
@@ -116,7 +116,7 @@ def no_place_to_write(folder: Path) -> Outcome:
 
 def mutated_exports(folder: Path) -> Outcome:
     """`verify` of an export of which one file is damaged: it fails, or the damage changes no number."""
-    _fitted(folder)
+    fitted(folder)
     assert run("export", "run", "--to", "c", "--out", "made", cwd=folder).code == 0
     rng, wrong, tries = np.random.default_rng(34), list[str](), 0
     files = sorted(path for path in (folder / "made").rglob("*") if path.is_file())
@@ -214,6 +214,48 @@ def float32_on_a_long_run(folder: Path) -> Outcome:
     return len(labels), wrong
 
 
+def controller_in_float32_on_a_long_run(folder: Path) -> Outcome:
+    """20 s at 1 kHz through controllers: in float32 each gives the flags of float64, and the torque that it asks for.
+
+    Each inverse ends within 1/1600 of the largest effort (`ENOUGH` and `torque_scale` of c/erc_torque.c), so both may
+    be apart by twice that, and no further at the end than at the start.
+    """
+    from erclutch.wings.live.targets import controller
+    from tests.support.exported_models import MODELS
+
+    count, rng = 20_000, np.random.default_rng(6)
+    time_, noise = np.arange(count) * 1e-3, rng.standard_normal(count)
+    wrong, labels = list[str](), ("hem+rise-fall, coaxial", "bingham+rise-fall, coaxial")
+    for label in labels:
+        efforts, flags = [], []
+        for precision in ("float64", "float32"):
+            options = ExportOptions(name="m", precision=precision, period=1e-3)
+            step = step_of(MODELS[label], options)
+            fastest = float(np.max(np.abs(controller.sample_rows(step, odd=0)[:, 2]))) / 1.5
+            wanted = 0.3 * step.scale * np.sin(2.0 * np.pi * time_ / 1.28)
+            drive = fastest * (1.0 + 0.5 * np.sin(2.0 * np.pi * time_ / 3.0))
+            output = 0.25 * fastest * np.sin(2.0 * np.pi * time_ / 0.97)
+            torque = 0.9 * wanted + 0.02 * step.scale * noise
+            rate = np.asarray(np.gradient(wanted), np.float64) * 1e3
+            columns = [wanted, rate, drive, output, 0.0 * wanted, torque, 0.0 * wanted + 0.1]
+            home = folder / f"{precision}-{labels.index(label)}"
+            home.mkdir()
+            controller.write_core(step, home)
+            bits = controller.answers(step, np.column_stack(columns), home)
+            words = bits[:, 2].astype(f"u{step.precision.width // 8}")
+            efforts.append(words.view(step.precision.dtype).astype(np.float64) / step.scale)
+            flags.append(bits[:, 3])
+        off = np.abs(efforts[1] - efforts[0])
+        first, last = np.max(off[: count // 10]), np.max(off[-count // 10 :])
+        if np.any(flags[0] != flags[1]):
+            wrong.append(f"{label}: other flags in {np.count_nonzero(flags[0] != flags[1])} rows")
+        if not (np.max(off) < 2.0 / 1600.0 and last < 2.0 * first):
+            wrong.append(
+                f"{label}: {np.max(off):.1e} of the scale; first {first:.1e}, last {last:.1e}"
+            )
+    return len(labels), wrong
+
+
 def damaged_pairs_of_logs(folder: Path) -> Outcome:
     """`align` of a log beside a damaged copy."""
     write_synthetic_log(folder / "a.csv", seconds=4.0)
@@ -235,7 +277,7 @@ def damaged_pairs_of_logs(folder: Path) -> Outcome:
 
 def tuning_of_damaged_runs(folder: Path) -> Outcome:
     """`tune` of a run whose model or whose record is damaged."""
-    _fitted(folder, "lag")
+    fitted(folder, "lag")
     rng, wrong, count = np.random.default_rng(9), list[str](), 30
     files = [folder / "run" / "run.json", *sorted((folder / "run" / "models").glob("*.json"))]
     wholes = [file.read_bytes() for file in files]
@@ -249,9 +291,8 @@ def tuning_of_damaged_runs(folder: Path) -> Outcome:
     return count, [each for each in wrong if each]
 
 
-def many_runs_in_the_app(folder: Path) -> Outcome:
-    """`RUNS` in the folder of the app: a look takes 1 s of CPU and 50 us a run at most, and no run is left out."""
-    count, most = RUNS, 1.0 + 5e-5 * RUNS
+def make_runs(folder: Path, count: int) -> None:
+    """So many folders of runs: a record each, by links to a few files."""
     first = folder
     body = json.dumps({"format": "erclutch run"})
     for number in range(count):
@@ -264,6 +305,12 @@ def many_runs_in_the_app(folder: Path) -> Outcome:
             os.link(
                 first, run_folder / "run.json"
             )  # half the files: those of 10^6 are made in a minute
+
+
+def many_runs_in_the_app(folder: Path) -> Outcome:
+    """`RUNS` in the folder of the app: a look takes 1 s of CPU and 50 us a run at most, and no run is left out."""
+    count, most = RUNS, 1.0 + 5e-5 * RUNS
+    make_runs(folder, count)
     from erclutch.wings.app.workspace import Workspace  # a wing: tests of the core do without
 
     space = Workspace(folder)
@@ -365,6 +412,7 @@ CASES: dict[str, Callable[[Path], Outcome]] = {
     "plug-ins that are broken": broken_plug_ins,
     "models that take turns": two_models_in_one_program,
     "float32 beside float64, 100 s": float32_on_a_long_run,
+    "controllers, float32 beside float64, 20 s": controller_in_float32_on_a_long_run,
     "align of damaged logs": damaged_pairs_of_logs,
     "tune of damaged runs": tuning_of_damaged_runs,
     "many runs in the app": many_runs_in_the_app,
