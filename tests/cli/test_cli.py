@@ -496,8 +496,8 @@ def rows_text(count: int = 200, replace: dict[tuple[int, int], str] | None = Non
         (rows_text(1), ["only 1 row of data", "Give a longer log"]),
         (rows_text(60), ["42 rows to train on, at least 50", "--test"]),
         (
-            rows_text(replace={(k, 2): "7" for k in range(200)}),
-            ["slip is constant at 7", "right column"],
+            rows_text(replace={(k, 2): "0" for k in range(200)}),
+            ["slip is constant at 0", "right column"],
         ),
         (
             rows_text(replace={(100, 0): "0.01"}),

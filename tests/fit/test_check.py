@@ -268,13 +268,24 @@ def test_a_field_that_changes_only_in_the_test_rows() -> None:
 def test_a_constant_signal(name: str) -> None:
     data = good()
     flat = (
-        changed(data, slip=np.full(N, 3.0))
+        changed(data, slip=np.full(N, 3.0), field=np.full(N, 500.0))
         if name == "slip"
         else changed(data, effort=np.full(N, 3.0))
     )
     message = error_of(flat)
     assert f"the {name} is constant at 3 over 2800 training rows" in message
     assert f"mapped to {name}" in message
+
+
+def test_one_slip_under_a_changing_field_is_fitted_with_a_warning() -> None:
+    data = good()
+    field = data.elements[0].field
+    noise = 0.01 * np.random.default_rng(1).normal(size=N)
+    torque = 0.2 + 1e-6 * field**2 + noise
+    at_one_speed = changed(data, slip=np.full(N, 3.0), effort=torque)
+    finding = only(findings(at_one_speed))
+    assert (finding.level, finding.subject) == ("warning", "slip")
+    assert "3 rad/s in all rows" in finding.message
 
 
 def test_several_logs_are_counted() -> None:

@@ -329,7 +329,7 @@ def test_what_cannot_be_done_is_said(data: Dataset, settings: Settings, words: s
 
 
 def test_data_that_cannot_be_fitted(data: Dataset) -> None:
-    flat = replace(data, elements=(Element(data.elements[0].field, np.ones(data.rows)),))
+    flat = replace(data, elements=(Element(data.elements[0].field, np.zeros(data.rows)),))
     with pytest.raises(CheckError):
         compare(flat)
 

@@ -92,6 +92,23 @@ def test_networks_remember_without_a_field_too(without_field: Comparison) -> Non
 
 
 @pytest.mark.slow
+def test_a_brake_at_one_speed_tells_how_its_torque_follows_the_field() -> None:
+    field = np.random.default_rng(2).choice([0.0, 0.3, 0.6, 1.0], TIME.size // 100).repeat(100)
+    field[:100] = 0.0  # the oil is at rest before the first step
+    followed = np.zeros(TIME.size)
+    for row in range(1, TIME.size):
+        followed[row] = followed[row - 1] + PERIOD / 0.04 * (field[row - 1] - followed[row - 1])
+    speed = np.full(TIME.size, 10.0)
+    torque = 0.3 + 4.0 * followed + noise(0.02)
+    result = compare(logged(speed, torque, field), Settings(("bingham", "casson")))
+    chosen = result.entry(result.recommended)
+    found = {estimate.name: estimate.value for estimate in chosen.outcome.estimates}
+    assert chosen.test.rmse.value == pytest.approx(0.02, rel=0.06)
+    assert found["tau"] == pytest.approx(0.04, rel=0.05)
+    assert any("in all rows: no model knows" in str(finding) for finding in result.findings)
+
+
+@pytest.mark.slow
 def test_a_model_that_the_rows_cannot_make_ends_nothing(
     friction: tuple[Array, Array], monkeypatch: pytest.MonkeyPatch
 ) -> None:

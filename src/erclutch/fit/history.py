@@ -69,6 +69,8 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
     y = data.effort if error is None else error
     if data.rows < _FEWEST_ROWS or data.in_no_time or not np.all(np.isfinite(y)):
         return None
+    if not any(np.ptp(element.slip) > 0.0 for element in data.elements):
+        return None  # the slip came from nowhere
     reference = reference_of(data)
     count = min(data.rows, _MOST_ROWS)
     places = np.linspace(0, data.rows - 1, count)

@@ -17,6 +17,8 @@ from erclutch.signals.array import Mask, rms
 
 #: Of the slip of the training rows, root mean square: a log that moves less is at rest and has no pace.
 _STILL = 0.01
+#: Of the slip, by which the same number in all rows may differ.
+_ROUNDING = 1e-9
 #: Factor from which on a pace is another one where so few logs do not say how much that of one motion scatters.
 _OF_FEW = 2.0
 _REMEDY = "Add a log of such a motion to the fit"
@@ -101,7 +103,9 @@ def _paces(
     logarithms = motion_of(data, slice(start, stop))  # of slip and rate, by turns
     pairs = zip(sizes, logarithms[::2], logarithms[1::2], strict=True)
     for element, (size, of_slip, of_rate) in enumerate(pairs):
-        if size > 0.0 and np.exp(of_slip) > _STILL * size:
+        slip = data.elements[element].slip[start:stop]
+        changes = np.ptp(slip) > _ROUNDING * np.abs(slip).max()
+        if changes and size > 0.0 and np.exp(of_slip) > _STILL * size:
             paces[element] = float(np.exp(of_rate - of_slip))
     return paces
 

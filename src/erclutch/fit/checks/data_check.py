@@ -95,6 +95,7 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
     findings = (
         *_as_read(data),
         *_fields(data),
+        _one_slip(train),
         _drift(data),
         _sign(train),
         _quantised(train),
@@ -152,24 +153,31 @@ def _field_unit(data: Dataset) -> str:
 
 
 def require_change(data: Dataset, part: str = "") -> None:
-    """Stop where the slip or the effort does not change: no fit can work then.
+    """Stop where nothing can be fitted: the effort does not change, or the slip does not and nothing else changes.
+
+    A brake that turns at one speed while its field is switched tells how the effort follows the field.
 
     Args:
         data: the rows that a fit would have.
         part: what stands in front of "rows" in an error, such as "training ".
 
     Raises:
-        CheckError: the slip or the effort is constant.
+        CheckError: the effort is constant, or the slip is while the field is constant too or nothing moves.
     """
     slips = np.concatenate([element.slip for element in data.elements])
+    field_tells = not data.one_field and bool(slips.any())
     for name, values in (("slip", slips), ("effort", data.effort)):
-        rounding = 1e-12 * (abs(float(values[0])) + 1e-300)
-        if np.ptp(values) <= rounding:
+        if _is_constant(values) and not (name == "slip" and field_tells):
             raise CheckError(
                 f"the {name} is constant at {values[0]:g} over {data.rows} {part}rows",
                 where=data.where,
                 remedy=f"Check that the right column is mapped to {name}",
             )
+
+
+def _is_constant(values: Array) -> bool:
+    """Whether all values are the same but for rounding."""
+    return bool(np.ptp(values) <= 1e-12 * (abs(float(values[0])) + 1e-300))
 
 
 def _as_read(data: Dataset) -> Iterator[Finding]:
@@ -226,6 +234,18 @@ def _fields(data: Dataset) -> Iterator[Finding]:
         message = f"both clutches are under field in {count} rows ({share})"
         remedy = "Command one clutch at a time, as the models assume (section III of the paper)"
         yield Finding("warning", "fields", message, remedy)
+
+
+def _one_slip(train: Dataset) -> Finding | None:
+    """A slip that never changes: its share of the effort cannot be told."""
+    slips = np.concatenate([element.slip for element in train.elements])
+    if not _is_constant(slips):
+        return None
+    message = (
+        f"the slip is {slips[0]:.4g} {train.units.slip} in all rows: no model knows the effort at any other slip, and "
+        "which part of it depends on the slip"
+    )
+    return Finding("warning", "slip", message, "Log at several slips to learn it")
 
 
 def _drift(data: Dataset) -> Finding | None:
@@ -363,7 +383,7 @@ def _never_seen(train: Dataset) -> Iterator[Finding]:
             yield Finding("note", "coverage", message, "Log some time without field")
             break
 
-    if train.one_way:
+    if train.one_way and not any(_is_constant(element.slip) for element in train.elements):
         ends = " and ".join(
             f"{element.slip.min():.4g} to {element.slip.max():.4g}" for element in train.elements
         )

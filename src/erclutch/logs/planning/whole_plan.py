@@ -79,6 +79,7 @@ from erclutch.logs.planning.stated_scales import (
     fill_in_stated_scales,
     offer_stated_scales,
 )
+from erclutch.logs.planning.stated_slip import offer_a_stated_slip
 from erclutch.logs.readers.lying_tables import WIDEST
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
@@ -168,6 +169,7 @@ STEPS = (
     Step("whether the file is called a plan or a simulation", doubt_what_was_planned),
     # What only the user can say.
     Step("which columns without names may be asked about", propose_columns_without_names),
+    Step("whether the file states a speed for all rows", offer_a_stated_slip),
     Step("which options answer what is open", propose_answers),
     Step("whether the file states a number that they ask for", fill_in_stated_scales),
 )
