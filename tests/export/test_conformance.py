@@ -162,7 +162,7 @@ def test_every_compiler_and_processor_gives_the_same_bits(
         assert outcome.note.endswith("flash")
 
 
-@pytest.mark.parametrize("name", ["fnn-16", "fnn-6-7", "fnn-4-5-9"])
+@pytest.mark.parametrize("name", slow_but(("fnn-6-7",), ("fnn-16", "fnn-6-7", "fnn-4-5-9")))
 def test_a_network_has_the_same_bits_with_vectors_and_without(
     name: str, network: Callable[..., NetworkModel], tmp_path: Path, need: Callable[..., None]
 ) -> None:

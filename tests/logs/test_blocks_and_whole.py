@@ -12,6 +12,7 @@ import pytest
 
 from erclutch.errors import LogError
 from erclutch.logs import read, read_batches
+from tests.support.slow_params import slow_but
 
 TIME = np.arange(12_000) / 1000
 SPEED = 5 * np.sin(9 * TIME)
@@ -58,7 +59,13 @@ def stamped() -> str:
     return "stamp.sec,stamp.nanosec,speed [rad/s],torque [Nm]\n" + "".join(rows)
 
 
-@pytest.mark.parametrize("text", [tidy, with_senses, woven, with_units_in_cells, stamped])
+@pytest.mark.parametrize(
+    "text",
+    slow_but(
+        (with_senses, woven, stamped),
+        (tidy, with_senses, woven, with_units_in_cells, stamped),
+    ),
+)
 def test_what_is_put_right_in_a_text_that_is_read_whole_is_not_read_otherwise_in_blocks(
     tmp_path: Path, text
 ) -> None:  # type: ignore[no-untyped-def]

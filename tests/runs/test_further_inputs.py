@@ -77,6 +77,7 @@ def test_both_are_kept_and_read_back(recording: Recording, tmp_path: Path, colum
     assert gained is None or ("@" in gained.richer["name"]) == ("@" in gained.plainer["name"])
 
 
+@pytest.mark.slow
 def test_the_report_opens(recording: Recording, tmp_path: Path) -> None:
     folder = write_run(tmp_path / "run", compared(recording, "travel"), [recording])
     good("report", str(folder))
