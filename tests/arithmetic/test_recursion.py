@@ -117,8 +117,8 @@ def test_the_loop_in_python_has_the_bits_of_the_compiled_one() -> None:
     drawn = np.random.default_rng(3)
     keep, drives = drawn.uniform(-1.1, 1.1, 3000), drawn.normal(size=(2, 3000)) * 1e150
     plain, compiled = drives.copy(), drives.copy()
-    recursion._run_plainly(keep, plain, [0, 1000, 1001])
-    recursion.machine_code(recursion._run_all)(keep, compiled, np.array([0, 1000, 1001]))
+    recursion.run_plainly(keep, plain, [0, 1000, 1001])
+    recursion.machine_code(recursion.run_all)(keep, compiled, np.array([0, 1000, 1001]))
     assert plain.tobytes() == compiled.tobytes()
 
 
@@ -126,8 +126,8 @@ def test_the_search_for_modes_in_python_has_the_bits_of_the_compiled_one() -> No
     drawn = np.random.default_rng(4)
     command, up, down = drawn.normal(size=3000), *drawn.uniform(0.0, 1.0, (2, 3000))
     plain, compiled = np.ones((2, 3000), np.bool_)
-    recursion._run_switched_plainly(command, up, down, [0, 1000, 1001], plain)
-    recursion.machine_code(recursion._run_switched)(
+    recursion.run_switched_plainly(command, up, down, [0, 1000, 1001], plain)
+    recursion.machine_code(recursion.run_switched)(
         command, up, down, np.array([0, 1000, 1001]), compiled
     )
     assert plain.tobytes() == compiled.tobytes()

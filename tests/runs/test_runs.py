@@ -273,7 +273,7 @@ def test_a_parent_that_cannot_be_written(
 # --- never half of one ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("writer", ["write_json", "_write_table", "_write_predictions"])
+@pytest.mark.parametrize("writer", ["write_json", "write_scores", "write_predictions"])
 @pytest.mark.parametrize(
     "error", [OSError(28, "No space left on device"), KeyboardInterrupt(), MemoryError()]
 )

@@ -115,11 +115,11 @@ def _solved(keep: Array, x: Array, firsts: list[Any], clock: Clock) -> Array:
         clock.carry.into(x[:, 0])
 
     if plain_rows.take(x.size):
-        _run_plainly(keep, x, starts)
+        run_plainly(keep, x, starts)
     elif len(x) == 1:
         machine_code(_run_one)(keep, x, np.array(starts))
     else:
-        machine_code(_run_all)(keep, x, np.array(starts))
+        machine_code(run_all)(keep, x, np.array(starts))
     if clock.carry:
         clock.carry.end.append(x[:, clock.carry.at].copy())
     return x
@@ -149,7 +149,7 @@ def machine_code(function: F, inline: bool = False) -> F:
         return cast(F, numba.njit(**options)(function))
 
 
-def _run_plainly(keep: Array, right: Array, starts: Sequence[int]) -> None:
+def run_plainly(keep: Array, right: Array, starts: Sequence[int]) -> None:
     """`_run_one` for each drive, in numbers of Python: these round as the machine does."""
     kept = keep.tolist()
     bounds = [*starts, keep.size]
@@ -173,7 +173,8 @@ def _run_one(keep: Array, right: Array, starts: Array) -> None:
             drive[i] = x
 
 
-def _run_all(keep: Array, right: Array, starts: Array) -> None:
+def run_all(keep: Array, right: Array, starts: Array) -> None:
+    """`_run_one` for each drive, as machine code."""
     x = np.empty(right.shape[0])
     for at in range(starts.size):
         stop = starts[at + 1] if at + 1 < starts.size else keep.size
@@ -405,20 +406,20 @@ def switched(u: Array, up: Array, down: Array, clock: Clock) -> NDArray[np.bool_
         clock.carry.into(u[:1])
     u = np.ascontiguousarray(u, np.float64)
     if plain_rows.take(u.size):
-        _run_switched_plainly(u, up, down, starts_of(clock), rising)
+        run_switched_plainly(u, up, down, starts_of(clock), rising)
     else:
-        machine_code(_run_switched)(u, up, down, np.array(starts_of(clock)), rising)
+        machine_code(run_switched)(u, up, down, np.array(starts_of(clock)), rising)
     return rising
 
 
-def _run_switched_plainly(
+def run_switched_plainly(
     u: Array,
     up: Array,
     down: Array,
     starts: Sequence[int],
     rising: NDArray[np.bool_],
 ) -> None:
-    """`_run_switched` in numbers of Python."""
+    """`run_switched` in numbers of Python."""
     followed = u.tolist()
     shares = down.tolist(), up.tolist()
     grows = [True] * u.size
@@ -431,9 +432,10 @@ def _run_switched_plainly(
     rising[:] = grows
 
 
-def _run_switched(
+def run_switched(
     u: Array, up: Array, down: Array, starts: Array, rising: NDArray[np.bool_]
 ) -> None:
+    """`run_switched_plainly` as machine code."""
     for at in range(starts.size):
         stop = starts[at + 1] if at + 1 < starts.size else u.size
         x = u[starts[at]]

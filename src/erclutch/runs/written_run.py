@@ -68,8 +68,8 @@ def write_run(
         write_models(partial, {entry.name: entry.outcome.model for entry in comparison.entries})
         if comparison.final is not None:
             write_json(partial / FINAL_FILE, comparison.final.model.to_dict())
-        _write_table(partial / "table.csv", comparison)
-        _write_predictions(partial / "predictions.parquet", comparison)
+        write_scores(partial / "table.csv", comparison)
+        write_predictions(partial / "predictions.parquet", comparison)
         # What `fit --json` prints, and what keeps the folder together.
         body["files"] = {name: file_digest(partial / name) for name in GUARDED}
         body["digest"] = digest_of(body)
@@ -214,7 +214,8 @@ def without_infinities(value: Any) -> Any:
 _COLUMNS = ("rmse", "share", "r2", "mse", "largest")
 
 
-def _write_table(path: Path, comparison: Comparison) -> None:
+def write_scores(path: Path, comparison: Comparison) -> None:
+    """The figures of each model as CSV, the best first."""
     unit = comparison.data.units.effort
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -232,7 +233,8 @@ def _write_table(path: Path, comparison: Comparison) -> None:
             writer.writerow([*about, *map(repr, figures)])
 
 
-def _write_predictions(path: Path, comparison: Comparison) -> None:
+def write_predictions(path: Path, comparison: Comparison) -> None:
+    """Measured and estimated efforts of all rows as Parquet."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 

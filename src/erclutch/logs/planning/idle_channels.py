@@ -23,10 +23,14 @@ def pass_over_idle_and_raw_channels(draft: Draft) -> None:
     for column in draft.seen.columns.values():
         if column.name in named:
             continue
+        # Some word of the name may mean the field.
+        spoken = column.spoken
+        speaks = spoken.forms["field"] or spoken.heads.get("field")
+        is_called_a_field = bool(speaks) or "field" in spoken.may_be | spoken.within
         why = ""
         if _is_a_term_of_a_controller(draft, column):
             why = "stands beside P and D: taken for a term of a controller"
-        elif column.fits(_SUPPLIED) and not _is_called_a_field(column):
+        elif column.fits(_SUPPLIED) and not is_called_a_field:
             why = _why_no_supply(draft, column)
         if why:
             draft.no_signals.append(column.name)
@@ -38,13 +42,6 @@ def _is_a_term_of_a_controller(draft: Draft, column: SeenColumn) -> bool:
     terms = [draft.seen.columns.get(letter) for letter in "PID"]
     has_a_unit = any(term is None or term.written_unit for term in terms)
     return column.name == "I" and not has_a_unit
-
-
-def _is_called_a_field(column: SeenColumn) -> bool:
-    """Whether some word of a name may mean the field."""
-    spoken = column.spoken
-    speaks = spoken.forms["field"] or spoken.heads.get("field")
-    return bool(speaks) or "field" in spoken.may_be | spoken.within
 
 
 def _why_no_supply(draft: Draft, column: SeenColumn) -> str:
