@@ -9,12 +9,10 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from erclutch.cli import terminal
-from erclutch.errors import UnloggedFieldError, listed
+from erclutch.errors import listed
 from erclutch.signals.recording import NO_FIELD
 
 if TYPE_CHECKING:
-    from erclutch.cli.log_look import LogLook
     from erclutch.cli.options import LogOptions
     from erclutch.logs import Plan, Table
 
@@ -108,33 +106,3 @@ def _are_read_alike(first: Plan, other: Plan) -> bool:
         return [columns, clock, [question.signal for question in plan.questions]]
 
     return said(first) == said(other)
-
-
-def tell_kinds(look: LogLook, reading: LogOptions) -> bool:
-    """Say of which kinds the logs are; where they make no one fit, a command for each, and then all was said.
-
-    Args:
-        look: what was found.
-        reading: how the user said that they are read.
-    """
-    from erclutch.logs.columns.rheometer_names import tells_a_flow_curve
-
-    kinds = look.kinds
-    terminal.say(f"{len(kinds)} kinds of logs, by their columns: {'; '.join(map(str, kinds))}")
-    is_of_a_rheometer = any(tells_a_flow_curve(kind.plan.labels) for kind in kinds)
-    if not look.doubtful or is_of_a_rheometer or isinstance(look.problem, UnloggedFieldError):
-        return False
-    # Something else may stand against one of them, such as a damaged file.
-    of_kinds = {path.name for kind in kinds for path in kind.paths}
-    for name, why in look.refused.items():
-        if name not in of_kinds:
-            terminal.say(f"Not understood yet: {why if why.startswith(name) else f'{name}: {why}'}")
-    for kind in sorted(kinds, key=lambda kind: not kind.is_sure):
-        log = kind.paths[0].name
-        if kind.is_sure:
-            terminal.say(f"Understood on their own, those as {log}: {kind.command(reading)}")
-            continue
-        asked = [question.short for question in kind.plan.questions]
-        terminal.say(f"Not understood yet: {log}: {'; '.join([*asked, *kind.plan.doubts])}")
-        terminal.say(f"What settles it: {kind.command(reading)}")
-    return True

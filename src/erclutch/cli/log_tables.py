@@ -1,4 +1,4 @@
-"""Tables of a log on the terminal: its columns, its signals, its segments between gaps, what it covers."""
+"""Logs on the terminal: columns, signals, segments between gaps, what they cover, of which kinds they are."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from erclutch.cli import terminal
+from erclutch.errors import UnloggedFieldError
 
 if TYPE_CHECKING:
     from rich.table import Table as RichTable
 
+    from erclutch.cli.log_look import LogLook
+    from erclutch.cli.options import LogOptions
     from erclutch.logs import Table
     from erclutch.logs.dataset import Dataset
     from erclutch.signals.array import Array
@@ -151,3 +154,33 @@ def findings(data: Dataset) -> list[str]:
     odd = list(sensor_findings(data))
     odd += [each for each in (effort_finding(data), another_device(data)) if each is not None]
     return [f"{finding.level}: {finding}" for finding in odd]
+
+
+def tell_kinds(look: LogLook, reading: LogOptions) -> bool:
+    """Say of which kinds the logs are; where they make no one fit, a command for each, and then all was said.
+
+    Args:
+        look: what was found.
+        reading: how the user said that they are read.
+    """
+    from erclutch.logs.columns.rheometer_names import tells_a_flow_curve
+
+    kinds = look.kinds
+    terminal.say(f"{len(kinds)} kinds of logs, by their columns: {'; '.join(map(str, kinds))}")
+    is_of_a_rheometer = any(tells_a_flow_curve(kind.plan.labels) for kind in kinds)
+    if not look.doubtful or is_of_a_rheometer or isinstance(look.problem, UnloggedFieldError):
+        return False
+    # Something else may stand against one of them, such as a damaged file.
+    of_kinds = {path.name for kind in kinds for path in kind.paths}
+    for name, why in look.refused.items():
+        if name not in of_kinds:
+            terminal.say(f"Not understood yet: {why if why.startswith(name) else f'{name}: {why}'}")
+    for kind in sorted(kinds, key=lambda kind: not kind.is_sure):
+        log = kind.paths[0].name
+        if kind.is_sure:
+            terminal.say(f"Understood on their own, those as {log}: {kind.command(reading)}")
+            continue
+        asked = [question.short for question in kind.plan.questions]
+        terminal.say(f"Not understood yet: {log}: {'; '.join([*asked, *kind.plan.doubts])}")
+        terminal.say(f"What settles it: {kind.command(reading)}")
+    return True

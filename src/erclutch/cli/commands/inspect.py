@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from erclutch.cli import log_tables, terminal
-from erclutch.cli.log_kinds import tell_kinds
 from erclutch.cli.log_look import LogLook, look_at, table_of_first, write_fields
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.cli.quantities import SECONDS
@@ -228,7 +227,7 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
             f"Not for erclutch: {look.log.name}: {held}; neither fit nor flowcurve has a law for it"
         )
         return
-    if look.kinds and tell_kinds(look, reading):
+    if look.kinds and log_tables.tell_kinds(look, reading):
         return
     alike = look.refused_alike
     for name, why in look.refused.items():
