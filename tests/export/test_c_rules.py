@@ -8,12 +8,15 @@ import resource
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from erclutch.export import ExportOptions, export_model, step_of
+from erclutch.export.c.c_header import header
 from erclutch.export.c.compilers import EXACT, STRICT
 from erclutch.export.c.model_abi import wrapper
 from erclutch.export.step_numbers import inverse, run
@@ -197,6 +200,17 @@ def test_sanitizers_find_nothing_under_any_input(
         [str(tmp_path / "fuzz")], capture_output=True, text=True, check=False, timeout=120
     )
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_a_header_says_that_a_log_had_no_field_and_rounds_the_period(
+    models: dict[str, Model],
+) -> None:
+    """A joint without a field got "0 .. 0, held within 0 .. 0", and a clock of ROS "every 0.00999999916 s"."""
+    model: Any = models["casson+lag, single"]
+    still = replace(model, trained_on=replace(model.trained_on, field=(0.0, 0.0)))
+    text = header(step_of(still, ExportOptions("m", period=0.00999999916)))
+    assert "no field in the log: leave it 0" in text
+    assert "Call the step every 0.01 s" in text
 
 
 def test_the_file_says_what_it_is(models: dict[str, Model], tmp_path: Path) -> None:

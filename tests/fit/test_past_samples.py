@@ -15,13 +15,15 @@ from numpy.testing import assert_array_equal
 from erclutch.errors import ErclutchError, SettingError
 from erclutch.export.step_numbers import run
 from erclutch.export.step_record import step_of
+from erclutch.fit.fit_settings import Settings
 from erclutch.fit.networks.fit_network import fit_network
-from erclutch.fit.past_samples import past_finding, past_rows
+from erclutch.fit.past_samples import past_finding, past_rows, without_network
 from erclutch.logs.dataset import Dataset
 from erclutch.models.load import load_model
 from erclutch.models.networks import network_from_name
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from tests.support.exported_models import law_model, network_model
 
 
 def rows(period: float | None = 1e-3, n: int = 800) -> Dataset:
@@ -121,6 +123,16 @@ def test_a_model_without_past_samples_of_further_inputs_is_still_read(tmp_path: 
     model = fit_network(rows(), structure, workers=1).model
     (tmp_path / "model.json").write_text(json.dumps(model.to_dict()))
     assert load_model(tmp_path / "model.json").structure == structure
+
+
+def test_what_is_asked_of_networks_alone_is_told_where_there_is_none() -> None:
+    """`--past` and `--polish` were taken without a word where only laws were fitted."""
+    law = law_model("bingham", "single")
+    asked = Settings(past=(5,), polish=True)
+    (finding,) = without_network(asked, [law])
+    assert "so --past and --polish changed nothing" in finding.message
+    assert without_network(Settings(), [law]) == ()
+    assert without_network(asked, [law, network_model("fnn-3", "single")]) == ()
 
 
 def test_past_samples_at_another_rate_are_refused() -> None:

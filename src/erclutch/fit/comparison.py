@@ -33,7 +33,7 @@ from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.history import history_finding
 from erclutch.fit.log_zeros import log_differences
 from erclutch.fit.pace import motion_held_out, two_motions
-from erclutch.fit.past_samples import past_finding
+from erclutch.fit.past_samples import past_finding, without_network
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.fit.turned_sign import with_turned_fit
@@ -184,7 +184,7 @@ def compare(
         else finding
         for finding in findings
     )
-    findings += seen
+    findings += seen + without_network(settings, [each.model for each in outcomes])
 
     # Rank by the rows held out.
     folds = [cross_validated(train, each, settings.blocks) for each in fitted]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from erclutch.errors import SettingError, UnitError
 from erclutch.fit.checks.finding import Finding
+from erclutch.fit.fit_settings import Settings
 from erclutch.logs.dataset import Dataset
+from erclutch.models.model import Model
 from erclutch.signals import units
 
 _MOST = 1000
@@ -65,6 +67,21 @@ def past_finding(asked: Sequence[int | str], data: Dataset) -> tuple[Finding, ..
     rate = 1 / data.period
     message = f"past samples (--past {given}) lie {back} rows back, {times} ms, at the {rate:.6g} Hz of these rows"
     return (Finding("note", "past", message, "An export must be called at this rate"),)
+
+
+def without_network(settings: Settings, models: Iterable[Model]) -> tuple[Finding, ...]:
+    """What was asked of networks where none is among the models: it changes nothing."""
+    asked = [
+        option
+        for option, given in (("--past", settings.past), ("--polish", settings.polish))
+        if given
+    ]
+    if not asked or any(model.network_part is not None for model in models):
+        return ()
+    options = " and ".join(asked)
+    message = f"no network is among the models, so {options} changed nothing"
+    remedy = f"Name a network too, for example --models bingham fnn-16, or leave {options} out"
+    return (Finding("note", "network", message, remedy),)
 
 
 def _allowed(rows: int, problem: str) -> int:

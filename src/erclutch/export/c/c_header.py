@@ -183,7 +183,8 @@ def _header_comment(step: ExportedStep) -> str:
     first_further = 2 * step.elements  # place of the first further input, behind fields and speeds
     for place, (name, unit) in enumerate(zip(step.inputs, step.units, strict=True)):
         if place < step.elements:
-            ranges = _window(step.field)
+            has_field = step.field.range != (0.0, 0.0)
+            ranges = _window(step.field) if has_field else "no field in the log: leave it 0"
         elif place >= step.model_inputs:
             ranges = "NaN where it is not measured"
         elif place >= first_further:
@@ -209,9 +210,9 @@ def _header_comment(step: ExportedStep) -> str:
     trained = model.trained_on.effort
     period = "None of it depends on the sampling period."
     if step.stages or step.filter:
-        period = f"Call the step every {step.period:.9g} s: stages and filter are made for it."
+        period = f"Call the step every {step.period:.6g} s: stages and filter are made for it."
     elif model.past:
-        period = f"Call the step every {step.period:.9g} s, the period of the training data: past rows are inputs."
+        period = f"Call the step every {step.period:.6g} s, the period of the training data: past rows are inputs."
     difference, limit = measured(step)
     allowed = "error analysis has no bound for this model."
     if limit < step.scale:

@@ -23,6 +23,7 @@ from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.device import largest_field
 from erclutch.signals.percent import percent
 from erclutch.signals.recording import NO_FIELD
+from erclutch.signals.units import amount
 
 #: Subject of the finding that the rows held out have a single field.
 ONE_FIELD = "one field"
@@ -388,7 +389,7 @@ def _never_seen(train: Dataset) -> Iterator[Finding]:
             f"{element.slip.min():.4g} to {element.slip.max():.4g}" for element in train.elements
         )
         message = (
-            f"the slip keeps its sign ({ends} {train.units.slip}): effort near rest and in reverse is "
+            f"the slip keeps its sign ({amount(ends, train.units.slip)}): effort near rest and in reverse is "
             "extrapolated"
         )
         yield Finding("note", "coverage", message, "Log some time in both directions")
