@@ -19,6 +19,7 @@ from erclutch.fit.choice.rungs import (
     Rung,
     by_chance,
     folds_of,
+    is_of_grid,
     numbers_of_fit,
     rung_of,
     starts_of,
@@ -247,7 +248,8 @@ def may_show(train: Dataset, here: Rung, richer: Structure) -> bool:
         errors: list[float] = []
         names = [shape.name for shape in structure.shapes(reference.period)]
         own = [shape for shape in shapes if shape.name in names]
-        for q in starts_of(own, here.numbers, _SHOWING_PLACES):
+        grid = is_of_grid(structure, here.numbers)
+        for q in starts_of(own, here.numbers, _SHOWING_PLACES, grid=grid):
             columns = structure.columns(
                 train.elements,
                 train.clock,

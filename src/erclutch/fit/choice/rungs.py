@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from erclutch.fit.solver.levenberg_marquardt import minimise
 from erclutch.fit.solver.variable_projection import coordinates, outer_problem, parameters, project
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import ShapeParameter
+from erclutch.models.stages import needs_time
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Mask, rms
 
@@ -41,6 +43,9 @@ _MANY_LOGS = 12
 #: Steps of a solver from each start, and where in the usual range of a new constant its searches start.
 _STEPS = 15
 _PLACES = (0.15, 0.5, 0.85)
+#: The same of the two numbers of a stage without a state: a grid, and from how many of its best the searches start.
+_OF_GRID = (0.05, 0.15, 0.25, 0.35, 0.45, 0.55, 0.65, 0.75, 0.85, 0.95)
+_STARTS_OF_GRID = 2
 
 
 @dataclass(frozen=True)
@@ -134,7 +139,12 @@ def rung_of(folds: Sequence[Fold], structure: Structure, known: dict[str, float]
     shapes = shapes_told(data, structure, reference)
     for fold in folds:
         problem = separable(data, structure, reference, shapes, fold.fitted)
-        points = [coordinates(shapes, start) for start in starts_of(shapes, numbers)]
+        starts = starts_of(shapes, numbers)
+        if is_of_grid(structure, numbers):
+            starts = starts_of(shapes, numbers, grid=True)
+            starts.sort(key=lambda start: project(problem, start).cost)
+            del starts[_STARTS_OF_GRID:]
+        points = [coordinates(shapes, start) for start in starts]
         ended = [
             minimise(outer_problem(problem), u, tolerance=1e-4, max_iterations=_STEPS)
             for u in points
@@ -156,13 +166,31 @@ def rung_of(folds: Sequence[Fold], structure: Structure, known: dict[str, float]
     return Rung(structure, error, numbers, independent)
 
 
+def is_of_grid(structure: Structure, known: dict[str, float]) -> bool:
+    """Whether the new numbers are the two of a stage without a state, whose minimum is sharp in either."""
+    new = {shape.name for shape in structure.shapes(1.0)} - known.keys()
+    for stage in structure.stages:
+        own = {shape.name for shape in stage.parameters(1.0)}
+        if own == new and len(own) == 2:
+            return not needs_time(stage)
+    return False
+
+
 def starts_of(
-    shapes: Sequence[ShapeParameter], known: dict[str, float], places: Sequence[float] = _PLACES
+    shapes: Sequence[ShapeParameter],
+    known: dict[str, float],
+    places: Sequence[float] = _PLACES,
+    *,
+    grid: bool = False,
 ) -> list[list[float]]:
-    """Where the search starts: the numbers that are known, and several places for the new ones."""
+    """Where the search starts: the numbers that are known, and several places for the new ones, or all on a grid."""
     new = [shape.name for shape in shapes if shape.name not in known]
     corners = [dict.fromkeys(new, place) for place in places]
-    if len(new) > 1:
+    if grid:
+        corners = [
+            dict(zip(new, place, strict=True)) for place in product(_OF_GRID, repeat=len(new))
+        ]
+    elif len(new) > 1:
         # By turns low and high: static friction well above the sliding one fades over a small slip.
         corners.append(
             {name: places[-1] if turn % 2 else places[0] for turn, name in enumerate(new)}
