@@ -51,7 +51,7 @@ def structure(stages: str, law: str = "bingham/constant", device: str = "single"
         ("viscous", {"T_vy"}),
         ("dahl-2", {"T_z1", "T_z2"}),
         ("lugre", {"T_ly", "T_ldy"}),
-        ("lugre/field+sides", set()),
+        ("lugre/field+sides", {"T_ay"}),
     ],
 )
 def test_without_a_field_two_gains_of_a_stage_are_one(stages: str, twins: set[str]) -> None:

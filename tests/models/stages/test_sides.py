@@ -16,14 +16,17 @@ ROWS = 6000
 LAW = law_from_name("bingham", "single")
 
 
-def damper(viscous: float = 0.0, of_yield: float = 0.0, way: float = 1.0) -> Dataset:
+def damper(
+    viscous: float = 0.0, of_yield: float = 0.0, way: float = 1.0, friction: float = 0.0
+) -> Dataset:
     """A damper at five currents; rebound and compression differ by twice as much, its load cell may be turned round."""
     t = np.arange(float(ROWS)) * 2e-3
     slip = 0.2 * np.sin(5.7 * t) + 0.15 * np.sin(13.1 * t)
     field = np.repeat([0.0, 0.5, 1.0, 1.5, 2.0, 1.0], ROWS // 6)
     strength = (field / 2.0) ** 0.8
     force = (40.0 + 500.0 * strength) * np.tanh(slip / 0.01) + 1200.0 * slip + 150.0
-    force += viscous * np.abs(slip) + of_yield * strength * np.abs(np.tanh(slip / 0.01))
+    force += viscous * np.abs(slip)
+    force += (friction + of_yield * strength) * np.abs(np.tanh(slip / 0.01))
     force += 4.0 * np.random.default_rng(5).standard_normal(ROWS)
     clock = Clock(t, (Span(0, ROWS, 2e-3),))
     return Dataset(
@@ -36,11 +39,19 @@ def structure(stages: str) -> Structure:
 
 
 def test_known_numbers_are_found() -> None:
-    outcome = fit_structure(damper(-300.0, 60.0), structure("sides"))
+    outcome = fit_structure(damper(-300.0, 60.0, friction=15.0), structure("sides"))
     found = {estimate.name: estimate for estimate in outcome.estimates}
     assert outcome.sound
     assert found["eta_a"].unit == "N/(m/s)"
-    truth = {"eta_a": -300.0, "T_ay": 60.0, "eta": 1200.0, "T_y": 500.0, "T_f": 40.0, "T_0": 150.0}
+    truth = {
+        "eta_a": -300.0,
+        "T_ay": 60.0,
+        "T_a": 15.0,
+        "eta": 1200.0,
+        "T_y": 500.0,
+        "T_f": 40.0,
+        "T_0": 150.0,
+    }
     for name, value in truth.items():
         assert found[name].low < value < found[name].high, name
 

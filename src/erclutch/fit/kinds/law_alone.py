@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
@@ -18,6 +17,7 @@ from erclutch.fit.choice.scoring import TOLERATED, independent_rows, information
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.laws.field_levels import more_numbers_than_fields
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
+from erclutch.fit.laws.terms_told import with_terms_told
 from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.fit.solver.outcome import AnyOutcome, FitOutcome
@@ -25,7 +25,6 @@ from erclutch.logs.dataset import Dataset
 from erclutch.logs.planning.further_columns import option_for_input
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
-from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.laws.yield_stress import CONSTANT, POWER, SATURATING, TANH
 from erclutch.models.model import full_name
 from erclutch.models.structure import Structure
@@ -37,14 +36,8 @@ from erclutch.signals.recording import TEMPERATURE
 _ADDED_TERMS = 2
 #: Separate time constants are asked for by the data when they lower the criterion by this much: "very strong" evidence.
 _EVIDENCE = 10.0
-#: Share by which the cost may grow when a term that cannot be told is taken out.
-_NO_WORSE = 0.01
-#: The same of points of a table, in squares of the noise of a point: once in twenty times chance takes more off.
-_BY_CHANCE = 4.0
 #: Other laws that are tried with the memory that was found.
 _MOST_FORMS = 3
-#: Unknowns of a law whose lack of rank may come from a term that was added.
-_SHORT_LAW = 8
 
 
 @dataclass(frozen=True)
@@ -76,7 +69,7 @@ class LawCandidate(Candidate):
                 law = fit_structure(train, self.structure, starts=[self.near])
             else:
                 law = fit_structure(train, self.structure)
-            outcome = _with_terms_told(train, law)
+            outcome = with_terms_told(train, law)
         return replace(outcome, notes=(*self.notes, *outcome.notes))
 
     def refit(
@@ -200,74 +193,6 @@ def _law_of(name: str, data: Dataset) -> str | None:
     each_once = dict.fromkeys(forms)
     full = "/".join([law.name, *each_once])
     return at_one_field(full, data.device) if data.one_field else full
-
-
-def _with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[TorqueModel]:
-    """A law without the terms that these rows cannot tell from its others: constant effort, friction, or its own.
-
-    Where the slip keeps its sign, say, a constant effort and a yield effort are one column: the sum is known, its parts
-    are not. The term that was added to the law goes; a law with fewer terms that says the same stays eligible.
-    So does friction where a bound alone makes the fit look sound: with two fields, say, friction, yield effort and
-    exponent are three numbers for two, and the exponent or the friction ends on its bound.
-
-    A law with memory may go without those of its own terms that the memory says better. Where all of the yield effort
-    has a memory, nothing tells over which slip the law's own would turn; a power of the slip and a viscosity are one
-    column where the power is one.
-    """
-    structure = law.model.structure
-    propped = structure.friction and more_numbers_than_fields(train, structure)
-    if law.sound and not propped:
-        return law
-    without = [
-        ({"T_0"}, "a constant effort", replace(structure, offset=False)),
-        ({"T_f"}, "friction", replace(structure, friction=False)),
-        (
-            {"T_0", "T_f"},
-            "a constant effort and friction",
-            replace(structure, offset=False, friction=False),
-        ),
-    ]
-    added: set[str] = set()  # terms beside those of the law itself
-    if structure.offset:
-        added.add("T_0")
-    if structure.friction:
-        added.add("T_f")
-    # A long series of kernels loses rank by itself: no term that was added can cure that.
-    trade_off = law.unknowns <= _SHORT_LAW and (law.rank < law.unknowns or not law.converged)
-    if propped:
-        without.insert(0, without.pop(1))  # friction first: it is what the fields do not tell
-    no_worse = _NO_WORSE
-    if train.in_no_time:
-        no_worse = max(no_worse, _BY_CHANCE / max(law.train_rows - law.parameters, 1))
-    most = (1.0 + no_worse) * law.train_cost
-    unknown = set(law.unidentified)
-    # Friction that hardly is there has no slip over which its sign turns.
-    if TRANSITION_SLIP.name in unknown:
-        unknown.add("T_f")
-    for terms, words, fewer in without:
-        in_doubt = trade_off or terms & unknown or (propped and terms == {"T_f"})
-        if not (terms <= added and in_doubt):
-            continue
-        cured = fit_structure(train, fewer)
-        if cured.sound and cured.train_cost <= most:
-            note = f"left out, since these rows cannot tell it from the law's own terms: {words}"
-            return replace(cured, notes=(*law.notes, note))
-    if law.sound or not structure.remembers:
-        return law
-
-    # Its own terms, one at a time and then two.
-    own = [gain for gain in structure.law.gains if gain.nonnegative]
-    if structure.friction:
-        own.append(next(gain for gain in structure.gains() if gain.name.startswith("T_f")))
-    start = list(law.model.shape.values())
-    meanings = {gain.name: gain.meaning for gain in own}
-    for some in (*((name,) for name in meanings), *itertools.combinations(meanings, 2)):
-        cured = fit_structure(train, structure, starts=[start], without=some)
-        if cured.sound and cured.train_cost <= most:
-            words = " and ".join(meanings[name] for name in some)
-            note = f"left out, since these rows cannot tell it from the memory's terms: {words}"
-            return replace(cured, notes=(*law.notes, note))
-    return law
 
 
 def _called_for(
@@ -414,7 +339,7 @@ def _that_saturate(
             continue
         with one_thread():
             near = of_law(train, rung, structure.with_yield_form(TANH))
-            taken = _with_terms_told(
+            taken = with_terms_told(
                 train, fit_structure(train, near.structure, starts=[(*near.numbers.values(),)])
             )
             near = of_law(train, rung, structure.with_yield_form(SATURATING))
@@ -422,9 +347,7 @@ def _that_saturate(
             # Intervals take half the time of a fit, and few logs ask for the exponent, even without the added terms.
             bare = fit_structure(train, near.structure, starts=starts, intervals=False)
             if _called_for(train, taken, bare, to_spare=_ADDED_TERMS):
-                richer = _with_terms_told(
-                    train, fit_structure(train, near.structure, starts=starts)
-                )
+                richer = with_terms_told(train, fit_structure(train, near.structure, starts=starts))
                 if richer.sound and _called_for(train, taken, richer):
                     taken = richer
         if taken.model.structure not in known:  # such a form may have been asked for

@@ -98,6 +98,7 @@ def fit_structure(
     intervals: bool = True,
     polish: bool = False,
     without: Collection[str] = (),
+    most: float | None = None,
 ) -> FitOutcome[TorqueModel]:
     """Fit a structure's parameters by least squares.
 
@@ -111,6 +112,7 @@ def fit_structure(
         polish: whether the nonlinear parameters of a memoryless law are refined on all rows of a long log, and not only
             on its centroids. Gains and figures are always of all rows.
         without: names of gains that stay at zero, of a law with dynamics.
+        most: the cost that the fit may have to be of use, for which it must be sound too; else no intervals are made.
 
     Returns:
         The model with its intervals and how the solver ended. Deterministic for the same data and arguments.
@@ -121,7 +123,7 @@ def fit_structure(
     memoryless = structure.dynamics == NONE
     full = separable(data, structure, reference, shapes, slice(None), without)
     if not shapes:
-        return _outcome(data, structure, reference, full, _LINEAR, ordered, intervals)
+        return _outcome(data, structure, reference, full, _LINEAR, ordered, intervals, most)
 
     # Of a long log, weighted centroids stand for rows, unless their order matters or the law steps.
     under_field = [element.field != 0 for element in data.elements]
@@ -149,7 +151,7 @@ def fit_structure(
 
     if cells is not None and not polish:
         minimum = minimise(outer_problem(cells), best, tolerance=1e-8, max_iterations=100)
-        return _outcome(data, structure, reference, full, minimum, ordered, intervals)
+        return _outcome(data, structure, reference, full, minimum, ordered, intervals, most)
     if data.rows > 2 * _MIDDLE_ROWS and memoryless:
         best = minimise(outer_problem(middle), best, tolerance=1e-8, max_iterations=100).point
     if structure.remembers:
@@ -170,7 +172,7 @@ def fit_structure(
         at_lower[place] = True
         if project(full, parameters(shapes, point)).cost <= (1.0 + _ROUNDING) * minimum.cost:
             minimum = replace(minimum, point=point, at_lower=at_lower)
-    return _outcome(data, structure, reference, full, minimum, ordered, intervals)
+    return _outcome(data, structure, reference, full, minimum, ordered, intervals, most)
 
 
 def refit_near(
@@ -282,6 +284,7 @@ def _outcome(
     minimum: Minimum,
     ordered: bool,
     intervals: bool,
+    most: float | None = None,
 ) -> FitOutcome[TorqueModel]:
     """The model at a minimum, its gains refined, and what its slopes say of intervals and rank."""
     further = {name: data.extras[name] for name in structure.extras}
@@ -305,9 +308,17 @@ def _outcome(
     projection = refined(columns, full.target, projection, triangle)
     residual = full.target - columns @ projection.gains
 
+    seen = replace(seen, cost=float(residual @ residual))
+    # A shape whose gains are all zero moves nothing: it is idle, not a sign that the others cannot be told.
+    still = moving & ~slopes.any(axis=0)
+    idle = tuple(full.shapes[k].name for k in np.flatnonzero(still).tolist())
+    without = tuple(full.gains[place].name for place in full.pinned)
+
     spread = unknown(triangle, data.rows)
-    unseen = None
-    if intervals:
+    outcome = described(structure, seen, full, minimum, projection, spread, ends)
+    outcome = replace(outcome, idle=idle, without=without)
+    of_use = most is None or (outcome.sound and outcome.train_cost <= most)
+    if intervals and of_use:
         free = np.vstack([nonlinear, linear]).T
         spread = uncertainty(free, residual, ordered=ordered)
         unseen = unseen_errors(data, free.__getitem__, residual)
@@ -325,10 +336,6 @@ def _outcome(
             live=np.concatenate([slopes.any(axis=0), ~projection.dead]),
         )
         ends = interval_ends(few, optimum, spread, ordered=ordered)
-    seen = replace(seen, cost=float(residual @ residual))
-    # A shape whose gains are all zero moves nothing: it is idle, not a sign that the others cannot be told.
-    still = moving & ~slopes.any(axis=0)
-    idle = tuple(full.shapes[k].name for k in np.flatnonzero(still).tolist())
-    outcome = described(structure, seen, full, minimum, projection, spread, ends)
-    without = tuple(full.gains[place].name for place in full.pinned)
-    return replace(outcome, unseen=unseen, idle=idle, without=without)
+        outcome = described(structure, seen, full, minimum, projection, spread, ends)
+        outcome = replace(outcome, unseen=unseen, idle=idle, without=without)
+    return outcome

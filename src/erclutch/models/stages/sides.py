@@ -2,10 +2,11 @@
 
 ::
 
-    a = |w|,  d = |tanh(w / w_a)|,   columns a and y(E) d
+    a = |w|,  d = |tanh(w / w_a)|,   columns a, d and y(E) d
 
 Both are even in the slip, where a law is odd: their gains are half the difference between forward and backward, of the
-viscous effort and of the yield effort. Where the slip has one sign they say nothing that the law does not say.
+viscous effort, of the friction and of the yield effort. Where the slip has one sign they say nothing that the law does
+not say.
 """
 
 from __future__ import annotations
@@ -41,6 +42,12 @@ class Sides(RowByRow):
             part="viscous",
         ),
         Gain(
+            "T_a",
+            "friction effort at zero field, forward beyond backward, halved",
+            EFFORT,
+            nonnegative=False,
+        ),
+        Gain(
             "T_ay",
             "yield effort at the reference field, forward beyond backward, halved",
             EFFORT,
@@ -63,9 +70,9 @@ class Sides(RowByRow):
         return np.abs(signal.slip), np.abs(direction(signal.slip, turn))
 
     def columns(self, outputs: Sequence[Any], strength: Any) -> tuple[Any, ...]:
-        """The viscous one as it is, that of the yield effort with the strength of the field."""
+        """The viscous one and that of the friction as they are, that of the yield effort with the field's strength."""
         size, way = outputs
-        return size, strength * way
+        return size, way, strength * way
 
 
 STAGE = StageFamily(lambda count, forms: Sides(), ladder=("sides",), two_ways=True)
