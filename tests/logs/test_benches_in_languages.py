@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
-from erclutch.logs import ColumnMap, Plan, Table, plan_of
-from erclutch.logs.columns.labels import name_columns
+from erclutch.logs import Plan
 from erclutch.logs.columns.names import spoken_name
 from erclutch.signals import units
 from erclutch.signals.array import Array
+from tests.support.plans_of_columns import planned_by_letters
 
 ROWS = np.arange(600.0)
 TIME = ROWS / 100
@@ -27,13 +29,7 @@ NUMBERS: dict[str, Array] = {
 SIGNALS = {"t": "time", "p": "position", "v": "slip", "f": "field", "e": "effort"}
 
 
-def planned(header: str) -> tuple[Plan, dict[str, str]]:
-    """The plan of a table, and what each of its columns is; columns are written as LETTER:LABEL."""
-    letters, labels = zip(*(part.split(":", 1) for part in header.split("; ")), strict=True)
-    names, own, _ = name_columns(list(labels))
-    columns = {name: NUMBERS[letter].copy() for name, letter in zip(names, letters, strict=True)}
-    table = Table("a.csv", columns, dict(zip(names, own, strict=True)), "0" * 64, path="a.csv")
-    return plan_of(table, ColumnMap()), dict(zip(names, letters, strict=True))
+planned = partial(planned_by_letters, NUMBERS)
 
 
 def factor_and_unit(plan: Plan, name: str) -> tuple[float, str]:

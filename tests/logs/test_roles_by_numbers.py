@@ -12,6 +12,7 @@ from erclutch.logs import ColumnMap, Plan, Table, plan_of, read_all
 from erclutch.logs.plan import SignalPlan
 from erclutch.signals.array import Array
 from tests.support.command import good
+from tests.support.plans_of_columns import planned
 
 pytestmark = pytest.mark.usefixtures("read_here")
 ROWS = np.arange(600.0)
@@ -21,19 +22,6 @@ TURN = np.cos(ROWS / 23)
 NOISE = np.random.default_rng(5).normal(0.0, 0.01, ROWS.size)
 DRAG = np.tanh(4 * TURN) + NOISE
 STEPS = np.repeat([10.0, 50.0, 100.0, 150.0], 150)  # rad/s
-
-
-def planned(columns: dict[str, Array], **labels: str) -> Plan:
-    split = {label: label.rstrip("]").partition(" [") for label in columns}
-    values = {split[label][0]: column for label, column in columns.items()}
-    table = Table(
-        "a.csv",
-        values,
-        {name: unit or None for name, _, unit in split.values()},
-        "0" * 64,
-        path="a.csv",
-    )
-    return plan_of(table, ColumnMap.from_labels(labels))
 
 
 def is_without_field(plan: Plan) -> bool:

@@ -7,27 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table
+from erclutch.logs import ColumnMap, Plan, apply, plan_of, read_table
 from erclutch.logs.readers.loose_text import without_matrix
-from erclutch.signals.array import Array
+from tests.support.plans_of_columns import planned
 
 ROWS = np.arange(400.0)
 SLOW = np.sin(ROWS / 23)
 TURN = np.cos(ROWS / 23)
 DRAG = np.tanh(4 * TURN) + 0.1 * np.sin(ROWS / 5)
-
-
-def planned(columns: dict[str, Array], **labels: str) -> Plan:
-    split = {label: label.rstrip("]").partition(" [") for label in columns}
-    values = {split[label][0]: column for label, column in columns.items()}
-    table = Table(
-        "a.csv",
-        values,
-        {name: unit or None for name, _, unit in split.values()},
-        "0" * 64,
-        path="a.csv",
-    )
-    return plan_of(table, ColumnMap.from_labels(labels))
 
 
 def read(path: Path, text: str) -> Plan:

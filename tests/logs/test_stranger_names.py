@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
-from erclutch.logs.columns.labels import name_columns, own_unit
+from erclutch.logs.columns.labels import own_unit
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.two_courses import follows, is_rate_of
 from erclutch.signals import units
 from erclutch.signals.array import Array
+from tests.support.plans_of_columns import planned_by_letters
 
 ROWS = np.arange(400.0)
 TIME = ROWS / 100
@@ -35,13 +38,7 @@ NUMBERS: dict[str, Array] = {
 SIGNALS = {"t": "time", "p": "position", "v": "slip", "f": "field", "e": "effort"}
 
 
-def planned(header: str) -> tuple[Plan, dict[str, str]]:
-    """The plan of a table, and what each of its columns is; columns are written as LETTER:LABEL."""
-    letters, labels = zip(*(part.split(":", 1) for part in header.split("; ")), strict=True)
-    names, own, _ = name_columns(list(labels))
-    columns = {name: NUMBERS[letter].copy() for name, letter in zip(names, letters, strict=True)}
-    table = Table("a.csv", columns, dict(zip(names, own, strict=True)), "0" * 64, path="a.csv")
-    return plan_of(table, ColumnMap()), dict(zip(names, letters, strict=True))
+planned = partial(planned_by_letters, NUMBERS)
 
 
 def misread(plan: Plan, letters: dict[str, str]) -> dict[str, str]:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from erclutch.errors import MappingError, UnitError
-from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table
+from erclutch.logs import ColumnMap, Table, apply, plan_of, read_table
 from erclutch.logs.columns.labels import name_columns
 from erclutch.signals.array import Array
+from tests.support.plans_of_columns import planned, table
 
 ROWS = np.arange(200.0)
 LEVELS = 0.5 * (ROWS // 20 % 3)
@@ -18,24 +19,8 @@ TURN = np.sin(ROWS / 9)
 PLAIN = {"t [s]": ROWS / 100, "current [A]": LEVELS, "speed [rad/s]": TURN, "torque [N*m]": TURN**3}
 
 
-def table(columns: dict[str, Array]) -> Table:
-    split = {label: label.rstrip("]").partition(" [") for label in columns}
-    values = {split[label][0]: column for label, column in columns.items()}
-    return Table(
-        "a.csv",
-        values,
-        {name: unit or None for name, _, unit in split.values()},
-        "0" * 64,
-        path="a.csv",
-    )
-
-
 def without(*labels: str) -> dict[str, Array]:
     return {label: values for label, values in PLAIN.items() if label not in labels}
-
-
-def planned(columns: dict[str, Array], **labels: str) -> Plan:
-    return plan_of(table(columns), ColumnMap.from_labels(labels))
 
 
 @pytest.mark.parametrize("name", ["Disk Radius [m]", "inner dia [mm]", "lever [cm]"])
