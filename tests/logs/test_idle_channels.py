@@ -42,6 +42,11 @@ def test_a_steady_voltage_that_is_called_so_may_be_the_field(level: float) -> No
     assert _field(plan) == "Voltage"
 
 
+def test_a_channel_at_0_alone_may_be_the_field_of_a_log_beside_others() -> None:
+    plan = _plan({"MXB_0_CH 7": np.zeros(SPAN.size)}, {"MXB_0_CH 7": "V"})
+    assert _field(plan) == "MXB_0_CH 7"
+
+
 def test_a_spare_channel_that_holds_something_is_asked_about() -> None:
     plan = _plan({"MXB_0_CH 7": 2.0 + (SPAN > 2.0)}, {"MXB_0_CH 7": "V"})
     assert plan.questions or plan.doubts or _field(plan) == "MXB_0_CH 7"

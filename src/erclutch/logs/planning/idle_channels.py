@@ -46,10 +46,12 @@ def _is_a_term_of_a_controller(draft: Draft, column: SeenColumn) -> bool:
 
 def _why_no_supply(draft: Draft, column: SeenColumn) -> str:
     """What else a voltage or a current is; "" where it may be that of a supply."""
-    known = column.values[np.isfinite(column.values)]
-    if known.size and column.shape.constant:
-        level = float(known[0])
-        if level == 0.0 or abs(level) >= _BEYOND_SUPPLIES:
+    level = _level(column)
+    if level is not None:
+        # Alone, a channel at 0 may be the field of a log beside others with a field.
+        others = draft.seen.without([column.name])
+        is_one_of_several = any(_level(other) == level for other in others)
+        if abs(level) >= _BEYOND_SUPPLIES or (level == 0.0 and is_one_of_several):
             return (
                 f"stays at {level:g} all through: taken for a channel that nothing is plugged into"
             )
@@ -72,6 +74,12 @@ def _why_no_supply(draft: Draft, column: SeenColumn) -> str:
             if is_of_it and other.spoken.says(TOLD):
                 return f"stands beside {other.name}: taken for the output of a controller"
     return ""
+
+
+def _level(column: SeenColumn) -> float | None:
+    """The number that a column keeps; None where it has others."""
+    known = column.values[np.isfinite(column.values)]
+    return float(known[0]) if known.size and column.shape.constant else None
 
 
 def _without_unit(column: SeenColumn) -> str:
