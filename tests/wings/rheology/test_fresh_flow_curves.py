@@ -159,6 +159,18 @@ def test_an_oscillation_is_told_to_be_no_flow_curve_and_no_log(tmp_path: Path, h
     assert last.endswith("no log of a device, no flow curve")
 
 
+def test_an_oscillation_whose_time_stands_still_is_told_as_one(tmp_path: Path) -> None:
+    head = "Average Time [s],Deflection Angle [rad],Torque [N*m],Storage Modulus [Pa],Loss Modulus [Pa]"
+    swings = [f"{np.sin(row / 9):.5f},{np.cos(row / 9):.5f}" for row in range(256)]
+    rows = [f"4,{swing},900,{30 + row}" for row, swing in enumerate(swings)]
+    written(tmp_path, "\n".join([head, *rows]) + "\n")
+    last = good("inspect", "flow.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert "an oscillation of a rheometer" in last
+    asked = ("--position", "Deflection Angle", "--effort", "Torque", "--field", "none")
+    last = good("inspect", "flow.csv", *asked, cwd=tmp_path, code=1).splitlines()[-1]
+    assert "an oscillation" not in last  # who says how it is read is told what is wrong with that
+
+
 @pytest.mark.parametrize(
     "head",
     [

@@ -309,7 +309,8 @@ def _tell_what_settles(
         # The remedy of several questions is that command, which is printed once.
         why = f"{problem.where}: {problem.problem}"
     swings = of_oscillation(look.raw.columns)
-    if swings and not settled.startswith("erclutch flowcurve") and look.plan.questions:
+    is_open = bool(look.plan.questions) or not reading.words()  # nobody said how it is read
+    if swings and not settled.startswith("erclutch flowcurve") and is_open:
         why = f"{look.log.name}: {_oscillates(swings)}"
         settled = ""
     terminal.say(f"Not understood yet: {why}")  # one line: it may hold a command to copy
