@@ -1,6 +1,7 @@
 """The failsafe from the C itself: every pair of a state and an event, then random sequences (`failsafe.c`).
 
 And every state of the doubt in a torque sensor with every reading and order that may come next (`doubts.c`).
+And by how much a model's torque has moved of late, beside a search (`moved.c`).
 """
 
 from __future__ import annotations
@@ -131,3 +132,13 @@ def changed(core: dict[str, Path], name: str, good: str, bad: str, folder: Path)
     other = folder / source.name
     other.write_text(text.replace(good, bad), encoding="utf-8")
     return {**core, source.name: compiled(other, folder)}
+
+
+@pytest.mark.slow
+def test_how_far_a_torque_has_moved_of_late_is_what_a_search_finds(
+    core: dict[str, Path], tmp_path: Path
+) -> None:
+    said, (_, steps, broken) = went_through(core, tmp_path, "moved")
+    assert (steps, broken) == (120_000, 0), said
+    other = changed(core, "turned", "if (next < ERC_EARLIER)", "if (next < 4u)", tmp_path)
+    assert went_through(other, tmp_path, "moved")[1][2] > 0
