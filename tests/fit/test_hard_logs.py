@@ -19,6 +19,7 @@ from erclutch.fit.kinds import network_alone as module
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.report.html.verdict_section import choice, next_steps
 from erclutch.report.numbers.run_material import material_of
+from erclutch.report.plots.model_plot import describe_model
 from erclutch.report.printed_table import ranking_table
 from erclutch.runs.run_folder import read_run
 from erclutch.runs.written_run import write_run
@@ -92,7 +93,7 @@ def test_networks_remember_without_a_field_too(without_field: Comparison) -> Non
 
 
 @pytest.mark.slow
-def test_a_brake_at_one_speed_tells_how_its_torque_follows_the_field() -> None:
+def test_a_brake_at_one_speed_tells_how_its_torque_follows_the_field(tmp_path: Path) -> None:
     field = np.random.default_rng(2).choice([0.0, 0.3, 0.6, 1.0], TIME.size // 100).repeat(100)
     field[:100] = 0.0  # the oil is at rest before the first step
     followed = np.zeros(TIME.size)
@@ -100,12 +101,16 @@ def test_a_brake_at_one_speed_tells_how_its_torque_follows_the_field() -> None:
         followed[row] = followed[row - 1] + PERIOD / 0.04 * (field[row - 1] - followed[row - 1])
     speed = np.full(TIME.size, 10.0)
     torque = 0.3 + 4.0 * followed + noise(0.02)
-    result = compare(logged(speed, torque, field), Settings(("bingham", "casson")))
+    recording = recorded(speed, torque, field)
+    result = compare(build_dataset(recording), Settings(("bingham", "casson")))
     chosen = result.entry(result.recommended)
     found = {estimate.name: estimate.value for estimate in chosen.outcome.estimates}
     assert chosen.test.rmse.value == pytest.approx(0.02, rel=0.06)
     assert found["tau"] == pytest.approx(0.04, rel=0.05)
     assert any("in all rows: no model knows" in str(finding) for finding in result.findings)
+    material = material_of(read_run(write_run(tmp_path / "run", result, [recording])))
+    (panel,) = describe_model(material).panels  # nothing is drawn over a slip that never changes
+    assert panel.title == "recommended, over the field"
 
 
 @pytest.mark.slow

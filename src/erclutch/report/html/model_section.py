@@ -63,11 +63,13 @@ def _fill(material: Material) -> dict[str, Any]:
     wait = ""  # how long the field had stayed before a dot
     if not material.without_field and not material.rows.data.in_no_time:
         wait = Scale(1e3, "ms").of(material.dot_wait * material.period, 2)
+    plot = describe_model(material)
+    has_a_rival = any("rival" in panel.title for panel in plot.panels)
     return {
         "title": material.title,
-        "rival": material.titles[material.rival] if material.rival else "",
+        "rival": material.titles[material.rival] if material.rival and has_a_rival else "",
         "wait": wait,
-        "figures": describe_model(material).panels,
+        "figures": plot.panels,
         "says": [*_curve_words(material), *_spring_words(material), *_network_words(material)],
         "halves": halves,
         "lost": [row for row in rows if row.get("why", WITHOUT) != WITHOUT],

@@ -29,10 +29,11 @@ _SIZE = (380, 290)
 def describe_model(material: Material) -> Plot:
     """A row of panels an element: effort over slip, effort over the field, and a rival's effort over slip.
 
-    A log of one field, or of none, has no panel over the field.
+    A log of one field, or of none, has no panel over the field, and a log of one slip has none over the slip.
     """
     word = standing_of_run(material.body).word
     low, high = material.models[material.recommended].trained_on.field
+    moves = any(np.ptp(own.slip) > 0.0 for (own, *_), _ in material.recommended_curves)
     panels: list[Panel] = []
     rows: list[tuple[object, ...]] = []
     for over_slip, over_field in material.recommended_curves:
@@ -48,21 +49,24 @@ def describe_model(material: Material) -> Plot:
         slack = 0.06 * ((highest - lowest) or 1.0)
         y = Axis(material.word, material.effort.unit, lowest - slack, highest + slack)
         name = material.element_name(over_field.element)
-        panels.append(_over_slip(material, own, y, f"{name} {word}, over slip".strip()))
+        if moves:
+            panels.append(_over_slip(material, own, y, f"{name} {word}, over slip".strip()))
         if low < high:
             field = over_field.field * material.field.factor
-            labels = [material.slip.of(float(level), 2) for level in over_field.slips]
-            dots = [near * [material.field.factor, 1.0] for near in over_field.dots]
+            _, first = np.unique(over_field.slips, return_index=True)
+            levels: list[int] = first.tolist()
+            labels = [material.slip.of(float(over_field.slips[level]), 2) for level in levels]
+            dots = [over_field.dots[level] * [material.field.factor, 1.0] for level in levels]
             panel = Panel(
                 Axis.over("field", material.field.unit, field),
                 y,
-                _marks(material, field, over_field.effort, labels, dots),
+                _marks(material, field, over_field.effort[levels], labels, dots),
                 _sentence(material, material.title, "field", len(labels)),
                 f"{name} {word}, over the field".strip(),
                 size=_SIZE,
             )
             panels.append(panel)
-        for rival in rivals:
+        for rival in rivals if moves else ():
             panels.append(_over_slip(material, rival, y, f"{name} rival, over slip".strip()))
         for curves in over_slip:
             rows += curves.rows()
@@ -71,10 +75,10 @@ def describe_model(material: Material) -> Plot:
                 point = float(field), float(slip), float(effort)
                 rows.append((material.recommended, over_field.element + 1, *point))
 
-    columns = 1 + (low < high) + bool(material.rival)
+    columns = moves + (low < high) + (moves and bool(material.rival))
     height = 0.35 + 2.1 * (len(panels) // columns)
     title = f"{word.capitalize()}: {material.title}."
-    if material.rival:
+    if material.rival and moves:
         title += f" Rival: {material.titles[material.rival]}."
     return Plot(
         panels,
