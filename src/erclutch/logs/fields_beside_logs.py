@@ -1,4 +1,4 @@
-"""The field of each log may stand in a file beside the logs: a test plan, a table of a README, JSON or YAML.
+"""The field of each log may stand in a file beside the logs: a test plan or workbook, a table of a README, JSON, YAML.
 
 Such a file is searched for the names of the logs, and for a number that is called like a field beside each. What is
 found is proposed: it is taken once it stands in a mapping file.
@@ -12,16 +12,21 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, cast
 
-from erclutch.errors import UnitError
+import numpy as np
+
+from erclutch.errors import ErclutchError, UnitError
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME
 from erclutch.logs.columns.names import spoken_name, words_of
 from erclutch.logs.columns.vocabulary import OTHER, TOLD
+from erclutch.logs.log_file import recordings_in, tables_in
 from erclutch.signals import units
 
 _LARGEST = 65_536  # bytes of such a file
 _MOST_FILES = 2_000  # of a folder that is searched
 _SUFFIXES = frozenset({".json", ".yaml", ".yml", ".csv", ".tsv", ".txt", ".md", ".rst"})
+#: Workbooks, whose sheets may be a test plan.
+WORKBOOKS = frozenset({".xlsx", ".xlsm", ".xls", ".ods"})
 _NUMBERS_LOGS = frozenset(
     {"run", "nr", "no", "test", "trial", "log", "file", "id", "versuch", "messung", "lauf", "n"}
 )
@@ -60,7 +65,8 @@ def fields_beside(logs: Sequence[Path]) -> FieldsOfLogs | None:
     own: dict[str, str] = {}  # of files that belong to one log each
     file_of_own = ""
     for file in files:
-        if file in logs or file.suffix.lower() not in _SUFFIXES or file.name.startswith("."):
+        suffix = file.suffix.lower()
+        if file in logs or suffix not in _SUFFIXES | WORKBOOKS or file.name.startswith((".", "~$")):
             continue
         if not file.is_file() or file.stat().st_size > _LARGEST:
             continue
@@ -141,6 +147,8 @@ def _field_of(record: Mapping[str, str]) -> str:
 
 def _records(file: Path) -> list[dict[str, str]]:
     """What a file says, a record for each row, item or line that may be of a log."""
+    if file.suffix.lower() in WORKBOOKS:
+        return [*_of_workbook(file)]
     text = file.read_bytes().decode("utf-8", "replace").removeprefix("\ufeff")
     if file.suffix.lower() == ".json":
         try:
@@ -151,6 +159,35 @@ def _records(file: Path) -> list[dict[str, str]]:
     if file.suffix.lower() in (".yaml", ".yml"):
         return [*_of_yaml(lines)]
     return [*_of_tables(lines), *_of_remarks(lines)]
+
+
+def names_logs(file: Path, logs: Sequence[Path]) -> bool:
+    """Whether a file has records of several logs by their names, as a plan of tests has."""
+    texts = {text.strip() for record in _records(file) for text in record.values()}
+    named = [log for log in logs if not log.stem.isdecimal() and texts & {log.name, log.stem}]
+    return len(named) > 1
+
+
+def _of_workbook(file: Path) -> Iterator[dict[str, str]]:
+    """A record for each row of each sheet: its numbers, and the words in its columns and in front of it."""
+    try:
+        tables = tables_in(file, recordings_in(file) or [""])
+    except ErclutchError:
+        return
+    for table in tables.values():
+        if isinstance(table, ErclutchError):
+            continue
+        for row in range(table.rows):
+            record: dict[str, str] = {}
+            if table.row_names:
+                record[_NAME] = table.row_names[row]
+            for name, column in table.words.items():
+                place = int(column.of_row[row])
+                record[name] = column.words[place] if place >= 0 else ""
+            for name, values in table.columns.items():
+                if np.isfinite(values[row]):
+                    record[table.label(name)] = f"{values[row]:.15g}"
+            yield record
 
 
 def _of_json(value: Any, name: str = _NAME, above: str = "") -> Iterator[dict[str, str]]:

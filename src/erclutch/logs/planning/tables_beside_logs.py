@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from statistics import median
 
 from erclutch.errors import ErclutchError
 from erclutch.logs.columns.names import spoken_name
-from erclutch.logs.log_file import read_table
+from erclutch.logs.fields_beside_logs import WORKBOOKS, names_logs
+from erclutch.logs.log_file import read_table, recordings_in, tables_in
 from erclutch.logs.planning.whole_plan import is_log, signals_of
 from erclutch.logs.table import Table
 
@@ -28,9 +29,12 @@ def tables_beside_logs(files: Sequence[Path]) -> list[Path]:
     largest = min(
         _LARGEST, 0.5 * median(sizes.values())
     )  # logs of a series are alike: none of them is read twice
-    small = [file for file, size in sizes.items() if size <= largest]
+    plans = _plans(sizes)
+    small = [file for file, size in sizes.items() if size <= largest and file not in plans]
     tables: dict[Path, Table] = {}
-    beside: list[Path] = []  # JSON of another kind than the logs, which says something of these
+    beside: list[Path] = [
+        *plans
+    ]  # and JSON of another kind than the logs, which says something of these
     for file in small:
         is_of_another_kind = file.suffix.lower() == ".json" and any(
             other.suffix != file.suffix for other in sizes
@@ -65,6 +69,28 @@ def tables_beside_logs(files: Sequence[Path]) -> list[Path]:
             ]
             return [*beside, *without]
     return []
+
+
+def _plans(sizes: Mapping[Path, int]) -> list[Path]:
+    """Small workbooks beside logs of another kind that name these, or hold no motion and no effort: plans of tests."""
+    plans: list[Path] = []
+    for file, size in sizes.items():
+        if file.suffix.lower() not in WORKBOOKS or size > _LARGEST:
+            continue
+        others = [other for other in sizes if other.suffix.lower() not in WORKBOOKS]
+        if not others:
+            continue
+        if names_logs(file, others):
+            plans.append(file)
+            continue
+        try:
+            tables = tables_in(file, recordings_in(file) or [""]).values()
+        except ErclutchError:
+            continue  # whoever reads the log says what is wrong with it
+        read = [table for table in tables if isinstance(table, Table)]
+        if read and all(_OF_A_LOG.isdisjoint(signals_of(table)) for table in read):
+            plans.append(file)
+    return plans
 
 
 def are_notes_above(files: Sequence[Path]) -> bool:

@@ -34,6 +34,7 @@ _TEXTS = (
     "first_row",
     "unreadable",
     "hollow",
+    "row_names",
 )
 _WRITTEN = "the file was written while it was read"
 _CHILD = "erclutch.logs.readers.reader_in_child"  # the module that a child runs
@@ -113,6 +114,7 @@ def table_of_answer(source: LogSource, answer: child_process.Answer) -> Table:
     others: dict[str, Any] = {key: texts[key] for key in _TEXTS}
     others["notes"] = tuple(texts["notes"])
     others["hollow"] = tuple(texts["hollow"])
+    others["row_names"] = tuple(texts["row_names"])
     return Table(source.name, columns, digest=source.digest, clock=clock, words=words, **others)
 
 
