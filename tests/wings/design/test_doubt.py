@@ -10,6 +10,7 @@ import pytest
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset
+from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import law_from_name
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
@@ -33,6 +34,20 @@ def brake(field: Array, slip: Array, effort: Array) -> Dataset:
     signals = {"field": field, "slip": slip, "effort": effort}
     units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
     return build_dataset(recording_from_arrays(signals, rate=1000.0, units=units))
+
+
+def noisy_brake(rng: np.random.Generator, rows: int) -> tuple[Dataset, TorqueModel]:
+    """SYNTHETIC rows of a Bingham brake with white noise, and the law that is fitted to them."""
+    time = np.arange(rows) * 1e-3
+    field = 0.5 + 0.5 * np.sin(7.0 * time)
+    slip = 10.0 * np.sin(11.0 * time)
+    data = brake(
+        field, slip, field * np.tanh(slip) + 0.02 * slip + 0.05 * rng.standard_normal(rows)
+    )
+    structure = Structure(
+        "single", "bingham", law_from_name("bingham", "single"), "none", True, True
+    )
+    return data, fit_structure(data, structure, intervals=False).model
 
 
 def test_the_offsets_are_integrated_out() -> None:
@@ -82,21 +97,13 @@ def test_a_cell_tells_field_and_speed_and_whether_each_rises_or_falls() -> None:
 
 
 def test_a_law_is_doubted_as_far_as_its_residual_is_no_noise() -> None:
-    rng = np.random.default_rng(0)
-    time = np.arange(4000) * 1e-3
-    field = 0.5 + 0.5 * np.sin(7.0 * time)
-    slip = 10.0 * np.sin(11.0 * time)
-    data = brake(
-        field, slip, field * np.tanh(slip) + 0.02 * slip + 0.05 * rng.standard_normal(time.size)
-    )
-    structure = Structure(
-        "single", "bingham", law_from_name("bingham", "single"), "none", True, True
-    )
-    right = fit_structure(data, structure, intervals=False).model
+    data, right = noisy_brake(np.random.default_rng(0), 4000)
     sure = Knowledge(right, data, 1000.0, "I")
     assert sure.doubt is None or sure.doubt.deviation < 0.5 * sure.noise
 
-    late = replace(data, effort=data.effort + 0.2 * np.sin(3.0 * slip / 10.0) * np.cos(11.0 * time))
+    time = np.arange(data.rows) * 1e-3
+    unexplained = 0.2 * np.sin(3.0 * np.sin(11.0 * time)) * np.cos(11.0 * time)
+    late = replace(data, effort=data.effort + unexplained)
     wrong = Knowledge(right, late, 1000.0, "I")
     assert wrong.doubt is not None
     assert wrong.doubt.deviation > 0.8 * wrong.noise
@@ -108,16 +115,7 @@ def test_a_stretch_that_was_looked_at_teaches_what_it_would_teach_unseen(
     criterion: Criterion, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     rng = np.random.default_rng(0)
-    time = np.arange(3000) * 1e-3
-    field = 0.5 + 0.5 * np.sin(7.0 * time)
-    slip = 10.0 * np.sin(11.0 * time)
-    data = brake(
-        field, slip, field * np.tanh(slip) + 0.02 * slip + 0.05 * rng.standard_normal(time.size)
-    )
-    structure = Structure(
-        "single", "bingham", law_from_name("bingham", "single"), "none", True, True
-    )
-    model = fit_structure(data, structure, intervals=False).model
+    data, model = noisy_brake(rng, 3000)
     sequence = GrowingSequence(
         Bounds.of(RigLimits(field=1.0, speed=10.0, acceleration=500.0), 1000.0, 5.0)
     )
