@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from erclutch.errors import SettingError
-from erclutch.fit.bands.prediction_bands import pieces
+from erclutch.fit.bands.prediction_bands import calibrated, pieces
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.history import history
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.clock.timing import of_points
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.logs.held_out import hold_out
+from erclutch.signals.device import Element
 
 
 def points(rows: int = 1200) -> Dataset:
@@ -80,6 +81,21 @@ def test_points_held_out_lie_within_the_speeds_and_at_all_fields(levels: int, sh
         assert held[field == level].mean() == pytest.approx(share, abs=0.1)
     # A point between two others that are held out is no stretch of one row: it is kept.
     assert data.take(~held).rows + data.take(held).rows == data.rows
+
+
+def test_no_point_is_told_to_be_switching_in_whatever_order_they_are_written() -> None:
+    data = swept(3)
+    rng = np.random.default_rng(5)
+    error = rng.standard_normal(data.rows) * (1.0 + data.elements[0].field)
+    everything = np.ones(data.rows, np.bool_)
+    for order in (np.arange(data.rows), rng.permutation(data.rows)):
+        element = data.elements[0]
+        written = replace(data, elements=(Element(element.field[order], element.slip[order]),))
+        (result,) = calibrated(written, everything, [error[order]], [4])
+        assert result is not None
+        band, _ = result
+        _, fields, slips = band.shape
+        assert (band.cells(written.elements, written.clock) < fields * slips).all()
 
 
 def test_a_band_of_points_is_told_by_points_and_not_by_seconds() -> None:

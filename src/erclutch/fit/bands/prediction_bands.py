@@ -27,6 +27,8 @@ from erclutch.signals.array import Array, Mask
 LEVEL = 0.95
 #: The field is switching where it is so far from its lag, as a share of its span.
 _SWITCHING = 0.05
+#: The same of points of a table, none after another: nothing lies so far apart, so none is switching.
+_NEVER = 2.0
 #: Steps of the grid on which edges between fields lie.
 _GRID = 8
 #: Independent rows that a cell needs for quantiles of its own.
@@ -405,7 +407,8 @@ def _empty_bands(data: Dataset, train: Mask, field: Array, slip: Array) -> Itera
     covered_slips = _covered([element.slip[train] for element in data.elements])
     slip_edges = _between_cells(np.quantile(slip, parts), covered_slips)
 
-    threshold = _SWITCHING * (span or float(field.max()) or 1.0)
+    switching = _NEVER if data.in_no_time else _SWITCHING
+    threshold = switching * (span or float(field.max()) or 1.0)
     shortest_s = 2.0 * data.period
     settling_s = shortest_s
     while settling_s <= _LONGEST_SETTLING_S or settling_s == shortest_s:
