@@ -183,7 +183,9 @@ def _named(variables: dict[str, Any], variable: str, asked: Sequence[str]) -> Fo
         raise LogError(problem, remedy="Give one of these as --variable")
 
     node = variables[variable]
-    recording = _structure(variable, node) or _workspace({variable: node})
+    # A cell of texts beside a matrix names its columns.
+    headings = {name: texts for name, texts in variables.items() if all_of(texts, str)}
+    recording = _structure(variable, node) or _workspace({**headings, variable: node})
     if recording is None:
         remedy = f"Give another as --variable ({listed(variables)})"
         raise LogError(f"variable '{variable}' holds no recording", remedy=remedy)
