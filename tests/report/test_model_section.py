@@ -11,12 +11,14 @@ import pytest
 from erclutch.errors import RunError, SettingError
 from erclutch.export.monotone import monotone_share, worst_turn
 from erclutch.report.html.model_section import MODEL, why_not_measured
+from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.report_page import report_html
 from erclutch.report.html.verdict_section import RANKING, VERDICT, worries
 from erclutch.report.numbers.flow_curves import dwelled_fields, field_curves, flow_curves
 from erclutch.report.numbers.run_material import Material
 from erclutch.runs.run_about import RunAbout, about_with, kept_about, read_about, write_about
 from tests.support.command import good, refused
+from tests.support.exported_models import law_model
 
 
 def test_fields_at_which_a_log_dwells_are_found() -> None:
@@ -59,6 +61,16 @@ def test_a_part_that_the_fit_is_best_without_is_not_needed_and_no_worry(material
     assert filled["halves"][0][0]["mark"] == "not needed"
     assert filled["lost"] == []
     assert not any("not measured" in worry for worry in worries(changed))
+
+
+def test_a_spring_that_pushes_along_is_told_with_the_way_out() -> None:
+    """The joint of a robot got a spring of -14 N m/rad in place of its inertia, and no word of that."""
+    model = law_model("bingham", "single", "stiffness")
+    along = replace(model, gains={**model.gains, "k": -14.0})
+    (told,) = negative_gains(along)
+    assert "k, stiffness beside the fluid, is negative" in told
+    assert "try a wider --window" in told
+    assert negative_gains(model) == []
 
 
 def test_curves_of_the_model_are_its_settled_effort(material: Material) -> None:

@@ -49,6 +49,8 @@ class Stiffness:
                 time=-1,
             ),
             nonnegative=False,
+            negative="No spring pushes along with the travel. Where tau_x is at its lower end, it stands in for an "
+            "inertia whose acceleration is too noisy: try a wider --window for speeds from positions.",
         ),
     )
 
