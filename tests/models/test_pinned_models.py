@@ -420,7 +420,7 @@ def test_entries(pinned: Pinned) -> None:
     found["names"] = [one(lambda v=v: f.name_of(v, "x")) for v in texts]
     found["several"] = [one(lambda v=v: f.names_of(v, "x")) for v in (["a", "b"], ["a", "a"], [])]
     masks = ([0] * 16, [0] * 15, [0] * 17, [65535] * 16, [65536] * 16, [-1] * 16)
-    found["masks"] = [one(lambda v=v: f._masks_of(v)) for v in masks]
+    found["masks"] = [one(lambda v=v: f.near_of([v], "single")[0]) for v in masks]
     edges = [[1.0 + k for k in range(n)] for n in (0, 1, f.MOST_EDGES, f.MOST_EDGES + 1)]
     found["edges"] = [
         one(lambda v=v: f._edges_of(v, "x")) for v in (*edges, [2.0, 1.0], [1.0, 1.0], "x")
