@@ -21,6 +21,7 @@ from erclutch.report.numbers.flow_curves import FlowCurves, grouped, rare_fields
 from erclutch.report.numbers.model_stages import stage_gain
 from erclutch.report.numbers.number_text import (
     chart_scale,
+    constant_scale,
     number,
     percent,
     r2_text,
@@ -280,6 +281,12 @@ def test_dots_beside_a_curve_wait_for_the_lag_of_the_effort() -> None:
     lagged = step_response(entry, ("command", "effort"))
     assert lagged is not None
     assert lagged.settled == pytest.approx(0.06 * np.log(100), rel=0.02)
+
+
+def test_a_time_constant_of_a_minute_is_in_seconds() -> None:
+    """The time in which a brake warms stood there as 72330 ms."""
+    assert constant_scale("s", 72.33).of(72.33, 4).replace("\xa0", " ") == "72.33 s"
+    assert constant_scale("s", 0.06).of(0.06, 4).replace("\xa0", " ") == "60.00 ms"
 
 
 def test_what_iron_keeps_back_does_not_stretch_the_time_of_a_step() -> None:

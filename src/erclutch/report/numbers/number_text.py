@@ -146,10 +146,14 @@ def scale_for(unit: str, size: float) -> Scale:
     return Scale(1.0, unit_text(unit))
 
 
+#: In s: a device warms in so long a time and longer, and ms have too many digits.
+_LONG_TIME = 10.0
+
+
 def constant_scale(unit: str, size: float) -> Scale:
-    """How a model's constant of this size is shown: times in ms, a pure number without a unit."""
+    """How a model's constant of this size is shown: times in ms or s, a pure number without a unit."""
     if unit == "s":
-        return Scale(1e3, "ms")
+        return Scale(1e3, "ms") if size < _LONG_TIME else Scale(1.0, "s")
     return scale_for("" if unit == "1" else unit, size)
 
 
