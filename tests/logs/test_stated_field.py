@@ -152,6 +152,28 @@ def test_a_number_in_the_name_of_the_folder_is_asked_about(
     good("inspect", "run1.csv", "--name-pattern", pattern, cwd=tmp_path / folder)
 
 
+def test_so_is_a_number_in_the_name_of_the_folder_above(tmp_path: Path) -> None:
+    for current in ("0.5A", "1A"):
+        for pace in ("1Hz", "2Hz"):
+            (tmp_path / current / pace).mkdir(parents=True)
+            log = written(tmp_path / current / pace / "log.csv")
+    said = good("inspect", log, cwd=tmp_path, code=1).splitlines()[-1]
+    assert said.endswith('--name-pattern "{field}A/{n1}Hz/log"')
+    assert set(read(log, name_pattern="{field}A/{n1}Hz/log").signals["field"]) == {1.0}
+
+
+def test_logs_of_one_name_are_told_apart_by_the_folders_above(tmp_path: Path) -> None:
+    for current, size in (("0.5A", 1.0), ("1A", 3.0)):
+        for pace in ("1Hz", "2Hz"):
+            (tmp_path / current / pace).mkdir(parents=True)
+            rows = zip(TIME, PLACE, size * FORCE, strict=True)
+            text = "\n".join(f"{t:g},{x:.6g},{f:.6g}" for t, x, f in rows)
+            (tmp_path / current / pace / "log.csv").write_text(f"{HEADER}\n{text}\n")
+    logs = sorted(tmp_path.glob("*/*/log.csv"))
+    said = good("inspect", *logs, cwd=tmp_path, code=1).splitlines()[-1]
+    assert said.endswith('--name-pattern "{field}A/{n1}Hz/log"')
+
+
 @pytest.mark.parametrize("folder", ["run 5", "v2", "brake_A", "2024-05-01", "5V_12V_rails"])
 def test_other_names_of_folders_state_no_field(tmp_path: Path, folder: str) -> None:
     (tmp_path / folder).mkdir()

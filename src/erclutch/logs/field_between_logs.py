@@ -204,9 +204,9 @@ def with_paths(error: UnloggedFieldError, paths: Sequence[Path]) -> UnloggedFiel
     """
     stems = [path.resolve().with_suffix("") for path in paths]
     names = [stem.name for stem in stems]
-    pattern = pattern_among(names)
-    if not pattern:
-        pattern = pattern_among([f"{stem.parent.name}/{stem.name}" for stem in stems])
+    # ``log_1A``, ``1A/log``, ``1A/2Hz/log``.
+    ways = (["/".join(stem.parts[-parts:]) for stem in stems] for parts in (1, 2, 3))
+    pattern = next((found for way in ways if (found := pattern_among(way))), "")
     beside = fields_beside(paths)
     if "--write-mapping" in error.remedy:
         return error  # which names the plan

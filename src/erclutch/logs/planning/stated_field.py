@@ -29,6 +29,7 @@ from erclutch.signals.recording import SIGNALS
 #: Words of a header that may be those of an amplifier or a load cell, whatever their unit.
 _OF_INSTRUMENTS = frozenset({"excitation", "command", "cmd", "duty", "pwm", "field"})
 _CURRENTS = ("A",)
+_FOLDERS_ABOVE = 2  # of a log, whose names may tell its field: ``0.5A/2Hz/log.csv``
 _NUMBER = re.compile(NUMBER.removeprefix("[+-]?"))
 _COUNTED = re.compile(r"([1-9]\d?)([AVT])")  # 1A: the first specimen of batch A, or a log at 1 A
 
@@ -159,7 +160,7 @@ def _is_called_so(name: str) -> bool:
 
 
 def _ask_about_the_name(draft: Draft) -> bool:
-    """Ask whether the number in front of an A or a V in the name of the file, or of its folder, is the field."""
+    """Ask whether the number in front of an A or a V in the name of the file, or of a folder of it, is the field."""
     if draft.told.name_pattern is not None:
         return False
     name = draft.table.name
@@ -171,9 +172,15 @@ def _ask_about_the_name(draft: Draft) -> bool:
         beside = ""
     else:
         where = "folder"
-        said = Path(draft.table.path).resolve().parent.name if draft.table.path else ""
+        said = ""
         beside = f"/{stem or name}"
-        number = _number_of_a_field(said)
+        folders = [*Path(draft.table.path).resolve().parents] if draft.table.path else []
+        for folder in folders[:_FOLDERS_ABOVE]:
+            said = folder.name
+            number = _number_of_a_field(said)
+            if number is not None:
+                break
+            beside = f"/{said}{beside}"
     if number is None:
         return False
 
