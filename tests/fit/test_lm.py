@@ -69,6 +69,23 @@ def test_a_start_at_the_solution_stays_there() -> None:
     assert found.point.tolist() == [1.0, 1.0]
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_a_minimum_at_a_kink_of_the_cost_is_one(seed: int) -> None:
+    """A line with a knee: the cost has a kink wherever the knee passes a row, and is flat nowhere."""
+    rng = np.random.default_rng(seed)
+    x = rng.uniform(0.0, 2.0, 2000)
+    y = 3.0 * np.maximum(x - 1.1, 0.0) + 0.3 * rng.standard_normal(x.size)
+
+    def slopes(u: Array) -> Array:
+        beyond = x > u[0]
+        return np.column_stack([np.where(beyond, -u[1], 0.0), np.maximum(x - u[0], 0.0)])
+
+    knee = problem_of(lambda u: u[1] * np.maximum(x - u[0], 0.0) - y, slopes, *FREE)
+    found = minimise(knee, np.array([0.5, 1.0]), max_iterations=500)
+    assert found.stop == "converged"
+    assert found.point[0] == pytest.approx(1.1, abs=0.05)
+
+
 @pytest.mark.parametrize(
     ("lower", "upper"), [([-2.0, -1.0], [0.5, 2.0]), ([1.5, -3.0], [3.0, 3.0])]
 )

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from erclutch.errors import listed
-from erclutch.signals.recording import NO_FIELD
 
 if TYPE_CHECKING:
     from erclutch.cli.options import LogOptions
@@ -54,6 +53,8 @@ class LogKind:
 
     def command(self, reading: LogOptions) -> str:
         """What fits the logs, or looks at them where a field may tell them apart; what settles what is asked."""
+        from erclutch.signals.recording import NO_FIELD
+
         field = self.plan.signal("field")
         if self.is_sure:
             options = map(shlex.quote, reading.words())
