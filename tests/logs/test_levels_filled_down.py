@@ -67,3 +67,23 @@ def test_blanks_of_a_log_in_time_are_left(tmp_path: Path) -> None:
         row[1] = 10.0 * place
     table = read_table(as_text(tmp_path / "sheet.csv", rows))
     assert np.isnan(table.columns["Coil current"]).sum() == len(rows) - len(LEVELS)
+
+
+@pytest.mark.parametrize("name", ["Torque [N·m]", "Braking torque [Nm]", "Force [N]"])
+def test_an_effort_that_stands_once_a_course_is_not_made_up_for_the_rest(
+    tmp_path: Path, name: str
+) -> None:
+    path = as_text(tmp_path / "sheet.csv", rows_of_a_sheet())
+    path.write_text(path.read_text(encoding="utf-8").replace("Coil current [A]", name), "utf-8")
+    table = read_table(path)
+    (column, *_) = table.columns.values()
+    assert np.isnan(column).sum() == len(LEVELS) * (SPEED.size - 1)
+
+
+def test_what_steps_at_each_level_and_rests_between_is_no_course(tmp_path: Path) -> None:
+    rows = rows_of_a_sheet()
+    for place, row in enumerate(rows):
+        row[1] = 30.0 - place // SPEED.size
+        row[2] = float(np.sin(place))
+    table = read_table(as_text(tmp_path / "sheet.csv", rows))
+    assert np.isnan(table.columns["Coil current"]).sum() == len(rows) - len(LEVELS)

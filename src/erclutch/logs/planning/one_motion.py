@@ -33,11 +33,9 @@ def one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tupl
     """The speed that makes a power with the effort, whatever column that is; else all, or that on the effort's side."""
     efforts, _ = candidates(seen, "effort", [*taken, *speeds])
     kind = _kind_of(seen, efforts)
-    if kind:
-        fits = {name: seen.columns[name].fits(UNITS_OF_KIND[kind]) for name in speeds}
-        of_that_kind = [name for name in speeds if fits[name]]
-        if len(of_that_kind) == 1 and None not in fits.values():
-            return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
+    of_that_kind = _only_one_of_kind(seen, speeds, kind)
+    if of_that_kind:
+        return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
     # The speeds of axes that were not used never change. Where none does, nobody filled them in.
     resting = [name for name in speeds if seen.columns[name].shape.constant]
     if len(resting) == len(speeds):
@@ -99,12 +97,12 @@ def one_position(
         return with_a_length, ", and the header gives the gauge length for it"
     efforts, _ = candidates(seen, "effort", [*taken, *positions])
     kind = _kind_of(seen, efforts)
+    of_that_kind = _only_one_of_kind(seen, positions, kind)
+    if of_that_kind:
+        return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
     if kind:
-        fits = {name: seen.columns[name].fits(UNITS_OF_KIND[kind]) for name in positions}
-        of_that_kind = [name for name in positions if fits[name]]
-        if len(of_that_kind) == 1 and None not in fits.values():
-            return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
         # An angle goes first beside a torque: the first is what the question proposes.
+        fits = {name: seen.columns[name].fits(UNITS_OF_KIND[kind]) for name in positions}
         positions.sort(key=lambda name: (fits[name] is False, fits[name] is None))
     return seen.of_one_side(positions, efforts), ""
 
@@ -113,3 +111,12 @@ def _kind_of(seen: SeenColumns, efforts: Sequence[str]) -> str:
     """The kind of all efforts by their units and names, see `KINDS`; "" where they are of several, or untold."""
     kinds = {seen.columns[name].kind for name in efforts}
     return kinds.pop() if len(kinds) == 1 else ""
+
+
+def _only_one_of_kind(seen: SeenColumns, names: Sequence[str], kind: str) -> list[str]:
+    """The only motion that makes a power with an effort of a kind, where the units of all tell; else none."""
+    if not kind:
+        return []
+    fits = {name: seen.columns[name].fits(UNITS_OF_KIND[kind]) for name in names}
+    of_that_kind = [name for name in names if fits[name]]
+    return of_that_kind if len(of_that_kind) == 1 and None not in fits.values() else []
