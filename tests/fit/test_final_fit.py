@@ -101,6 +101,12 @@ def test_a_model_of_all_rows_needs_a_run_to_be_kept_in(tmp_path: Path) -> None:
     assert "Give --out RUN too" in refused("fit", "log.csv", "--final", cwd=tmp_path)
 
 
+def test_force_without_a_run_to_replace_is_refused(tmp_path: Path) -> None:
+    said = refused("fit", "log.csv", "--force", cwd=tmp_path)
+    assert "no run is kept, so none is replaced" in said
+    assert "Give --out RUN too" in said
+
+
 def test_commands_take_a_run_with_a_model_of_all_rows(
     judged: tuple[Comparison, Recording], tmp_path: Path
 ) -> None:

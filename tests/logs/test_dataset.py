@@ -112,8 +112,15 @@ def test_positions_are_differentiated_segment_by_segment() -> None:
     np.testing.assert_allclose(data.elements[0].slip, np.repeat([2.0, 3.0], 20), rtol=1e-9)
     assert data.units.slip == "rad/s"
     assert "slip <- position by the savgol derivative" in data.notes
+    assert not any("plays no part" in note for note in data.notes)
     late = build_dataset(log, derivative=Derivative("difference"))
     assert late.elements[0].slip[20] == 0.0
+
+
+def test_a_filter_of_speeds_is_said_to_play_no_part_where_the_slip_is_logged() -> None:
+    said = "the filter of speeds that was asked for plays no part: each speed is logged"
+    assert said in build_dataset(recording(20), derivative=Derivative("central")).notes
+    assert said not in build_dataset(recording(20)).notes
 
 
 def test_the_usual_filter_gives_way_to_central_differences_where_a_log_has_no_rows_for_it() -> None:

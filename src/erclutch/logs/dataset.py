@@ -361,6 +361,8 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
             unit = units.get(position, UNKNOWN)
             units[speed] = UNKNOWN if unit in ("", UNKNOWN) else f"{unit}/s"
             notes.append(f"{speed} <- {position} by the {how}")
+    if derivative != Derivative() and signals.keys() == log.signals.keys():
+        notes.append("the filter of speeds that was asked for plays no part: each speed is logged")
 
     effort = EFFORT_OF[device]
     needed = ("field", "slip") if device == "single" else ("theta_dot", "alpha_dot")

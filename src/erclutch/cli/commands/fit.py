@@ -106,9 +106,14 @@ def fit(
         return
     if out is not None:
         may_write(out, force)
-    elif final:
-        problem = "a model of all rows is kept in a run"
-        raise SettingError(problem, where="--final", remedy="Give --out RUN too")
+    elif final or force:
+        problem = (
+            "a model of all rows is kept in a run"
+            if final
+            else "no run is kept, so none is replaced"
+        )
+        where = "--final" if final else "--force"
+        raise SettingError(problem, where=where, remedy="Give --out RUN too")
     settings = Settings(
         models=model_names(models),
         lag=lag,
