@@ -385,6 +385,16 @@ def test_a_model_with_further_inputs_is_refused(models: Mapping[str, Any], tmp_p
     assert not (tmp_path / "out").exists()
 
 
+def test_a_model_without_a_field_has_no_controller(
+    models: Mapping[str, Any], tmp_path: Path
+) -> None:
+    model = models["bingham, single"]
+    at_no_field = replace(model, trained_on=replace(model.trained_on, field=(0.0, 0.0)))
+    with pytest.raises(ExportError, match="no field gives a wanted effort"):
+        export_model(at_no_field, tmp_path / "out", "controller", FLOAT64)
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 @pytest.mark.parametrize("precision", ["float32", "float64"])

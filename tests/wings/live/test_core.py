@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import json
 import random
 import re
 from dataclasses import replace
@@ -17,6 +18,7 @@ from hypothesis import strategies as st
 
 from erclutch.errors import RunError, SettingError
 from erclutch.export.c.compiled_model import CompiledModel
+from erclutch.models.model_file import sealed
 from erclutch.signals.device import Units
 from erclutch.signals.speed import Derivative, live
 from erclutch.wings.live.c_build import SOURCES, CompilerError, build, core_library
@@ -589,6 +591,17 @@ def test_a_model_runs_at_its_own_period_only() -> None:
         LiveError, match=r"made for a period of 0\.002 s, the loop has 0\.001 s\. Give both"
     ):
         Session(TWIN, LoopSettings(), model)
+
+
+def test_a_model_without_a_field_is_said_to_give_no_torque(tmp_path: Path) -> None:
+    body = json.loads((HERE / "model.json").read_text())
+    body["trained_on"]["field"] = [0.0, 0.0]
+    del body["digest"]
+    without = tmp_path / "model.json"
+    without.write_text(json.dumps(sealed(body, None)))
+    said = "It was fitted without a field: it estimates, and no field gives a torque"
+    assert said in live_model(without, "coaxial").note
+    assert said not in live_model(HERE / "model.json", "coaxial").note
 
 
 def test_a_model_that_adapts_leaves_nothing_for_an_observer() -> None:

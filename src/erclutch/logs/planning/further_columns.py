@@ -101,13 +101,13 @@ def _unused_temperature(column: SeenColumn) -> str:
     name = column.name
     unit = column.unit or split_end(name)[1]
     if units.is_temperature(unit):
-        return f"column {name} is a temperature, and no law uses it: {option_for_input(name, unit)} lets them"
+        return f"column {name} is a temperature, and no law uses it; with {option_for_input(name, unit)} laws do"
     words = column.spoken.stem_words
     is_called_so = any(word == "temp" or _TEMPERATURES.match(word) for word in words)
     if unit or not is_called_so or column.shape.constant:
         return ""
     option = option_for_input(name, "°C")
-    return f"column {name} is called like a temperature and has no unit: {option}, or [K], lets laws use it"
+    return f"column {name} is called like a temperature and has no unit; with {option}, or [K], laws use it"
 
 
 def option_for_input(name: str, unit: str | None) -> str:

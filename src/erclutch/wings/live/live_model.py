@@ -80,13 +80,16 @@ def live_model(
     digest = hashlib.sha256(library.encode()).hexdigest()[:24]
     target = cache_folder() / f"model-{digest}" / library
     name = f"{model.name}, adapting" if adapt else model.name
+    notes = list(step.notes)
+    if step.field.range == (0.0, 0.0):
+        notes.append("It was fitted without a field: it estimates, and no field gives a torque")
     return LiveModel(
         library=cached(target, lambda folder: build(step, folder, find_compiler())),
         name=name,
         digest=step.digest,
         units=model.units,
         period=period,
-        note=". ".join(step.notes),
+        note=". ".join(notes),
         adapts=adapt,
         effort=step.scale,
         slip=largest_size(step.slip.range),

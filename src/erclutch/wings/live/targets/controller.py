@@ -104,7 +104,7 @@ def texts(step: ExportedStep) -> tuple[str, str]:
     """The .c and .h: the model's, and the controller after it.
 
     Raises:
-        ExportError: a model of positions, or with inputs that the controller does not know.
+        ExportError: a model of positions, without a field, or with inputs that the controller does not know.
     """
     if step.filter is not None or step.extras:
         problem = "the controller gives its model fields and speeds, and nothing else"
@@ -112,6 +112,13 @@ def texts(step: ExportedStep) -> tuple[str, str]:
             problem,
             where=step.model.name,
             remedy="Export a model without further inputs, of speeds",
+        )
+    if step.field.range == (0.0, 0.0):
+        problem = "the model was fitted without a field, so no field gives a wanted effort"
+        raise ExportError(
+            problem,
+            where=step.model.name,
+            remedy="Export it with --to c, which estimates the effort, or fit a log with a field",
         )
     code = _read("target_c/controller.c")
     for name in _PARTS:
