@@ -105,6 +105,16 @@ def test_all_sections_are_there(html: str) -> None:
     assert 'href="#details"' in html
 
 
+def test_the_legend_over_the_band_names_what_is_drawn_and_nothing_else(html: str) -> None:
+    """The grey band had no entry, and a model that the plot leaves out had one."""
+    section = html.partition('<section id="band"')[2].partition("</section>")[0]
+    legend, _, plot = section.partition('class="legend"')[2].partition("</p>")
+    assert "band of the recommended model" in legend
+    drawn = set(re.findall(r'<path class="line (\w+)"', plot))
+    assert drawn == set(re.findall(r'<path class="line (\w+)"', legend))
+    assert '<path class="band"' in plot
+
+
 def test_the_verdict_says_what_the_run_says(html: str, material: Material) -> None:
     entry = material.run.entry(material.recommended)
     assert (

@@ -31,7 +31,7 @@ STYLES: dict[str, dict[str, Any]] = {
     "baseline": {"color": GREEN, "linestyle": ":"},
     "ref": {"color": GREY, "linewidth": 0.6},
     "zero": {"color": GREY, "linewidth": 0.5},
-    "white": {"color": "#CCCCCC", "linewidth": 0},
+    "band": {"color": "#CCCCCC", "linewidth": 0},
     "other": {"color": "#B9BDC4"},
     **{f"level{k}": {"color": colour} for k, colour in enumerate(_VIRIDIS)},
     **{f"series{k}": {"color": colour} for k, colour in enumerate(SERIES)},

@@ -127,7 +127,7 @@ class Shade:
 
     low: float | Array
     high: float | Array
-    style: str = "white"
+    style: str = "band"
     x: Array | None = None
 
 
