@@ -7,8 +7,10 @@ import math
 import os
 import pickle
 import signal
+import time
 from collections.abc import Coroutine
 from concurrent.futures import BrokenExecutor, Executor, Future
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -18,7 +20,8 @@ import pytest
 from erclutch.errors import LogError, SettingError
 from erclutch.runs import cluster
 from erclutch.runs.cluster import TaskPool, WorkerLostError, finished, in_order, task_pool
-from tests.support.hostile import lies
+from tests.support.dask_cluster import dask_cluster
+from tests.support.hostile import lies, stands_still_once
 
 
 def killed_once(mark: str) -> str:
@@ -87,6 +90,80 @@ def test_two_clusters_of_one_machine_at_once_are_heard_on_the_loopback_alone() -
     assert len(ears) >= 4
     assert {ear.ip for ear in ears} == {"127.0.0.1"}
     assert 8787 not in {ear.port for ear in ears}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_worker_that_stands_still_costs_a_minute_and_its_task_is_done_anew(
+    workers: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """It took 606 s: Dask looks every five minutes for workers that were silent for five."""
+    assert cluster._SILENCE == 60.0
+    monkeypatch.setattr(cluster, "_SILENCE", 8.0)
+    with task_pool("local", workers) as pool:
+        began = time.monotonic()
+        assert list(in_order(pool, stands_still_once, [str(tmp_path / "mark")])) == [1.0]
+        assert time.monotonic() - began < 100.0
+    said = capsys.readouterr().err
+    assert "no sign of life from tcp://127.0.0.1:" in said
+    assert "for 8 s: its task is done anew" in said
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_stands_still_ends_the_command(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The command waited without end."""
+    monkeypatch.setattr(cluster, "_SILENCE", 8.0)
+    with dask_cluster(tmp_path, 1) as (address, scheduler):
+        try:
+            with suppress(WorkerLostError), task_pool(address) as pool:
+                assert list(in_order(pool, math.sqrt, [4.0])) == [2.0]
+                os.kill(scheduler, signal.SIGSTOP)
+                with pytest.raises(WorkerLostError, match="went away"):
+                    list(in_order(pool, math.sqrt, [4.0]))
+        finally:
+            os.kill(scheduler, signal.SIGCONT)
+
+
+@pytest.mark.parametrize(("given", "seconds"), [("90s", 90.0), ("2 minutes", 120.0), (7, 7.0)])
+def test_how_long_a_worker_may_be_silent_is_set_as_dask_has_it(
+    given: object, seconds: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL", str(given))
+    assert cluster._Watch(None)._silence == seconds  # pyright: ignore[reportPrivateUsage]
+
+
+def test_a_silence_that_is_no_time_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__WORKER_TTL", "soon")
+    with pytest.raises(SettingError, match=r"worker-ttl: 'soon' is no time\. Give a time such as"):
+        cluster._Watch(None)  # pyright: ignore[reportPrivateUsage]
+
+
+def test_a_worker_whose_clock_is_wrong_is_not_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Signs of life count by their change: the scheduler's clock may stand at any time, and jump."""
+    beats, asked = iter([5.0, 1.0, 1e9, 1e9]), list[str]()
+
+    async def identity() -> dict[str, Any]:
+        return {"workers": {"tcp://far:1": {"last_seen": next(beats)}}}
+
+    async def restart_workers(workers: list[str], **of_this: Any) -> None:
+        asked.extend(workers)
+
+    def sync(task: Any, callback_timeout: float, **of_this: Any) -> Any:
+        return asyncio.run(task(**of_this))
+
+    clock = iter([0.0, 50.0, 100.0, 170.0])
+    monkeypatch.setattr(cluster, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    scheduler = SimpleNamespace(identity=identity, restart_workers=restart_workers)
+    watch = cluster._Watch(SimpleNamespace(scheduler=scheduler, sync=sync))  # pyright: ignore[reportPrivateUsage]
+    assert [watch.count() for _ in range(3)] == [1, 1, 1]
+    assert not asked
+    assert watch.count() == 0
+    assert asked == ["tcp://far:1"]
 
 
 def fetched(task: Coroutine[Any, Any, bytes]) -> object:

@@ -376,6 +376,24 @@ def dask_workers(folder: Path) -> Outcome:
     return 4, wrong
 
 
+def stands_still_once(mark: str) -> float:
+    """Stop the worker the first time: it keeps its connection."""
+    if not Path(mark).exists():
+        Path(mark).touch()
+        os.kill(os.getpid(), signal.SIGSTOP)
+    return 1.0
+
+
+def standing_worker_of_dask(folder: Path) -> Outcome:
+    """A worker that stands still: after a minute its task is done anew."""
+    with task_pool("local", 2) as pool:
+        began = time.monotonic()
+        (result,) = in_order(pool, stands_still_once, [str(folder / "mark")])
+        took = time.monotonic() - began
+    wrong = [f"{took:.0f} s"] if took > 60.0 + PATIENCE else []
+    return 1, wrong + ([] if result == 1.0 else [f"another result: {result}"])
+
+
 def dies_now_and_then(number: int) -> bytes:
     """An answer of 20 MB, and often a worker that dies while it is fetched, or soon after."""
     chance = random.Random(f"{number} {os.getpid()}")
@@ -417,5 +435,6 @@ CASES: dict[str, Callable[[Path], Outcome]] = {
     "tune of damaged runs": tuning_of_damaged_runs,
     "many runs in the app": many_runs_in_the_app,
     "workers of Dask": dask_workers,
+    "worker of Dask that stands still": standing_worker_of_dask,
     "workers of Dask that die often": dying_workers_of_dask,
 }

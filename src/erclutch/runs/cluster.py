@@ -24,14 +24,13 @@ from concurrent.futures import (
 )
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
 from itertools import islice
 from multiprocessing import resource_tracker
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 from weakref import WeakSet
 
-from erclutch.errors import ErclutchError, SettingError
+from erclutch.errors import ErclutchError, SettingError, printable
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.runs.own_processes import OwnProcesses, one_blas_thread
 
@@ -44,6 +43,9 @@ _SECONDS = 10  # to reach a scheduler
 #: A cluster may have no worker for so long [s]: on a busy machine the next one takes its time.
 _NO_WORKER = 120.0
 _LOOK = 5.0  # s without an answer after which the cluster is asked for its workers
+#: A worker that sends no sign of life for so long [s] stands still, and the user's setting of Dask for it. Dask itself
+#: takes five to ten minutes.
+_SILENCE, _SETTING = 60.0, "distributed.scheduler.worker-ttl"
 
 
 class WorkerLostError(ErclutchError):
@@ -59,7 +61,7 @@ class TaskPool:
         places: tasks that it holds at a time.
         lost: errors that say that a worker died, not that the task failed.
         here: whether the tasks run in this process.
-        workers: asks how many there are; None where they do not go away.
+        workers: asks how many there are, and replaces those that stand still; None where they do not go away.
     """
 
     executor: Executor
@@ -259,20 +261,75 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
         _prepare(client, cluster)
         with _ended(_DaskExecutor(client)) as executor:
             yield TaskPool(
-                executor, IN_FLIGHT, (BrokenExecutor, KilledWorker), workers=partial(_count, client)
+                executor, IN_FLIGHT, (BrokenExecutor, KilledWorker), workers=_Watch(client).count
             )
 
 
-def _count(client: Any) -> int:
-    """Workers that a cluster has.
+class _Watch:
+    """The workers of a Dask cluster, and how long each has been silent.
 
-    Raises:
-        WorkerLostError: the cluster went away.
+    A worker that stands still (a stopped process, a machine that sleeps) keeps its task and its connection.
     """
+
+    def __init__(self, client: Any) -> None:
+        from dask import config as of_dask
+
+        config: Any = of_dask
+        self._client = client
+        given = config.get(_SETTING, None, config=config.collect())  # what the user has set alone
+        self._silence = _SILENCE if given is None else _seconds(given)
+        # Worker -> its last sign of life by the scheduler's clock, and when that was new by ours.
+        self._heard: dict[str, tuple[float, float]] = {}
+
+    def count(self) -> int:
+        """Workers that are alive; the others are begun anew where a nanny of Dask can, else left out.
+
+        Raises:
+            WorkerLostError: the cluster went away, or its scheduler stands still.
+        """
+        workers: dict[str, Any] = self._asked("identity")["workers"]
+        now = time.monotonic()
+        for worker, about in workers.items():
+            last_seen = float(about["last_seen"])
+            if self._heard.get(worker, (None, now))[0] != last_seen:
+                self._heard[worker] = last_seen, now
+        silent = [worker for worker in workers if now - self._heard[worker][1] > self._silence]
+        if silent:
+            names = printable(", ".join(silent))
+            print(
+                f"note: no sign of life from {names} for {self._silence:.0f} s: its task is done anew",
+                file=sys.stderr,
+            )
+            # A worker without a nanny, or whose nanny stands still too, is struck off the scheduler's list.
+            self._asked(
+                "restart_workers",
+                workers=silent,
+                timeout=_SECONDS,
+                wait_for_workers=False,
+                on_error="return",
+                stimulus_id=f"erclutch-silent-{now}",
+            )
+        return len(workers) - len(silent)
+
+    def _asked(self, what: str, **of_this: Any) -> Any:
+        """The scheduler's answer."""
+        request = getattr(self._client.scheduler, what)
+        try:
+            return self._client.sync(request, callback_timeout=_SILENCE, **of_this)
+        except (OSError, TimeoutError, RuntimeError) as error:
+            raise _gone() from error
+
+
+def _seconds(given: Any) -> float:
+    """Seconds of a setting of Dask, such as "5 minutes"."""
+    import dask.utils
+
+    utils: Any = dask.utils
     try:
-        return len(client.nthreads())
-    except (OSError, TimeoutError, RuntimeError) as error:
-        raise _gone() from error
+        return float(utils.parse_timedelta(given))
+    except (TypeError, ValueError, KeyError) as error:
+        remedy = "Give a time such as 60s"
+        raise SettingError(f"{given!r} is no time", where=_SETTING, remedy=remedy) from error
 
 
 def _close(part: Any) -> None:
