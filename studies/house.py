@@ -78,7 +78,7 @@ REPEATED = {
 VOCABULARY = {"errors.py", "registry.py", "signals/units.py"}
 
 #: Where a log's way begins: the module and its function.
-LOG = ("erclutch.logs", "read")
+LOG = ("erclutch.logs.read_logs", "read")
 
 
 @dataclass(frozen=True)

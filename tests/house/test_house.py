@@ -12,10 +12,11 @@ from studies import house as study
 
 ROOT = Path(__file__).parents[2]
 
-#: Places where the name of a module is data: the lazy names of the package, a plug-in, a module that was exported, and
-#: the reader that a child runs.
+#: Places where the name of a module is data: the lazy names of the package and of its logs, a plug-in, a module that
+#: was exported, and the reader that a child runs.
 TRICKS = {
     "__init__.py",
+    "logs/__init__.py",
     "registry.py",
     "wings/exporters/targets/mujoco.py",
     "logs/readers/reader_in_child.py",
@@ -156,7 +157,7 @@ def test_the_code_is_without_what_is_said(small: Any) -> None:
 
 def test_a_logs_way_is_counted_past_the_rules_of_a_table_and_through_them(tmp_path: Path) -> None:
     files = {
-        "logs/__init__.py": (
+        "logs/read_logs.py": (
             "from erclutch.logs.plan import plan_of\nfrom erclutch.logs.applied import apply\n"
             "def read(path):\n    return apply(plan_of(path))\n"
         ),
@@ -175,7 +176,7 @@ def test_a_logs_way_is_counted_past_the_rules_of_a_table_and_through_them(tmp_pa
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     package = study.House(tmp_path)
-    past_the_rules = ["logs/__init__.py", "logs/plan.py", "logs/applied.py"]
+    past_the_rules = ["logs/read_logs.py", "logs/plan.py", "logs/applied.py"]
     assert package.way_of_a_log == past_the_rules
     rules = ["logs/one_rule.py", "logs/other_rule.py"]
     assert package.way_through_all_rules == [

@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import ErclutchError, LogError, MappingError, UnloggedFieldError, require
-from erclutch.logs import Batch, extent_of
-from erclutch.logs.batches import RowBlock, blocks_of, chained, neighbours, one_batch
+from erclutch.logs.batches import Batch, RowBlock, blocks_of, chained, neighbours, one_batch
 from erclutch.logs.dataset import (
     Dataset,
     build_dataset,
@@ -29,6 +28,7 @@ from erclutch.logs.dataset import (
     require_units,
 )
 from erclutch.logs.field_between_logs import require_no_plan, with_paths
+from erclutch.logs.read_logs import extent_of
 from erclutch.logs.reading import Reading
 from erclutch.logs.stretch_choice import STRETCH, Stretch, StretchChoice, cut
 from erclutch.signals.device import DeviceName

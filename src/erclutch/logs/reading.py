@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from erclutch.errors import AlikeRecordingsError, SettingError, placed
-from erclutch.logs import Batch, ColumnMap, RowRange, map_over, read, read_all, read_batches
-from erclutch.logs.batches import WHOLE_FILE
+from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange
 from erclutch.logs.clock.resample import resampled
 from erclutch.logs.columns.row_groups import wants_each
 from erclutch.logs.keywords import Window, new_rate, window_of
+from erclutch.logs.mapping import ColumnMap, map_over
 from erclutch.logs.plan import Invalid
+from erclutch.logs.read_logs import read, read_all, read_batches
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import batches_within, within
 from erclutch.signals.device import DeviceName
