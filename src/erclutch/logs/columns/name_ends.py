@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 
 from erclutch.logs.columns.vocabulary import set_of
 
@@ -106,6 +107,7 @@ _WORD = 5  # letters of a unit that is written out
 _POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
 
 
+@lru_cache(maxsize=4096)  # many rules of a plan ask about the same few names
 def split_end(name: str) -> tuple[str, str | None]:
     """``torque_Nm`` as ``torque`` and ``N*m``, ``rpm`` as itself in ``rpm``; None where no unit ends the name.
 

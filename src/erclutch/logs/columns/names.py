@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -155,7 +155,7 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
     """
     stem = _SAYS_NOTHING.sub("", stem)
     plain_stem = plain(stem)
-    stem_words = tuple(words_of(stem))
+    stem_words = _words_of(stem)
     forms = {signal: _called_as(name, stem, signal) for signal in NAMES}
     heads = {signal: headed(stem, signal) for signal in SINGLE}
     is_of_a_model = not MODELS.isdisjoint(
@@ -208,7 +208,7 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         end,
         plain(name),
         plain_stem,
-        tuple(words_of(name)),
+        _words_of(name),
         stem_words,
         forms,
         heads,
@@ -232,6 +232,11 @@ def _is_primed(name: str) -> bool:
 
 def words_of(name: str) -> list[str]:
     """Words of a name, in small letters: at signs, where a small letter meets a large one, and behind an axis."""
+    return [*_words_of(name)]
+
+
+@lru_cache(maxsize=4096)  # many rules of a plan ask for the words of the same few names
+def _words_of(name: str) -> tuple[str, ...]:
     apart = _BORDER.sub(" ", unicodedata.normalize("NFKD", name))
     letters_alone = re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower()
     letters_alone = _STRAIN_GAUGE.sub("straingauge", letters_alone)
@@ -248,7 +253,7 @@ def words_of(name: str) -> list[str]:
             words[place] = "desired" if words[place] == "des" else words[place]
     if "duty" in words:  # that of a switch goes round, and is no cycle of a test
         words = [word for word in words if word not in ("cycle", "cycles")]
-    return [OF_SEVERAL.get(word, word) for word in words]
+    return tuple(OF_SEVERAL.get(word, word) for word in words)
 
 
 def _called_as(name: str, stem: str, signal: str) -> str | None:
@@ -266,7 +271,8 @@ def _called_as(name: str, stem: str, signal: str) -> str | None:
     return next((form for form in forms if form in _NAMES[signal]), None)
 
 
-def headed(stem: str, signal: str, shared: Collection[str] = ()) -> str | None:
+@lru_cache(maxsize=4096)
+def headed(stem: str, signal: str, shared: frozenset[str] = frozenset()) -> str | None:
     """The head of a name, where that is a name of a signal of a single device; None for another head.
 
     ``pitch_velocity`` and ``Traction Force`` are headed; a predicted force, a torque's limit, a rolling speed and the

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -174,6 +175,7 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
     return None if slip_is_logged else ends
 
 
+@lru_cache(maxsize=4096)
 def _without_shaft(name: str, place: int) -> str:
     """A name without the one word that says that it is of a shaft; "" where no or several words say so.
 

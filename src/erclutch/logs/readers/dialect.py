@@ -155,7 +155,12 @@ def _marks(tail: Sequence[str], asked: str | None) -> Marks:
     best = (0.0, 0.0)
     best_marks = Marks(",", asked or ".")
     decimals = (asked,) if asked else (".", ",")
-    for delimiter in ("\t", ";", "|", ",", None):
+    # Delimiters that no line has leave the same cells: the first of them stands for all.
+    delimiters = ("\t", ";", "|", ",")
+    absent = [mark for mark in delimiters if not any(mark in line for line in tail)]
+    for delimiter in (*delimiters, None):
+        if delimiter in absent[1:]:
+            continue
         cells: list[str] = []
         for line in tail:
             cells += cells_of(line, delimiter)
@@ -180,19 +185,21 @@ def _numeric_columns(rows: Sequence[Sequence[str]], marks: Marks) -> list[bool]:
     numeric: list[bool] = []
     for column in range(width):
         cells = [row[column] for row in rows if len(row) > column]
-        filled = [cell for cell in cells if cell.lower() not in WORDS]
-        numbers = sum(marks.is_number(cell) for cell in filled)
-        numeric.append(2 * numbers > len(filled))
+        others = [cell for cell in cells if not marks.is_number(cell)]
+        texts = sum(cell.lower() not in WORDS for cell in others)
+        numbers = len(cells) - len(others)
+        numeric.append(2 * numbers > numbers + texts)
     return numeric
 
 
 def _is_data(row: Sequence[str], marks: Marks, numeric: Sequence[bool]) -> bool:
     """Whether most number columns hold a number (or nan) here and at least one a number, or all say nan."""
-    filled = {cell.lower() for cell in row if cell}
-    if filled == {"nan"}:
-        return True  # a logger's first row, before its first sample; no names
     cells = [cell for cell, is_numeric in zip(row, numeric, strict=False) if is_numeric]
     numbers = sum(marks.is_number(cell) for cell in cells)
+    if numbers and 2 * numbers > sum(numeric):
+        return True  # most rows: no words need be looked up
+    if {cell.lower() for cell in row if cell} == {"nan"}:
+        return True  # a logger's first row, before its first sample; no names
     words = sum(cell.lower() in WORDS for cell in cells)
     return numbers > 0 and 2 * (numbers + words) > sum(numeric)
 

@@ -47,6 +47,8 @@ def with_keyed_heads(text: str) -> tuple[str, str]:
     head = lines_of(text[:_HEAD])
     if len(text) > _HEAD:
         head.pop()
+    if not any(map(_MAY_NAME.match, head)):
+        return text, ""
     for delimiter in ("\t", ";", ","):
         heads = _lines_in(head, delimiter)
         if heads is None:

@@ -278,14 +278,15 @@ def lines_of_names(lines: list[str]) -> list[int]:
     return heads
 
 
-def _cells(line: str) -> list[str]:
+@lru_cache(maxsize=16)  # a line is looked at by itself, and as the line below others
+def _cells(line: str) -> tuple[str, ...]:
     """Cells by the delimiter that cuts the line most; one cell where there is none."""
     if not line.strip():
-        return []
+        return ()
     for delimiter in _BESIDE_DECIMAL_COMMAS:
         if delimiter in line and "," in line and "," not in _DECIMAL_COMMA.sub("", line):
-            return cells_of(line, delimiter)
-    return max((cells_of(line, delimiter) for delimiter in DELIMITERS), key=len)
+            return tuple(cells_of(line, delimiter))
+    return tuple(max((cells_of(line, delimiter) for delimiter in DELIMITERS), key=len))
 
 
 def _filled_cells(line: str) -> list[str]:
@@ -322,7 +323,7 @@ def _names_of_sensors(line: str, below: str) -> list[str] | None:
     are_names = 2 <= len(words) < len(cells) <= 2 * len(words) and all(cells)
     if not are_names or len(units_below) != len(cells) or any(map(is_numeric, words)):
         return None
-    return cells if all(map(units.is_unit, units_below)) else None
+    return [*cells] if all(map(units.is_unit, units_below)) else None
 
 
 def _is_row(line: str) -> bool:

@@ -152,14 +152,18 @@ def _units_by_column(lines: Sequence[str]) -> tuple[str, dict[int, str]]:
     """The delimiter, and for each column whose cells all have a unit of one quantity the unit of the last."""
     best: tuple[str, dict[int, str]] = (",", {})
     for delimiter in DELIMITERS:
+        if not any(delimiter in line for line in lines):
+            continue  # `whole_rows` have two columns and more
         whole = whole_rows([line.split(delimiter) for line in lines])
         width = len(whole[0]) if whole else 0
         unit_of: dict[int, str] = {}
         for column in range(width):
-            unit = unit_in(whole[-1][column])  # most logs end here
+            unit = unit_in(whole[-1][column])
+            if not unit:  # as in most logs
+                continue
             have_one_word = len({_word_before(cells[column]) for cells in whole}) == 1
-            are_alike = (is_of_one_quantity(unit_in(cells[column]), unit or "") for cells in whole)
-            if unit and have_one_word and all(are_alike):
+            are_alike = (is_of_one_quantity(unit_in(cells[column]), unit) for cells in whole)
+            if have_one_word and all(are_alike):
                 unit_of[column] = unit
         if len(unit_of) > len(best[1]):
             best = delimiter, unit_of

@@ -25,6 +25,8 @@ def with_units_in_cells(text: str) -> tuple[str, str]:
     rows_of_tail = [line for line in tail if is_full(line)]
     below_the_names = rows_of_tail[len(rows_of_tail) // 2 :]
     for delimiter in (*DELIMITERS, None):
+        if delimiter is not None and not any(delimiter in line for line in below_the_names):
+            continue  # a number and its unit are two cells
         whole = whole_rows([cells_of(line, delimiter) for line in below_the_names])
         width = len(whole[0]) if whole else 0
         # The cells of a row that are units of one quantity, behind a number, in all rows.
