@@ -183,7 +183,7 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
 
 #: What a file says that has tests with a mark. Tests with an argument ``model`` are slow for most models.
 _TIMED = re.compile(r"mark\.timed")
-_SLOW = re.compile(r"mark\.slow|slow_but|\bmodel: ")
+_SLOW = re.compile(r"mark\.slow|slow_but|slow_behind|\bmodel: ")
 #: What a file says that has no other tests.
 _ALL_SLOW = re.compile(r"^pytestmark = (?:\[\n    )?pytest\.mark\.slow\b", re.MULTILINE)
 

@@ -62,7 +62,7 @@ def stamped() -> str:
 @pytest.mark.parametrize(
     "text",
     slow_but(
-        (with_senses, woven, stamped),
+        (woven, stamped),
         (tidy, with_senses, woven, with_units_in_cells, stamped),
     ),
 )

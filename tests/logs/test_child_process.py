@@ -15,6 +15,7 @@ import pytest
 from erclutch.errors import LogError
 from erclutch.logs import read_table
 from erclutch.logs.readers import budget, child_process
+from tests.support.slow_params import slow_behind
 
 OWN = """
 import os, sys
@@ -87,6 +88,7 @@ def test_it_answers_within_its_limits(reader: str, tmp_path: Path) -> None:
     assert texts["name"] == str(tmp_path / "a.mat")
 
 
+@pytest.mark.slow
 def test_larger_files_have_more_time_and_memory(tmp_path: Path, reader: str) -> None:
     path = tmp_path / "a.mat"
     path.write_bytes(bytes(2 << 20))
@@ -106,17 +108,18 @@ def test_larger_files_have_more_time_and_memory(tmp_path: Path, reader: str) -> 
     [
         ("memory", "reading the file needs more than 2048 MiB"),
         ("said", "no such thing. Look again"),
-        (
-            "odd",
-            r"damaged or of a kind that cannot be read \(IndexError: list index out of range\)",
-        ),
-        ("exit", r"the reader broke on this file \(code 3: the last line\)"),
         ("signal", r"the reader broke on this file \(signal 6\)"),
-        ("code", r"the reader broke on this file \(code 4"),
-        pytest.param(
-            "loop",
-            "takes longer than the 0.5 s that its size allows|took longer than",
-            marks=pytest.mark.slow,
+        *slow_behind(
+            0,
+            [
+                (
+                    "odd",
+                    r"damaged or of a kind that cannot be read \(IndexError: list index out of range\)",
+                ),
+                ("exit", r"the reader broke on this file \(code 3: the last line\)"),
+                ("code", r"the reader broke on this file \(code 4"),
+                ("loop", "takes longer than the 0.5 s that its size allows|took longer than"),
+            ],
         ),
     ],
 )

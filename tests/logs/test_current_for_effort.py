@@ -12,6 +12,7 @@ import pytest
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
 from erclutch.signals.array import Array
 from tests.support.command import good
+from tests.support.slow_params import slow_behind
 
 TIME = np.arange(600) / 100
 ANGLE = np.sin(3 * TIME)
@@ -93,7 +94,7 @@ def robot(rests: int = 0) -> dict[str, Array]:
     }
 
 
-@pytest.mark.parametrize(("rests", "joint"), [(0, 0), (1, 1), (3, 3)])
+@pytest.mark.parametrize(("rests", "joint"), slow_behind(1, [(0, 0), (1, 1), (3, 3)]))
 def test_of_a_robot_without_torques_speed_and_current_of_the_first_joint_that_moves_are_proposed(
     tmp_path: Path, rests: int, joint: int
 ) -> None:

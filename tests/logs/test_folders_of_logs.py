@@ -15,6 +15,7 @@ from erclutch.logs.columns.name_pattern import constants_of, pattern_among
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.planning.tables_beside_logs import tables_beside_logs
 from tests.support.command import good, refused, run
+from tests.support.slow_params import slow_behind
 
 pytestmark = pytest.mark.usefixtures("read_here")
 TIME = np.arange(400) / 100
@@ -38,12 +39,18 @@ def folder_of(path: Path, efforts: Mapping[str, float]) -> Path:
 
 @pytest.mark.parametrize(
     ("names", "pattern"),
-    [
-        (("brake_PWM0", "brake_PWM25", "brake_PWM50"), "brake_PWM{field}"),
-        (("current_0", "current_0.5", "current_1.5"), "current_{field}"),
-        (("i=0_run1", "i=0.5_run2", "i=1_run3"), "i={field}_run{n2}"),
-        (("Versuch1 Strom 0", "Versuch2 Strom 1", "Versuch3 Strom 2"), "Versuch{n1} Strom {field}"),
-    ],
+    slow_behind(
+        1,
+        [
+            (("brake_PWM0", "brake_PWM25", "brake_PWM50"), "brake_PWM{field}"),
+            (("current_0", "current_0.5", "current_1.5"), "current_{field}"),
+            (("i=0_run1", "i=0.5_run2", "i=1_run3"), "i={field}_run{n2}"),
+            (
+                ("Versuch1 Strom 0", "Versuch2 Strom 1", "Versuch3 Strom 2"),
+                "Versuch{n1} Strom {field}",
+            ),
+        ],
+    ),
 )
 def test_logs_that_names_alone_tell_apart_are_asked_about(
     tmp_path: Path, names: tuple[str, ...], pattern: str
@@ -58,14 +65,17 @@ def test_logs_that_names_alone_tell_apart_are_asked_about(
 
 @pytest.mark.parametrize(
     ("names", "pattern"),
-    [
-        (("current_1.0", "current_1.2", "current_1.4"), "current_{field}"),
-        (("I1.0", "I1.2"), "I{field}"),
-        (("PWM40", "PWM48", "PWM56"), "PWM{field}"),
-        (("brake_1.0", "brake_1.2", "brake_1.4"), "brake_{field}"),
-        (("1p0", "1p2"), "{field}"),
-        (("test1000", "test1200", "test1400"), "test{field}"),
-    ],
+    slow_behind(
+        2,
+        [
+            (("current_1.0", "current_1.2", "current_1.4"), "current_{field}"),
+            (("I1.0", "I1.2"), "I{field}"),
+            (("PWM40", "PWM48", "PWM56"), "PWM{field}"),
+            (("brake_1.0", "brake_1.2", "brake_1.4"), "brake_{field}"),
+            (("1p0", "1p2"), "{field}"),
+            (("test1000", "test1200", "test1400"), "test{field}"),
+        ],
+    ),
 )
 def test_fields_in_names_that_are_near_each_other_are_asked_about(
     tmp_path: Path, names: tuple[str, ...], pattern: str
@@ -283,8 +293,10 @@ PLANS = {
 }
 
 
-@pytest.mark.parametrize("plan", PLANS)
-@pytest.mark.parametrize("effort", [0.6, 0.12], ids=["far apart", "near each other"])
+@pytest.mark.parametrize("plan", slow_behind(3, PLANS))
+@pytest.mark.parametrize(
+    "effort", slow_behind(1, [0.6, 0.12]), ids=["far apart", "near each other"]
+)
 def test_the_fields_of_a_plan_beside_logs_are_offered_and_one_command_takes_them(
     tmp_path: Path, plan: str, effort: float
 ) -> None:

@@ -70,6 +70,7 @@ def test_the_end_of_each_level_is_held_out_behind_gaps(share: float) -> None:
     assert held[:, trained:].all()
 
 
+@pytest.mark.slow
 def test_the_lag_of_a_stepped_log_is_found() -> None:
     comparison = compare(stepped(gaps=False), models=("bingham",), lag="lag")
     entry = comparison.entry(comparison.recommended)

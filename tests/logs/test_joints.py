@@ -25,6 +25,7 @@ from erclutch.logs import (
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.plan import Plan
+from tests.support.slow_params import slow_behind
 
 # What is read from sound files is asked here, and not the child process that reads them.
 pytestmark = pytest.mark.usefixtures("read_here")
@@ -75,7 +76,7 @@ def answered(plan: Plan) -> Plan:
     return plan_of(read_table(plan.path), ColumnMap.from_dict({"columns": told}))
 
 
-@pytest.mark.parametrize("moving", [1, 3, 6])
+@pytest.mark.parametrize("moving", slow_behind(1, [1, 3, 6]))
 def test_of_several_joints_the_one_that_moves_is_proposed_and_one_command_settles_it(
     tmp_path: Path, moving: int
 ) -> None:

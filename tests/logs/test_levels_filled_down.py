@@ -40,6 +40,7 @@ def test_a_level_holds_down_to_the_next(tmp_path: Path, delimiter: str, speed: n
     assert any("holds down to the next" in note for note in log.notes)
 
 
+@pytest.mark.usefixtures("read_here")
 def test_so_do_merged_cells_of_a_workbook(tmp_path: Path) -> None:
     book = openpyxl.Workbook()
     sheet = book.active

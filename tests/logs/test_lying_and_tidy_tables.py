@@ -224,6 +224,7 @@ def test_arrays_of_numpy_are_read(tmp_path: Path) -> None:
         assert table.columns["torque"].tolist() == torque.tolist()
 
 
+@pytest.mark.usefixtures("read_here")
 def test_objects_in_arrays_of_numpy_are_never_made(tmp_path: Path) -> None:
     np.save(tmp_path / "log.npy", np.array([{"a": 1}], dtype=object))
     with pytest.raises(LogError, match="Python objects, which may run programs"):

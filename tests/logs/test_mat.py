@@ -19,7 +19,7 @@ from erclutch.logs import ColumnMap, Table, read, read_all, read_table, recordin
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.readers import child_process, mat_layout, mat_tree
 from tests.support.examples import examples
-from tests.support.slow_params import slow_but
+from tests.support.slow_params import slow_behind, slow_but
 
 COUNT = 120
 TIME = np.arange(COUNT) * 1e-3
@@ -462,14 +462,17 @@ sys.exit(child_process.serve(read))
 
 @pytest.mark.parametrize(
     ("how", "problem"),
-    [
-        ("crash", "the reader broke on this file"),
-        ("spin", "takes longer than the 20 s that its size allows|took longer than"),
-        ("hang", "took longer than"),
-        ("greed", "needs more than 2048 MiB"),
-        ("exit", r"the reader broke on this file \(code 3\)"),
-        ("raise", r"cannot be read \(ValueError: odd\)"),
-    ],
+    slow_behind(
+        1,
+        [
+            ("crash", "the reader broke on this file"),
+            ("spin", "takes longer than the 20 s that its size allows|took longer than"),
+            ("hang", "took longer than"),
+            ("greed", "needs more than 2048 MiB"),
+            ("exit", r"the reader broke on this file \(code 3\)"),
+            ("raise", r"cannot be read \(ValueError: odd\)"),
+        ],
+    ),
 )
 @pytest.mark.skipif(sys.platform == "win32", reason="signals and limits of POSIX")
 def test_a_child_that_fails_is_an_error(
@@ -605,6 +608,7 @@ def test_a_matrix_of_v4_is_read_as_one_of_v5(tmp_path: Path, name: str, values: 
         np.testing.assert_array_equal(old.columns[label], column)
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize(
     "head", [bytes(20) + b"data\0", struct.pack("<5i", 60, 2, 2, 0, 2) + b"a\0"]
 )

@@ -84,6 +84,7 @@ def test_a_matrix_of_matlab_is_asked_about_so_too(tmp_path: Path) -> None:
     assert command.endswith('--field none --slip "data_3" --effort "data_4"')
 
 
+@pytest.mark.usefixtures("read_here")
 def test_an_array_beside_a_time_is_asked_about_so_too(tmp_path: Path) -> None:
     path = tmp_path / "log.mat"
     values = np.column_stack([PLACE, SPEED, FRICTION])

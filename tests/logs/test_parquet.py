@@ -131,6 +131,7 @@ def test_date_columns_become_the_clock_and_missing_becomes_nan() -> None:
     assert np.isnan(table.columns["F"][0])
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize(
     ("data", "problem"),
     [
@@ -295,6 +296,7 @@ def test_own_logs_have_checksums_and_windows_say_whether_a_file_has(tmp_path: Pa
         assert any("no checksums" in note for note in notes) == (not has)
 
 
+@pytest.mark.slow
 def test_writing_a_log_does_not_wait_for_pandas(tmp_path: Path) -> None:
     """Its import takes a sixth of the time of `simulate training`; `pa.array` would ask for it."""
     code = (

@@ -13,6 +13,7 @@ from erclutch.logs.plan import SignalPlan
 from erclutch.signals.array import Array
 from tests.support.command import good
 from tests.support.plans_of_columns import planned
+from tests.support.slow_params import slow_behind
 
 pytestmark = pytest.mark.usefixtures("read_here")
 ROWS = np.arange(600.0)
@@ -128,7 +129,9 @@ def book_of(path: Path, names: list[str]) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("names", "letter"), [(["1A", "2A", "3A"], "A"), (["2V", "1V"], "V")])
+@pytest.mark.parametrize(
+    ("names", "letter"), slow_behind(1, [(["1A", "2A", "3A"], "A"), (["2V", "1V"], "V")])
+)
 def test_sheets_that_are_counted_may_be_specimens_and_are_asked_about(
     tmp_path: Path, names: list[str], letter: str
 ) -> None:
@@ -146,7 +149,10 @@ def test_sheets_that_are_counted_may_be_specimens_and_are_asked_about(
 
 
 @pytest.mark.parametrize(
-    "names", [["0A", "1A", "2A"], ["1 A", "2 A"], ["0.5A", "1A"], ["I_1A", "I_2A"], ["1A", "3A"]]
+    "names",
+    slow_behind(
+        1, [["0A", "1A", "2A"], ["1 A", "2 A"], ["0.5A", "1A"], ["I_1A", "I_2A"], ["1A", "3A"]]
+    ),
 )
 def test_sheets_that_are_not_counted_tell_their_fields(tmp_path: Path, names: list[str]) -> None:
     logs = read_all(book_of(tmp_path / "a.xlsx", names), ColumnMap())

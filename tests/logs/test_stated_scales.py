@@ -15,6 +15,7 @@ import erclutch
 from erclutch.logs import ColumnMap, plan_of
 from erclutch.logs.table import Table
 from tests.support.command import good
+from tests.support.slow_params import slow_behind
 
 pytestmark = pytest.mark.usefixtures("read_here")
 TIME = np.arange(600) / 200
@@ -26,17 +27,20 @@ COUNTS = np.round(np.cumsum(SPEED) / 200 / (2 * np.pi) * 4096)
 
 @pytest.mark.parametrize(
     ("head", "columns"),
-    [
-        ("# Encoder: 4096 counts/rev", {"encoder_counts": COUNTS, "torque_Nm": TORQUE}),
-        ("# counts_per_rev: 4096", {"position [counts]": COUNTS, "torque [N*m]": TORQUE}),
-        ("# Encoder: 4096 counts/rev (x4)", {"encoder": COUNTS, "torque [N*m]": TORQUE}),
-        ("# PPR: 1024, quadrature x4", {"encoder": COUNTS, "torque [N*m]": TORQUE}),
-        ("Kt = 0.12 Nm/A; N = 4096 counts/rev", {"counts": COUNTS, "I_motor": TORQUE / 0.12}),
-        ("# Kt: 0.12 Nm/A", {"speed [rad/s]": SPEED, "motor_current [A]": TORQUE / 0.12}),
-        ("# sensitivity: 20 N*m/V", {"speed [rad/s]": SPEED, "torque sensor [V]": TORQUE / 20}),
-        ("# gear ratio: 50", {"motor_speed [rad/s]": 50 * SPEED, "torque [N*m]": TORQUE}),
-        ("Gear ratio;50:1\n", {"speed [rad/s]": SPEED, "motor_torque [N*m]": TORQUE / 50}),
-    ],
+    slow_behind(
+        3,
+        [
+            ("# Encoder: 4096 counts/rev", {"encoder_counts": COUNTS, "torque_Nm": TORQUE}),
+            ("# counts_per_rev: 4096", {"position [counts]": COUNTS, "torque [N*m]": TORQUE}),
+            ("# Encoder: 4096 counts/rev (x4)", {"encoder": COUNTS, "torque [N*m]": TORQUE}),
+            ("# PPR: 1024, quadrature x4", {"encoder": COUNTS, "torque [N*m]": TORQUE}),
+            ("Kt = 0.12 Nm/A; N = 4096 counts/rev", {"counts": COUNTS, "I_motor": TORQUE / 0.12}),
+            ("# Kt: 0.12 Nm/A", {"speed [rad/s]": SPEED, "motor_current [A]": TORQUE / 0.12}),
+            ("# sensitivity: 20 N*m/V", {"speed [rad/s]": SPEED, "torque sensor [V]": TORQUE / 20}),
+            ("# gear ratio: 50", {"motor_speed [rad/s]": 50 * SPEED, "torque [N*m]": TORQUE}),
+            ("Gear ratio;50:1\n", {"speed [rad/s]": SPEED, "motor_torque [N*m]": TORQUE / 50}),
+        ],
+    ),
 )
 def test_a_number_above_the_rows_stands_in_the_command_that_settles_the_question(
     tmp_path: Path, head: str, columns: dict[str, np.ndarray]

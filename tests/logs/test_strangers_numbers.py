@@ -18,6 +18,7 @@ from erclutch.logs.rows.unmeasured_rows import sentinels
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
+from tests.support.slow_params import slow_behind, slow_but
 
 Written = Callable[..., Path]
 ROWS = 60
@@ -359,7 +360,7 @@ def test_a_shear_rate_per_second_is_no_time(written: Written) -> None:
 
 @pytest.mark.parametrize("code", [-999.0, -9999.0, 9999.0, 65535.0, 1e30])
 @pytest.mark.parametrize("column", [1, 2, 3])
-@pytest.mark.parametrize("rows", [(30,), (12, 13, 14, 40)])
+@pytest.mark.parametrize("rows", slow_but([(30,)], [(30,), (12, 13, 14, 40)]))
 def test_codes_for_no_measurement_are_left_out_and_told(
     written: Written, code: float, column: int, rows: tuple[int, ...]
 ) -> None:
@@ -408,7 +409,7 @@ def stamped(stamps: Array, rows: Array | None = None) -> Recording:
 
 
 @pytest.mark.parametrize("spread", [0.05, 0.1, 0.2, 0.3])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", slow_behind(1, range(3)))
 def test_late_stamps_of_a_busy_logger_cut_nothing(spread: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
     steady = np.arange(4000) * 1e-3

@@ -14,6 +14,7 @@ from erclutch.logs.stretch_choice import STRETCH, StretchChoice, cut
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from tests.support.examples import examples
+from tests.support.slow_params import slow_behind
 
 
 def log_of(
@@ -68,7 +69,7 @@ def test_places_are_even_in_time_but_do_not_follow_a_step() -> None:
     assert places.tolist() != (kept_places(data, 50 * STRETCH, seed=1) // STRETCH).tolist()
 
 
-@pytest.mark.parametrize("at", [13, 71, 188])
+@pytest.mark.parametrize("at", slow_behind(1, [13, 71, 188]))
 def test_a_stretch_with_rare_rows_is_kept(at: int) -> None:
     """A field that is nowhere else, for a tenth of a second."""
     field = np.ones(200 * STRETCH)

@@ -27,6 +27,7 @@ from erclutch.logs.readers.dialect import LINE_END, lines_of
 from erclutch.logs.readers.text_blocks import text_extent, text_windows
 from erclutch.logs.readers.text_bytes import decode
 from tests.support.examples import examples
+from tests.support.slow_params import slow_behind
 
 HEADERS = ("plain", "quoted", "square", "round", "slash", "second row", "comment", "none")
 NAMES, UNITS = ("t", "Y", "V", "F"), ("s", "V", "cm/s", "N")
@@ -480,7 +481,7 @@ def test_a_date_and_a_time_in_two_columns(tmp_path: Path) -> None:
 # --- size ------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", slow_behind(12, range(40)))
 def test_a_damaged_gzip_is_named_on_every_road(seed: int, tmp_path: Path) -> None:
     """Whole, in blocks, and where only the first lines are asked for: a checksum, an end too early, damaged codes."""
     rows = "".join(f"{k / 1000},{k % 7 + 0.5}\n" for k in range(4000))

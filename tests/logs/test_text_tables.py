@@ -15,6 +15,7 @@ from erclutch.logs import Table, read_table, recordings_in
 from erclutch.logs.log_file import tables_in
 from erclutch.logs.readers import dialect, text_tables
 from tests.support.examples import examples
+from tests.support.slow_params import slow_behind
 
 TIME = np.arange(50) / 100
 SPEED = np.round(np.sin(9 * TIME), 6)
@@ -50,7 +51,9 @@ def file_of(folder: Path, text: str) -> Path:
 @pytest.mark.parametrize(("between", "decimal"), [(",", "."), (";", ","), ("\t", ".")])
 @pytest.mark.parametrize(
     ("titles", "names"),
-    [(("", ""), ["table 1", "table 2"]), (("Run 1\n", "# Run 2\n"), ["Run 1", "Run 2"])],
+    slow_behind(
+        1, [(("", ""), ["table 1", "table 2"]), (("Run 1\n", "# Run 2\n"), ["Run 1", "Run 2"])]
+    ),
 )
 @pytest.mark.parametrize("blank", ["\n", ""])
 def test_each_table_is_a_recording(

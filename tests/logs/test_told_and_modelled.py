@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.command import good, refused
+from tests.support.slow_params import slow_behind
 
 pytestmark = pytest.mark.usefixtures("read_here")
 TIME = np.arange(600) / 200
@@ -28,16 +29,19 @@ def log_with(folder: Path, **columns: np.ndarray) -> Path:
 
 @pytest.mark.parametrize(
     "name",
-    [
-        "Sollmoment",
-        "requested_torque_Nm",
-        "torque_ff",
-        "boucwen_force",
-        "F_pred",
-        "tau_hat",
-        "model_torque",
-        "couple_consigne",
-    ],
+    slow_behind(
+        3,
+        [
+            "Sollmoment",
+            "requested_torque_Nm",
+            "torque_ff",
+            "boucwen_force",
+            "F_pred",
+            "tau_hat",
+            "model_torque",
+            "couple_consigne",
+        ],
+    ),
 )
 def test_an_effort_that_nobody_measured_is_neither_taken_nor_offered(
     tmp_path: Path, name: str

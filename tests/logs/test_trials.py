@@ -15,6 +15,7 @@ from erclutch.errors import LogError
 from erclutch.logs import read, read_table, recordings_in
 from erclutch.logs.readers.trials import trials_in
 from erclutch.signals.array import Array
+from tests.support.slow_params import slow_but
 
 pytestmark = pytest.mark.usefixtures("read_here")  # no child process for each file
 
@@ -69,7 +70,7 @@ def stack(fields: tuple[float, ...]) -> np.ndarray[Any, Any]:
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1), (1, 2, 0)])
 @pytest.mark.parametrize("kind", ["npz", "h5", "h5 with attributes"])
-@pytest.mark.parametrize("fields", [(0.0, 0.3, 0.6, 0.9), (0.0, 0.5)])
+@pytest.mark.parametrize("fields", slow_but([(0.0, 0.5)], [(0.0, 0.3, 0.6, 0.9), (0.0, 0.5)]))
 def test_runs_by_rows_by_signals_are_told_by_names_and_by_the_time(
     tmp_path: Path, order: tuple[int, int, int], kind: str, fields: tuple[float, ...]
 ) -> None:
