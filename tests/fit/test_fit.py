@@ -17,6 +17,7 @@ from erclutch.models.laws import law_from_name
 from erclutch.models.structure import Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from tests.support.slow_params import slow_behind
 
 Array = NDArray[np.float64]
 UNITS = Units("N*m", "V", "rad/s")
@@ -71,15 +72,18 @@ def truth_of(data: Dataset, made: Structure, shape: list[float], gains: list[flo
 
 @pytest.mark.parametrize(
     ("name", "dynamics", "shape", "gains"),
-    [
-        ("bingham", "none", [0.1, 1.6], [0.5, 0.2]),
-        ("bingham", "lag", [0.1, 1.6, 0.0023, 0.008], [0.5, 0.2]),
-        ("bingham", "rise-fall", [0.1, 1.6, 0.003, 0.006, 0.02], [0.5, 0.2]),
-        ("bingham/saturating", "none", [0.1, 1.4, 0.6], [0.5, 0.2]),
-        ("herschel-bulkley", "none", [0.1, 0.6, 1.6], [0.5, 0.2]),
-        ("casson", "none", [0.1, 0.3, 1.6], [0.5]),
-        ("hem/square", "lag", [0.1, 2.0, 1.5, 0.002, 0.005], [0.5, 0.1]),
-    ],
+    slow_behind(
+        4,
+        [
+            ("bingham", "none", [0.1, 1.6], [0.5, 0.2]),
+            ("bingham", "lag", [0.1, 1.6, 0.0023, 0.008], [0.5, 0.2]),
+            ("bingham/saturating", "none", [0.1, 1.4, 0.6], [0.5, 0.2]),
+            ("herschel-bulkley", "none", [0.1, 0.6, 1.6], [0.5, 0.2]),
+            ("bingham", "rise-fall", [0.1, 1.6, 0.003, 0.006, 0.02], [0.5, 0.2]),
+            ("casson", "none", [0.1, 0.3, 1.6], [0.5]),
+            ("hem/square", "lag", [0.1, 2.0, 1.5, 0.002, 0.005], [0.5, 0.1]),
+        ],
+    ),
 )
 def test_a_truth_comes_back_with_intervals_that_hold_it(
     name: str, dynamics: str, shape: list[float], gains: list[float]
@@ -159,7 +163,7 @@ def test_what_nothing_excites_is_not_identified() -> None:
     assert eta.low < 0.02 < eta.high
 
 
-@pytest.mark.parametrize(("hold", "seconds"), [(0.25, 14.0), (1.0, 12.0)])
+@pytest.mark.parametrize(("hold", "seconds"), slow_behind(1, [(0.25, 14.0), (1.0, 12.0)]))
 def test_a_lag_is_found_however_fast_and_regularly_its_command_is_sampled(
     hold: float, seconds: float
 ) -> None:

@@ -15,6 +15,7 @@ from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from tests.support.slow_params import slow_behind
 
 PERIOD, ROWS, TRAVEL = 2e-3, 1500, 0.02  # s, -, rad
 #: Of a noise that swings at the pace of the motion: a period of 260 rows, which decays over 50.
@@ -44,7 +45,9 @@ def log(seed: int, *, swings: bool) -> Dataset:
     return Dataset("single", (Element(field, slip),), measured, clock, Units("N*m", "A", "rad/s"))
 
 
-@pytest.mark.parametrize(("seed", "swings"), [(0, False), (7008, True), (7011, True)])
+@pytest.mark.parametrize(
+    ("seed", "swings"), slow_behind(2, [(0, False), (7008, True), (7011, True)])
+)
 def test_a_memory_is_told_from_noise_at_the_pace_of_the_motion(seed: int, swings: bool) -> None:
     data = log(seed, swings=swings)
     rung = grown(data, BASE, among=("dahl/field", "lugre/field", "effort-lag"))[-1]

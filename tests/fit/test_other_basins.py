@@ -23,6 +23,7 @@ from erclutch.models.structure import Structure
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from tests.support.slow_params import slow_behind
 
 PERIOD, ROWS = 1e-3, 6000
 CHAIN = "dahl-2/field+effort-lag+inertia"
@@ -80,7 +81,7 @@ def test_a_state_at_its_bound_is_brought_back(data: Dataset, travels: tuple[floa
     assert found.cost <= project(rough, list(TRUTH.values())).cost * 1.001
 
 
-@pytest.mark.parametrize("scan", [12, 24, 48])
+@pytest.mark.parametrize("scan", slow_behind(1, [12, 24, 48]))
 def test_any_scan_comes_to_the_same_optimum(data: Dataset, scan: int) -> None:
     found = fit_structure(data, structure(CHAIN), scan=scan, intervals=False)
     best = project(problem(data, CHAIN), list(TRUTH.values())).cost

@@ -31,6 +31,7 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from erclutch.signals.recording import POSITION, TEMPERATURE
 from tests.support.pinning import Pinned, summed, told
+from tests.support.slow_params import slow_behind
 
 UNITS, ROWS = Units("N*m", "V", "rad/s"), 160
 T = np.arange(ROWS) / 1000.0
@@ -249,7 +250,8 @@ WRONG: tuple[Any, ...] = (None, -1, 0, 1e308, "x", True, [], {}, [1, 2], "a*/b",
 
 
 @pytest.mark.parametrize(
-    "name", ["hem+rise-fall+dahl, coaxial", "bingham+arrhenius", "fnn-3", "rbfn-3+lag"]
+    "name",
+    slow_behind(3, ["hem+rise-fall+dahl, coaxial", "bingham+arrhenius", "fnn-3", "rbfn-3+lag"]),
 )
 def test_damaged_files(name: str, pinned: Pinned) -> None:
     """Each entry in turn is something else, or is left out."""

@@ -42,6 +42,7 @@ from erclutch.signals.recording import TEMPERATURE
 from tests.support.examples import examples
 from tests.support.exported_models import network_model
 from tests.support.pair import pair_rows
+from tests.support.slow_params import slow_behind
 
 
 @pytest.fixture(scope="module")
@@ -252,7 +253,9 @@ def test_more_neurons_fit_better() -> None:
 # --- models -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["fnn-4", "fnn-3-2", "rbfn-6", "rbfn-6/kmeans", "rbfn-4/spreads"])
+@pytest.mark.parametrize(
+    "name", slow_behind(4, ["fnn-4", "rbfn-6", "rbfn-6/kmeans", "rbfn-4/spreads", "fnn-3-2"])
+)
 def test_a_network_survives_its_file(data: Dataset, tmp_path: Path, name: str) -> None:
     model = fit_network(data, network_from_name(name)).model
     path = tmp_path / "model.json"

@@ -17,6 +17,7 @@ from erclutch.models.structure import Structure
 from erclutch.signals.array import Array, rms
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+from tests.support.slow_params import slow_behind
 
 PERIOD = 0.05
 ROWS = 6000
@@ -111,7 +112,9 @@ def test_known_numbers_are_found_in_units() -> None:
     assert found["tau_h"].high - found["tau_h"].low < 0.2 * 20.0
 
 
-@pytest.mark.parametrize(("fade", "tau_s"), [(0.08, 30.0), (0.15, 100.0), (0.2, 15.0)])
+@pytest.mark.parametrize(
+    ("fade", "tau_s"), slow_behind(1, [(0.08, 30.0), (0.15, 100.0), (0.2, 15.0)])
+)
 def test_the_rest_of_a_log_is_told_where_the_device_warms(fade: float, tau_s: float) -> None:
     log = brake(fade, tau_s)
     train, rest = halves(log)
