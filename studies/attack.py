@@ -302,6 +302,23 @@ def sensors(until: float, count: int) -> Iterator[Row]:
                 strictly.update(part.counts)
         row.note = ", ".join(f"{times} {said}" for said, times in strictly.items())
         yield row
+    yield from at_once(_faults_of_exported, [(FIRST,)], until, _begin())
+
+
+def _faults_of_exported(seed: int, *, until: float) -> Row:
+    from tests.support.exported_controller import UNTOLD, sessions
+
+    row = Row("faults of sensors, exported controller")
+    untold = 0
+    for sensor, kind, (run,) in sessions(range(seed, seed + 1)):
+        row.tries += 1
+        untold += (sensor, kind) in UNTOLD and not run.held
+        if (sensor, kind) not in UNTOLD and not run.never_above:
+            row.fail(f"{sensor} / {kind}, seed {seed}: too high for {run.above} ms")
+    row.note = (
+        f"{untold} not told by what it gets: a meter that is none, a drive's speed that falls"
+    )
+    return row
 
 
 def _faults(control: str, seed: int, *, until: float) -> Row:

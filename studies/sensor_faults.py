@@ -1,6 +1,7 @@
 """A fault in each sensor of the loop, under each control, beside the same loop in health. TWIN.
 
     python studies/sensor_faults.py [--seeds 5] [--first 0] [--model bingham] [--only WORD]
+    python studies/sensor_faults.py --exported [--seeds 5] [--first 0]
 
 The C core of the loop controls the TWIN step by step. From a random moment on one sensor is wrong for good. Until the
 fault both loops are the same to the bit. Each session has one outcome (`held`, `safe`, `bounded`, `not held`). Beside
@@ -17,6 +18,9 @@ The last table asks of doubled meters whether their gain tells: measured torque 
 and 20 readings beside those before. It holds the largest change until an alarm would come too late, the largest in
 health, and how often that is the fault's: the same loop with other noise, and each program that `erclutch live` offers.
 Where it is more often than once, a limit that tells the fault raises an alarm there in health.
+
+With --exported the exported controller (`erclutch export --to controller`) drives the TWIN in place of the loop. It
+gets speeds and no readings; a meter that is silent (NaN) is none to it.
 """
 
 from __future__ import annotations
@@ -66,8 +70,12 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="seed")
     parser.add_argument("--model", default="bingham")
     parser.add_argument("--only", default="", help="control, sensor or fault")
+    parser.add_argument("--exported", action="store_true", help="the exported controller")
     asked = parser.parse_args()
     rig, seeds = default_rig(), range(asked.first, asked.first + asked.seeds)
+    if asked.exported:
+        _print_exported(seeds)
+        return 0
     devices: tuple[DeviceName, ...] = ("coaxial", "single")
     fitted = {device: model_of(rig, asked.model, device) for device in devices}
     outcomes, strict = Counter[str](), Counter[str]()
@@ -166,6 +174,24 @@ def main() -> int:
     )
     _print_gains(rig, fitted, doubled)
     return 1 if outcomes["not held"] or unknown else 0
+
+
+def _print_exported(seeds: range) -> None:
+    """The table of the exported controller."""
+    from tests.support.exported_controller import sessions
+
+    print(f"TWIN, exported controller, bingham, torque by the meter, {len(seeds)} seeds")
+    columns = ("sensor", "fault", *STRICT, "above [rows]", "by", "zero after [rows]", "said")
+    print(f"| {' | '.join(columns)} |\n|{' --- |' * len(columns)}")
+    for sensor, kind, runs in sessions(seeds):
+        said = " ".join(sorted({name for run in runs for name in run.said}))
+        counts = " | ".join(map(str, _strict(runs).values()))
+        above, most = max(run.above for run in runs), max(max(run.most for run in runs), 0.0)
+        zeros = sorted({run.zero for run in runs})
+        print(
+            f"| {sensor} | {kind} | {counts} | {above} | {most:.3f} | {zeros} | {said} |",
+            flush=True,
+        )
 
 
 def _print_gains(

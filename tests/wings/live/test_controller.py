@@ -224,6 +224,33 @@ def test_a_speed_that_jumps_is_told_and_asks_for_no_field(
     assert told[-1] == 0, "a speed that lasts is one"
 
 
+@pytest.mark.parametrize("bad", ["swinging", "not a number"])
+def test_speeds_that_cannot_be_end_the_field_for_good_and_missing_ones_do_not(
+    bad: str, models: Mapping[str, Any], tmp_path: Path
+) -> None:
+    """An encoder that jumped: its filtered speed swung and came to rest, was believed, and the field came back."""
+    program = step_of(models["bingham+rise-fall, coaxial"], FLOAT64)
+    lib = compiled(models["bingham+rise-fall, coaxial"], tmp_path)
+    top = max(abs(end) for end in program.slip.range)
+    config = numbers([*controller.settings_of()])(
+        **{**controller.defaults(program), "period_ns": 1_000_000, "observer": 1}
+    )
+    memory, out = ctypes.create_string_buffer(lib.size()), (ctypes.c_double * 3)()
+    assert lib.m_control_reset(memory, ctypes.byref(config)) == 1
+    usual = [steady(lib, program, 0.5, 0.4 * top), 0.0, 0.4 * top, 0.0, 0.0, np.nan, 0.0]
+    swings = [400.0, -300.0, 200.0, -140.0, 100.0, -70.0]  # times the largest slip
+    speeds = [np.nan] * 6 if bad == "not a number" else [size * top for size in swings]
+    fields, flags = [], 0
+    for speed in [0.4 * top] * 50 + speeds + [0.4 * top] * 200:
+        sample = (ctypes.c_double * 7)(*usual[:2], speed, *usual[3:])
+        flags = lib.m_control_step(memory, sample, out)
+        fields.append(out[0])
+    assert fields[49] > 0.0
+    assert max(fields[50:56]) == 0.0
+    is_over = flags & EVENT_BITS["trip"] != 0
+    assert (is_over, fields[-1] > 0.0) == ((True, False) if bad == "swinging" else (False, True))
+
+
 @pytest.mark.parametrize("observer", [1, 2, 3])
 @pytest.mark.parametrize("column", [0, 1, 2, 5, 6])
 def test_a_sample_that_cannot_be_does_no_harm_for_long(

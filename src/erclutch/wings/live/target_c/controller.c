@@ -96,6 +96,16 @@ uint32_t erc_control_step(erc_core *core, const erc_input *input, erc_output *ou
         alpha_dot = core->alpha.speed;
     }
     good = finite && events == 0u;
+    /* Speeds that cannot be, one after another, are of a sensor that is wrong: the speed at which it then rests tells
+     * nothing. A sample that is none is no speed. */
+    if (good) {
+        core->astray = 0u;
+    } else if (core->astray <= @HOLD@ && (events != 0u || (core->since > 0u && isfinite(slip) && !usual))) {
+        core->astray++;
+    } else {
+        /* no more is asked */
+    }
+    core->tripped = core->tripped || core->astray > @HOLD@;
     if (good) {
         core->since = 1u;
     } else if (core->since > 0u && core->since < MOST_PERIODS) {

@@ -40,6 +40,7 @@ typedef struct {
     double torque, estimate, asked_motor, driven, field, dt, asked[2];
     bool tripped;
     uint32_t since; /* periods since the last good sample; 0: none yet */
+    uint32_t astray; /* samples since then whose speed cannot be */
     uint64_t step;
 } erc_core;
 
@@ -48,6 +49,7 @@ uint32_t erc_control_reset(erc_core *controller, const erc_config *config);
 
 /* One sample: the fields for a torque, within limits and rates, never both. Returns the flags of the step, and of the
    events above. A sample that is not finite, or whose slip is ten times that of the log, or with a speed that has jumped
-   (theta_glitch, alpha_glitch: by so much in a period), takes the field to zero at the supply's rate. With NAME_BY_SENSOR a torque that cannot be is not learned from: the
-   field does not grow, then falls, and is zero after some periods, for good after a few more. */
+   (theta_glitch, alpha_glitch: by so much in a period), takes the field to zero at the supply's rate; speeds that cannot be
+   for more than @HOLD@ samples keep it there until a reset. With NAME_BY_SENSOR a torque that cannot be is not learned
+   from: the field does not grow, then falls, and is zero after some periods, for good after a few more. */
 uint32_t erc_control_step(erc_core *controller, const erc_input *input, erc_output *output);

@@ -297,6 +297,7 @@ def _declared(step: ExportedStep) -> str:
     units = step.model.units
     text = _read("target_c/controller.h")
     text = text.replace("@SETTINGS@", "\n".join(lines))
+    text = text.replace("@HOLD@", str(LoopSettings().hold))
     text = text.replace("@STAGES@", "\n".join(structs))
     text = text.replace("@DEFAULTS@", ", \\\n    ".join([*numbers, "NAME_BY_MODEL"]))
     text = text.replace("@UNITS@", comment(f"{units.effort or '1'} and {units.slip or '1'}"))
