@@ -5,7 +5,7 @@ there is passed over. Printed: a row a file, then how many were understood at on
 and of those that hold what a device needs, how many took one try and two.
 
 What is asked is asked once more with the command that `inspect` prints in its last line: as it is (second), or with
-the one thing that it leaves open and the file does not hold, such as the rate (filled). A flow curve is read by
+the one thing that it leaves open and the file does not hold, the rate or a unit (filled). A flow curve is read by
 `flowcurve`, as `inspect` says. With --fit the logs are fitted too: at once, or by that command. With --sealed NAME the
 files of a sealed set are judged in place of the open ones.
 """
@@ -54,8 +54,9 @@ UNDERSTOOD, SECOND, FILLED, ASKED, REFUSED, MISREAD = (
     "refused",
     "misread",
 )
-_PLACE = re.compile(r"COLUMN|RATE Hz|NAME")
-_RATE = "100 Hz"  # stands for what only the user knows
+_PLACE = re.compile(r"COLUMN|RATE Hz|NAME|\[UNIT\]")
+#: What stands for an answer that only the user knows: a rate, the unit of a viscosity.
+_ANSWERS = {"RATE Hz": "100 Hz", "[UNIT]": "[mPa*s]"}
 FIT_MODELS = (
     "bingham",
     "casson",
@@ -198,9 +199,11 @@ def _second_try(path: Path, truth: dict[str, Any]) -> tuple[str, list[str], str]
     """What the command that `inspect` prints makes of the file, its words, and what is wrong."""
     words = _last_command(path)
     open_ones = [word for word in words if _PLACE.search(word)]
-    if not words or open_ones not in ([], ["RATE Hz"]):
+    left_open = {_PLACE.search(word)[0] for word in open_ones}  # type: ignore[index]
+    if not words or len(left_open) > 1 or not left_open <= {*_ANSWERS}:
         return ASKED, [], "no command, or with columns to fill in"
-    words = [_RATE if word == "RATE Hz" else word for word in words]
+    for place in left_open:
+        words = [word.replace(place, _ANSWERS[place]) for word in words]
     fault = _is_right(words, path, truth)
     return ASKED if fault else FILLED if open_ones else SECOND, words, fault
 

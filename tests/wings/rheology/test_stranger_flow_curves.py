@@ -95,3 +95,40 @@ def test_inspect_sends_a_workbook_of_tests_to_flowcurve(tmp_path: Path) -> None:
     book.save(tmp_path / "tests.xlsx")
     last = good("inspect", "tests.xlsx", cwd=tmp_path, code=1).splitlines()[-1]
     assert last == "What settles it: erclutch flowcurve tests.xlsx"
+
+
+@pytest.mark.parametrize(
+    ("names", "left_open"),
+    [
+        ("Shear Rate,Viscosity", "--stress 'Viscosity [UNIT]'"),
+        ("gamma-dot,eta", "--stress 'eta [UNIT]'"),
+        ("Scherrate [1/s],Viskosität", "--stress 'Viskosität [UNIT]'"),
+    ],
+)
+def test_inspect_leaves_the_unit_of_a_viscosity_open_in_its_command(
+    tmp_path: Path, names: str, left_open: str
+) -> None:
+    body = "".join(f"{rate:.4g},{1000 + 5000 / rate:.6g}\n" for rate in RATES)
+    written(tmp_path, f"{names}\n{body}")
+    *_, question, last = good("inspect", "flow.csv", cwd=tmp_path, code=1).splitlines()
+    assert "has no unit: viscosities are written in Pa s, and as often in mPa s or cP" in question
+    assert last == f"What settles it: erclutch flowcurve flow.csv {left_open}"
+    filled_in = left_open.replace("UNIT", "mPa*s").replace("--stress ", "").strip("'")
+    out = good("flowcurve", "flow.csv", "--stress", filled_in, "--laws", "bingham", cwd=tmp_path)
+    assert "1 of 1" in out
+
+
+def test_a_viscosity_with_its_unit_at_the_end_of_its_name_leaves_nothing_open(
+    tmp_path: Path,
+) -> None:
+    body = "".join(f"{rate:.4g},{1000 + 5000 / rate:.6g}\n" for rate in RATES)
+    written(tmp_path, f"Shear Rate,Viscosity_cP\n{body}")
+    last = good("inspect", "flow.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == "What settles it: erclutch flowcurve flow.csv"
+
+
+def test_a_unit_that_was_not_filled_in_is_asked_for_as_a_viscosity_s(tmp_path: Path) -> None:
+    body = "".join(f"{rate:.4g},{1000 + 5000 / rate:.6g}\n" for rate in RATES)
+    path = written(tmp_path, f"Shear Rate,Viscosity\n{body}")
+    with pytest.raises(UnitError, match=r"'UNIT', which is no unit of a viscosity.*\[mPa\*s\]"):
+        read_flow_curves(path, stress=["Viscosity [UNIT]"])

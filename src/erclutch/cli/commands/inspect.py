@@ -18,6 +18,12 @@ from erclutch.cli import log_tables, terminal
 from erclutch.cli.log_look import LogLook, look_at, table_of_first, write_fields
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.cli.quantities import SECONDS
+from erclutch.cli.rheometer_points import (
+    UNIT_TO_FILL_IN,
+    flow_command,
+    is_of_a_rheometer,
+    viscosities_without_a_unit,
+)
 from erclutch.errors import (
     AlikeRecordingsError,
     ErclutchError,
@@ -29,7 +35,7 @@ from erclutch.errors import (
 from erclutch.files import may_fill, require_room
 
 if TYPE_CHECKING:
-    from erclutch.logs import Plan, Table
+    from erclutch.logs import Table
 
 COMMAND = {
     "help": "Show what is in a log and what each column is taken for.",
@@ -44,10 +50,6 @@ _OPTION = re.compile(
     rf"--variable (?!out\b){_WORD}(?: --[a-z-]+(?: (?!--){_WORD})?)*|--decimal [.,]|--name-pattern {_WORD}|"
     rf"--write-mapping {_WORD}"
 )
-#: The column of words that a question is about.
-_PARTING = re.compile(r"column (.+?) parts the rows into \d+")
-#: A strain, or the rate of a strain, by its symbol alone.
-_GAMMAS = {"gamma", "γ"}
 
 
 def inspect(
@@ -241,9 +243,9 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
     elif look.plan.doubts:
         doubts = "; ".join(look.plan.doubts)
         command = look.plan.command().replace(first, typed)
-        if _is_of_a_rheometer(look.plan):
+        if is_of_a_rheometer(look.plan):
             terminal.say(f"Not understood yet: {look.log.name}: {doubts}")
-            terminal.say(f"What settles it: {_flow_command(look)}")
+            terminal.say(f"What settles it: {flow_command(look)}")
             return
         terminal.say(
             f"In doubt: {doubts}. If that is right, say so: {_with_options(command, reading)}"
@@ -268,7 +270,7 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         terminal.say(f"Understood. Fit {them}: {command} --out RUN")
     is_understood = look.problem is None and not look.plan.doubts and not look.refused
     if is_understood and not reading.words() and tells_a_flow_curve(look.plan.labels):
-        terminal.say(f"Or as a flow curve: {_flow_command(look)}")
+        terminal.say(f"Or as a flow curve: {flow_command(look)}")
 
 
 def _tell_what_settles(
@@ -283,6 +285,7 @@ def _tell_what_settles(
         reading: how the user said that they are read.
     """
     from erclutch.logs.columns.rheometer_names import of_oscillation
+    from erclutch.logs.columns.rheometer_units import without_a_unit
 
     alike = look.refused_alike
     first = shlex.quote(look.plan.path)
@@ -290,7 +293,7 @@ def _tell_what_settles(
     option = _OPTION.search(problem.remedy)
     if plan.questions:
         # A rheometer's points are for laws at one field.
-        settled = _flow_command(look) if _is_of_a_rheometer(plan) else plan.command()
+        settled = flow_command(look) if is_of_a_rheometer(plan) else plan.command()
     elif "(--time none)" in problem.remedy and plan.signal("slip") is not None:
         settled = f"{plan.command().rstrip()} --time none"
     elif "--invalid drop" in problem.remedy:
@@ -305,7 +308,9 @@ def _tell_what_settles(
         same = [plan.path, *(str(look.log.parent / name) for name in alike)]
         settled = settled.replace(first, shlex.join(same))
     why = str(problem)
-    if settled and len(look.plan.questions) > 1:
+    if settled.endswith(f"[{UNIT_TO_FILL_IN}]'"):
+        why = f"{look.log.name}: {without_a_unit(viscosities_without_a_unit(look.raw))}"
+    elif settled and len(look.plan.questions) > 1:
         # The remedy of several questions is that command, which is printed once.
         why = f"{problem.where}: {problem.problem}"
     swings = of_oscillation(look.raw.columns)
@@ -341,52 +346,6 @@ def _with_options(command: str, reading: LogOptions) -> str:
             values = given[place + 1 : place + 2]
             beside += [word, *(value for value in values if not value.startswith("--"))]
     return " ".join([command.rstrip(), *map(shlex.quote, beside)])
-
-
-def _flow_command(look: LogLook) -> str:
-    """The command that reads a rheometer's points, with what their names leave open.
-
-    A gamma is a strain or a rate, and a column of words may part the points into curves.
-    """
-    from erclutch.logs.columns.row_groups import EACH
-
-    words = ["erclutch", "flowcurve", look.plan.path]
-    gammas = [name for name in look.raw.columns if name.lower() in _GAMMAS]
-    strain_or_rate = [name for name in gammas if not look.raw.units.get(name)]
-    parting: list[str] = []  # columns of words
-    if strain_or_rate:
-        words += ["--shear-rate", f"{strain_or_rate[0]} [1/s]"]
-        parting = list(look.raw.words)[:1]
-    else:
-        for question in look.plan.questions:
-            match = _PARTING.match(question.problem)
-            if match:
-                parting.append(match.group(1))
-        if not parting and _is_of_a_rheometer(look.plan):
-            parting = [name for name, column in look.raw.words.items() if len(column.words) > 1][:1]
-    for name in parting:
-        words += ["--sheet", f"{name}={EACH}"]
-    return shlex.join(words)
-
-
-def _is_of_a_rheometer(plan: Plan) -> bool:
-    """Whether a table holds a shear rate and a shear stress, by names; or without a time, by names or units."""
-    from erclutch.logs.columns.rheometer_names import tells_a_flow_curve
-
-    if tells_a_flow_curve(plan.labels):
-        return True
-    clock = plan.clock
-    asks_for_time = any(question.signal == "time" for question in plan.questions)
-    if not asks_for_time and (clock is None or clock.kind not in ("points", "counter")):
-        return False
-    letters = {name.lower() for name in plan.labels}
-    if _GAMMAS & letters and {"tau", "τ"} & letters:
-        return True
-    for signal in ("slip", "effort"):
-        choice = plan.signal(signal)
-        if choice is None or not (choice.unit in ("1/s", "Pa") or "shear" in choice.column.lower()):
-            return False
-    return True
 
 
 def _as_json(look: LogLook, courses: int) -> dict[str, Any]:

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from erclutch.errors import MappingError, UnitError, listed, shell_word
 from erclutch.logs.columns.labels import without_unit
 from erclutch.logs.columns.rheometer_names import plain_name, said_by_name
+from erclutch.logs.columns.rheometer_units import unit_or_end
 from erclutch.logs.columns.row_groups import EACH
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
 from erclutch.wings.rheology.flow_plan import FlowPlan
 from erclutch.wings.rheology.flow_points import ONE_FLUID, parts_between
-from erclutch.wings.rheology.flow_units import unit_or_end
 from erclutch.wings.rheology.held_rates import ONE_RATE
 
 _TEMPERATURE = re.compile(r"\btemp|温度|온도|температур")

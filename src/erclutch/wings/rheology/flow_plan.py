@@ -22,6 +22,7 @@ from erclutch.logs.columns.rheometer_names import (
     plain_name,
     said_by_name,
 )
+from erclutch.logs.columns.rheometer_units import SI, in_plain_units, said_by_unit, unit_of
 from erclutch.logs.table import Table
 from erclutch.signals.array import Mask
 from erclutch.signals.units import parse
@@ -35,7 +36,6 @@ from erclutch.wings.rheology.flow_questions import (
     require_no_unit_above,
     require_plain_heads,
 )
-from erclutch.wings.rheology.flow_units import SI, in_plain_units, said_by_unit, unit_of
 from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn, labelled_pairs
 
 _CALLED: Mapping[Quantity, str] = {
@@ -140,7 +140,8 @@ def plan_of(
     for rate_name, value_name in zip(rate_of_each, values, strict=True):
         # A column that was asked for as a stress may be a viscosity, by its unit, or by its name without one.
         unit = _unit_asked(value_name, asked) or unit_of(table, value_name)
-        role = said_by_unit(unit) if unit else said_by_name(value_name)
+        measured = said_by_unit(unit)
+        role = measured if measured in SI else said_by_name(value_name)  # the unit may be misspelt
         quantity: Quantity = "viscosity" if not stresses or role == "viscosity" else "stress"
         curves.append(
             CurvePlan(
@@ -343,10 +344,12 @@ def _flow_column(
         return FlowColumn(name, SI[role], 1.0, f"no unit, taken for {SI[role]}")
     if said_by_unit(unit) != role:
         option = "--shear-rate" if role == "rate" else "--stress"
+        units = ["mPa*s", SI[role]] if role == "viscosity" else [SI[role]]
+        named = [f"{option} {shell_word(f'{name} [{each}]')}" for each in units]
         raise UnitError(
             f"the column {name!r} has the unit {unit!r}, which is no unit of {_MEANING[role]}",
             where=table.name,
-            remedy=f"Name its unit: {option} {shell_word(f'{name} [{SI[role]}]')}",
+            remedy=f"Name its unit: {', or '.join(named)}",
         )
     base = 1.0 if role == "rate" else _PASCAL
     reason = "asked for" if unit_asked else f"named, in {unit}"

@@ -8,7 +8,7 @@ from itertools import product
 
 import numpy as np
 
-from erclutch.errors import MappingError, UnitError, listed, shell_word
+from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.powers_of_ten import both_ways, power_beside
 from erclutch.logs.columns.rheometer_names import (
     Quantity,
@@ -17,9 +17,15 @@ from erclutch.logs.columns.rheometer_names import (
     plain_name,
     said_by_name,
 )
+from erclutch.logs.columns.rheometer_units import (
+    SI,
+    said_by_unit,
+    unit_or_end,
+    units_above,
+    without_a_unit,
+)
 from erclutch.logs.table import Table
 from erclutch.signals.units import is_temperature, parse
-from erclutch.wings.rheology.flow_units import SI, said_by_unit, unit_or_end, units_above
 from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn
 from erclutch.wings.rheology.rotor_speeds import speed_in_place_of_rate
 
@@ -105,13 +111,8 @@ def of_unknown_unit(table: Table, name: str, unknown: Sequence[str]) -> UnitErro
     def named(unit: str) -> str:
         return "--stress " + " ".join(shell_word(f"{other} [{unit}]") for other in unknown)
 
-    columns = (
-        f"the column {name!r} has"
-        if len(unknown) == 1
-        else f"the columns {listed(unknown, 6)} have"
-    )
     return UnitError(
-        f"{columns} no unit: viscosities are written in Pa s, and as often in mPa s or cP",
+        without_a_unit([name] if len(unknown) == 1 else unknown),
         where=table.name,
         remedy=f"Say which: {named('mPa*s')}, or {named('Pa*s')}",
     )

@@ -7,11 +7,11 @@ import re
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.rheometer_units import unit_or_end
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.wings.rheology.flow_plan import FlowPlan
 from erclutch.wings.rheology.flow_points import FEWEST_RATES, RESTING, rates_held
-from erclutch.wings.rheology.flow_units import unit_or_end
 
 _HOLDS = re.compile(
     r"(peak hold|creep(?: recovery)?|stress (?:relaxation|growth))(?: ?-? ?\d+)?", re.IGNORECASE

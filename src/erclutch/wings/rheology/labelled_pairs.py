@@ -9,9 +9,9 @@ import numpy as np
 
 from erclutch.errors import MappingError, UnitError
 from erclutch.logs.columns.rheometer_names import said_by_name
+from erclutch.logs.columns.rheometer_units import said_by_unit, unit_of
 from erclutch.logs.table import Table
 from erclutch.signals.units import parse
-from erclutch.wings.rheology.flow_units import said_by_unit, unit_of
 
 
 @dataclass(frozen=True)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from erclutch.errors import UnitError
+from erclutch.errors import UnitError, listed
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.rheometer_names import Quantity, Role, said_by_name
 from erclutch.logs.table import Table
@@ -116,3 +116,11 @@ def unit_or_end(table: Table, name: str) -> str | None:
     in_brackets = _AT_THE_END.search(name)
     inside = in_brackets["inside"] if in_brackets else None
     return inside if is_temperature(inside) else None
+
+
+def without_a_unit(viscosities: Sequence[str]) -> str:
+    """What is asked about viscosities without a unit, which no reader can guess."""
+    columns = f"the column {viscosities[0]!r} has"
+    if len(viscosities) > 1:
+        columns = f"the columns {listed(viscosities, 6)} have"
+    return f"{columns} no unit: viscosities are written in Pa s, and as often in mPa s or cP"
