@@ -67,6 +67,8 @@ _SAYS_NOTHING = (
 _SIDE = re.compile(r"(?<=[^\W\d_]{2})[ _-][A-DLR]$")
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _QUOTED = re.compile(r'"([^"]{2,})"')
+#: A letter in front of others that some program could not write: ?i was an angle i, and no current.
+_LOST_LETTER = re.compile(r"(?<!\w)[?\ufffd](?=\w)")
 _AXES = frozenset("xyzr")
 _JOINT = re.compile(r"(?:a|j|ax|axis|joint|dof|achse|gelenk)\d{1,2}")  # MeasuredTorque_A1
 # Compounds of a told or a measured value: Sollmoment, Istdrehzahl, Momentsoll.
@@ -154,6 +156,9 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         end: that unit, or None.
     """
     stem = _SAYS_NOTHING.sub("", stem)
+    if _LOST_LETTER.search(stem):
+        stem = "unknown"
+        name = stem
     plain_stem = plain(stem)
     stem_words = _words_of(stem)
     forms = {signal: _called_as(name, stem, signal) for signal in NAMES}

@@ -16,6 +16,7 @@ from erclutch.errors import ErclutchError, LogError, SettingError, placed
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
 from erclutch.logs.planning.act_or_actuator import doubt_what_act_means
+from erclutch.logs.planning.axes_of_spectra import pass_over_axes_of_spectra
 from erclutch.logs.planning.clock_planning import choose_clock
 from erclutch.logs.planning.current_for_effort import offer_the_current_of_a_drive
 from erclutch.logs.planning.draft import Draft
@@ -118,6 +119,7 @@ STEPS = (
     Step("which numbers the user, a mapping or the file's name gives", take_given_numbers),
     # What the device needs besides.
     Step("which columns hold sizes of an oscillation", pass_over_oscillations),
+    Step("which columns are frequencies of a spectrum", pass_over_axes_of_spectra),
     Step("which channels no supply feeds", pass_over_idle_and_raw_channels),
     Step("which column each signal is that nobody named", guess_what_is_needed),
     Step("which of several joints is proposed", propose_one_joint),

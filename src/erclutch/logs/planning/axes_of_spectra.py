@@ -1,0 +1,61 @@
+"""What a spectrum is drawn over is no signal: a frequency f, and the angular frequency w beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from erclutch.logs.columns.seen_columns import SeenColumn
+from erclutch.logs.columns.vocabulary import set_of
+from erclutch.logs.planning.draft import Draft
+
+_FREQUENCIES = frozenset(
+    {"f", "fx", "freq", "freqs", "frequency", "frequencies", "frequenz", "fvec", "hz"}
+)
+_ANGULAR = frozenset({"w", "wout", "omega", "om", "wvec", "angfreq"})
+#: Words that a spectrum beside them has in its name.
+_SPECTRA = set_of(
+    "mag magnitude phase fft psd spectrum spectra spectral bode amplitude amplituden spektrum spectre espectro "
+    "frf gain db coherence"
+)
+_LAST_DIGITS = 1e-6  # by which 2 pi f and w may differ, as a share
+_FEWEST = 3  # rows, from which on even steps say something
+
+
+def pass_over_axes_of_spectra(draft: Draft) -> None:
+    """Take a frequency for no effort and an angular frequency for no speed, where both grow by even steps from 0 on.
+
+    One of them tells itself by the other, which is 2 pi times as large, or by a spectrum beside it.
+    """
+    named = {*draft.taken}
+    axes: list[SeenColumn] = []
+    for column in draft.seen.columns.values():
+        is_called_so = column.spoken.plain_stem in _FREQUENCIES | _ANGULAR
+        if column.name not in named and is_called_so and _is_an_axis(column):
+            axes.append(column)
+    has_a_spectrum = any(column.spoken.says(_SPECTRA) for column in draft.seen.columns.values())
+    for column in axes:
+        if not has_a_spectrum and not _has_a_twin(column, axes):
+            continue
+        draft.no_signals.append(column.name)
+        draft.notes.append(
+            f"column {column.name} grows by even steps beside a spectrum: taken for its frequencies, left out"
+        )
+
+
+def _is_an_axis(column: SeenColumn) -> bool:
+    """Whether all numbers grow by one step, from 0 or from that step on, as the frequencies of a spectrum do."""
+    values = column.values
+    if values.size < _FEWEST or not np.isfinite(values).all() or not column.has_equal_steps:
+        return False
+    step = float(np.median(column.steps))
+    return step > 0.0 and float(values[0]) in (0.0, step)
+
+
+def _has_a_twin(column: SeenColumn, axes: list[SeenColumn]) -> bool:
+    """Whether another axis is 2 pi times as large, or as small."""
+    largest = float(column.values[-1])
+    for other in axes:
+        ratio = float(other.values[-1]) / largest
+        if min(abs(ratio / (2.0 * np.pi) - 1.0), abs(ratio * 2.0 * np.pi - 1.0)) <= _LAST_DIGITS:
+            return True
+    return False
