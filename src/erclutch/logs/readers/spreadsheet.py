@@ -16,6 +16,7 @@ from erclutch.errors import LogError
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, reader_of
 from erclutch.logs.readers import first_bytes, found_recordings, reader_in_child
 from erclutch.logs.readers.budget import Budget, budget_of, take_zip
+from erclutch.logs.readers.names_on_a_sheet import named_by
 from erclutch.logs.table import Table
 
 _PARTS = (
@@ -79,11 +80,12 @@ def find_each(path: str) -> dict[str, Table | LogError]:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """A sheet, the texts of its recordings by their names, and what was left out beside them."""
+    """A sheet, the texts of its recordings by their names, what was left out beside them, and its workbook."""
 
     sheet: str
     parts: dict[str, LogSource]
     note: str = ""
+    book: Any = None
 
 
 def _sheets(path: str, variable: str | None) -> Iterator[_Sheet | LogError]:
@@ -124,7 +126,7 @@ def _sheets(path: str, variable: str | None) -> Iterator[_Sheet | LogError]:
                 several = len(book.sheet_names) > 1
                 name = f"{sheet}, {part}" if part and several else part or sheet
                 by_name[name] = source
-            yield _Sheet(sheet, by_name, note)
+            yield _Sheet(sheet, by_name, note, book)
 
 
 def _of_sheet(sheet: str, error: LogError) -> LogError:
@@ -226,7 +228,7 @@ def _cell(value: Any) -> str:
 
 def _table(source: LogSource, found: _Sheet) -> Table:
     plugin, _ = reader_of(source.data[:HEAD], "")
-    table = plugin.of_type(LogReader).read(source)
+    table = named_by(plugin.of_type(LogReader).read(source), found.book, found.sheet)
     notes = [f"recording read from sheet {found.sheet}", *table.notes]
     if found.note:
         notes.append(found.note)

@@ -1,0 +1,62 @@
+"""Some workbooks hold numbers on one sheet and the names of their columns, in one row, on another."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Any
+
+from erclutch.logs.columns.labels import name_columns
+from erclutch.logs.table import Table
+
+_MOST_OTHERS = 4  # sheets: each of them has to be read for its names
+_HIGHEST = 50  # rows of a sheet that names the columns of another
+_GIVEN_BY_PLACE = re.compile(r"c\d+")  # what a reader calls a column without a name
+
+
+def named_by(table: Table, book: Any, sheet: str) -> Table:
+    """The table with the names that another sheet has for its columns; as it is where it has names of its own.
+
+    One sheet alone may give them: it holds one row of as many texts as the table has columns, and nothing besides.
+
+    Args:
+        table: of a sheet.
+        book: its workbook, which is open.
+        sheet: its name.
+    """
+    others = [name for name in book.sheet_names if name != sheet]
+    has_names = not all(map(_GIVEN_BY_PLACE.fullmatch, table.columns))
+    if has_names or len(others) > _MOST_OTHERS:
+        return table
+    rows_of_names: list[tuple[str, list[str]]] = []
+    for other in others:
+        labels = _only_row_of_texts(book.get_sheet_by_name(other))
+        if len(labels) == len(table.columns):
+            rows_of_names.append((other, labels))
+    if len(rows_of_names) != 1:
+        return table
+    namer, labels = rows_of_names[0]
+    names, units, notes = name_columns(labels)
+    renamed = dict(zip(table.columns, names, strict=True))
+    return replace(
+        table,
+        columns={renamed[old]: values for old, values in table.columns.items()},
+        units=dict(zip(names, units, strict=True)),
+        numbers={renamed.get(old, old): place for old, place in table.numbers.items()},
+        notes=(*table.notes, f"names of the columns are those of sheet {namer}", *notes),
+    )
+
+
+def _only_row_of_texts(content: Any) -> list[str]:
+    """The texts of a sheet that holds one row of distinct texts; none for another sheet."""
+    if content.total_height > _HIGHEST:
+        return []
+    filled = [row for row in content.iter_rows() if any(cell not in ("", None) for cell in row)]
+    if len(filled) != 1:
+        return []
+    cells = [cell.strip() if isinstance(cell, str) else "" for cell in filled[0]]
+    while cells and not cells[-1]:
+        cells.pop()
+    while cells and not cells[0]:
+        del cells[0]
+    return cells if all(cells) and len({*cells}) == len(cells) else []
