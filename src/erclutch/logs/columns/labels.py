@@ -53,6 +53,7 @@ _PATH = re.compile(
     r'"?(?:[^/]+/)+"?([^/]*[^/"])"?/"?(?:(?:Out|In)\d*|Value)"?(?:\[0\])?', re.IGNORECASE
 )
 _IN_A_MODEL = re.compile(r'"?(?:Platform\(\)://)?Model Root/(?:[^/]+/)*"?([^/"]+)"?', re.IGNORECASE)
+_GIVEN_BY_PLACE = re.compile(r"c\d+")
 _OF_A_MESSAGE = "field."  # before each name behind the time, as rostopic echo -p writes it: no field of a device
 _FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
 # A quotient behind an underscore (``SR_1/s``, ``v_m/s``); a capital letter there is an index (``M_A/Nm``).
@@ -209,6 +210,11 @@ def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None
     if not end:
         return None
     return end if end == "°C" or units.fits(end, si_units) else None
+
+
+def is_given_by_place(name: str) -> bool:
+    """Whether a column has no name: `name_columns` calls it by its place then."""
+    return _GIVEN_BY_PLACE.fullmatch(name) is not None
 
 
 def name_columns(

@@ -69,6 +69,10 @@ _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _QUOTED = re.compile(r'"([^"]{2,})"')
 #: A letter in front of others that some program could not write: ?i was an angle i, and no current.
 _LOST_LETTER = re.compile(r"(?<!\w)[?\ufffd](?=\w)")
+#: A length that makes a torque of a force; the load of a lever arm is a load.
+_ARM = re.compile(r"\b(?:moment|lever|torque|hebel) ?arm$")
+#: Words in front of what a quantity was made of.
+_MADE_OF = ("from", "via", "aus")
 _AXES = frozenset("xyzr")
 _JOINT = re.compile(r"(?:a|j|ax|axis|joint|dof|achse|gelenk)\d{1,2}")  # MeasuredTorque_A1
 # Compounds of a told or a measured value: Sollmoment, Istdrehzahl, Momentsoll.
@@ -245,6 +249,7 @@ def _words_of(name: str) -> tuple[str, ...]:
     apart = _BORDER.sub(" ", unicodedata.normalize("NFKD", name))
     letters_alone = re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower()
     letters_alone = _STRAIN_GAUGE.sub("straingauge", letters_alone)
+    letters_alone = _ARM.sub("leverarm", letters_alone.rstrip())
     words = _SOLL_OR_IST.sub(r" \1\2 ", letters_alone).split()
     if "ff" in words and len(words) > 1:
         words[words.index("ff")] = "feedforward"
@@ -316,6 +321,10 @@ def headed(stem: str, signal: str, shared: frozenset[str] = frozenset()) -> str 
         return None
     if signal == "effort" and _is_effort_of_a_loop(parts):
         return None
+
+    # A torque from a current is a torque.
+    ends = (place for place, word in enumerate(parts) if place and word in _MADE_OF)
+    parts = parts[: next(ends, len(parts))]
 
     heads = [(parts[:-1], parts[-1])]  # the words beside a head, and the head
     if parts[0] in ROMANCE:

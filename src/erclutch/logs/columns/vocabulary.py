@@ -93,7 +93,7 @@ SENSES = set_of(
     "droite traction adelante atras izquierda derecha"
 )
 OTHER = set_of(
-    "layer layers schicht couche capa strato camada "
+    "layer layers schicht couche capa strato camada leverarm hebelarm "
     "pressure druck pression presion presiones pressione pressao temperature temp esc vibration gap diameter thickness "
     "separation abstand werkzeugabstand "
     "noise error normal accuracy resolution power viscosity strain crack radius size length width mass weight h fn "

@@ -13,7 +13,7 @@ import numpy as np
 from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
 from erclutch.logs.columns.candidates import candidates
-from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.labels import is_given_by_place, split_label
 from erclutch.logs.columns.levels_in_names import differ_by_field
 from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
@@ -187,6 +187,8 @@ def _field_option(
         means_no_field = (
             column.spoken.plain in NEED_UNIT and column.spoken.plain not in NAMES["field"].split()
         )
+        # Numbers that stand beside a table, without a name, were copied there.
+        means_no_field |= is_given_by_place(column.name)
         # The angle of another joint (q2) may rest at a few levels too.
         means_no_field |= bool(column.spoken.may_be) and "field" not in column.spoken.may_be
         is_level = column.shape.keeps_levels and _NUMBERED.isdisjoint(words)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from typing import Any
 
-from erclutch.logs.columns.labels import name_columns
+from erclutch.logs.columns.labels import is_given_by_place, name_columns
 from erclutch.logs.table import Table
 
 _MOST_OTHERS = 4  # sheets: each of them has to be read for its names
 _HIGHEST = 50  # rows of a sheet that names the columns of another
-_GIVEN_BY_PLACE = re.compile(r"c\d+")  # what a reader calls a column without a name
 
 
 def named_by(table: Table, book: Any, sheet: str) -> Table:
@@ -25,7 +23,7 @@ def named_by(table: Table, book: Any, sheet: str) -> Table:
         sheet: its name.
     """
     others = [name for name in book.sheet_names if name != sheet]
-    has_names = not all(map(_GIVEN_BY_PLACE.fullmatch, table.columns))
+    has_names = not all(map(is_given_by_place, table.columns))
     if has_names or len(others) > _MOST_OTHERS:
         return table
     rows_of_names: list[tuple[str, list[str]]] = []

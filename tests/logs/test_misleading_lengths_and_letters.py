@@ -1,4 +1,4 @@
-"""Names whose letters a program could not write say nothing, and the layers of a print are no motion."""
+"""Names that mislead: letters that a program could not write, lengths that never move, what a torque is made of."""
 
 from __future__ import annotations
 
@@ -37,3 +37,31 @@ def test_the_height_of_a_layer_is_no_position(name: str) -> None:
     units = {"time": "s", name: "um", "load": "N"}
     plan = plan_of(Table("a", columns, units, "0" * 64), ColumnMap())
     assert not any(each.column == name for each in plan.signals)
+
+
+@pytest.mark.parametrize("name", ["Moment arm", "lever_arm", "Torque Arm", "Hebelarm"])
+def test_the_arm_of_a_moment_is_no_position(name: str) -> None:
+    columns = {"Test #": 1.0 + ROWS, name: 15.0 + 3.0 * (ROWS > 99), "Torque": np.sin(0.1 * ROWS)}
+    units = {"Test #": None, name: "cm", "Torque": "Nm"}
+    plan = plan_of(Table("a", columns, units, "0" * 64), ColumnMap())
+    assert not any(each.column == name for each in plan.signals)
+
+
+def test_the_force_at_a_lever_arm_is_a_force() -> None:
+    assert "effort" in spoken_name("lever arm force").may_be
+
+
+@pytest.mark.parametrize(
+    ("name", "signal"),
+    [
+        ("ankle_torque_from_current", "effort"),
+        ("speed from encoder", "slip"),
+        ("Drehmoment aus Strom", "effort"),
+    ],
+)
+def test_what_a_quantity_was_made_of_is_not_its_head(name: str, signal: str) -> None:
+    assert spoken_name(name).may_be == {signal}
+
+
+def test_a_current_from_a_supply_is_no_field() -> None:
+    assert "field" not in spoken_name("current_from_supply").may_be
