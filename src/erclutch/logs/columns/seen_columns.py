@@ -18,6 +18,7 @@ from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import own_unit, without_unit
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import SpokenName, spoken
+from erclutch.logs.columns.names_in_company import told_by_company
 from erclutch.logs.columns.shapes import Shape, shape_of, spread_of
 from erclutch.logs.columns.vocabulary import MEASURED, NAMES, OTHER, SINGLE
 from erclutch.logs.table import MINUS, Table
@@ -259,6 +260,12 @@ def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
         bare = without_unit(name, unit)
         stem, end = split_end(bare)
         columns[name] = SeenColumn(name, spoken(bare, stem, end), unit, values, shape_of(values))
+
+    for name, stem in told_by_company(
+        {name: column.spoken for name, column in columns.items()}
+    ).items():
+        said = columns[name].spoken
+        columns[name] = replace(columns[name], spoken=spoken(stem, stem, said.end))
 
     for name in _desired(columns):
         said = columns[name].spoken

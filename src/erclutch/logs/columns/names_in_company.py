@@ -1,0 +1,60 @@
+"""Some names are understood beside the others of their table only: what all begin or end with says nothing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+
+from erclutch.logs.columns.names import SpokenName, spoken_name
+
+_FEWEST = 3  # columns, from which on what all names share says nothing
+#: A letter in front of all names: measured, filtered.
+_IN_FRONT = ("m", "f")
+#: Where a program calls a column after the file that it is of.
+_FILE = re.compile(r"\.(?:txt|csv|dat|log|mat)$", re.IGNORECASE)
+#: posa1 beside posd1: what a joint did, and what it was told.
+_DID_OR_TOLD = re.compile(r"(pos|vel|acc|tor|trq|torque|force|cur)_?([ad])_?(\d*)", re.IGNORECASE)
+_WORDS = {"a": "actual", "d": "desired"}
+
+
+def told_by_company(said: Mapping[str, SpokenName]) -> dict[str, str]:
+    """Stems that say more than the names of some columns, by these names.
+
+    Args:
+        said: what each column of a table says alone, by its name.
+    """
+    stems = {name: spoken.stem for name, spoken in said.items()}
+    if len(stems) >= _FEWEST and all(map(_FILE.search, stems.values())):
+        stems = {name: _FILE.sub("", stem) for name, stem in stems.items()}
+    for letter in _IN_FRONT:
+        bare = {name: stem[1:].lstrip("_") for name, stem in stems.items()}
+        begin_so = all(stem[:1].lower() == letter and len(stem) > 1 for stem in stems.values())
+        if begin_so and _are_of_a_device(bare.values()):
+            stems = bare
+    stems |= dict(_did_and_told(stems))
+    return {name: stem for name, stem in stems.items() if stem != said[name].stem}
+
+
+def _are_of_a_device(stems: Iterable[str]) -> bool:
+    """Whether some stems are whole names of a motion and of an effort, and others of a rate or the time beside them."""
+    kinds: set[str] = set()
+    for stem in stems:
+        spoken = spoken_name(stem)
+        kinds |= spoken.may_be
+        if spoken.is_time:
+            kinds.add("time")
+    return "effort" in kinds and len(kinds & {"slip", "position", "time"}) > 1
+
+
+def _did_and_told(stems: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """Names that end in an a for actual, each beside the same with a d for desired, and what both mean."""
+    matches = {name: _DID_OR_TOLD.fullmatch(stem) for name, stem in stems.items()}
+    letters: dict[tuple[str, str], set[str]] = {}  # of each quantity and joint
+    for match in matches.values():
+        if match:
+            letters.setdefault((match[1].lower(), match[3]), set()).add(match[2].lower())
+    paired = {quantity for (quantity, _), both in letters.items() if both == {"a", "d"}}
+    for name, match in matches.items():
+        # Once a position is told so, the speeds of the same table are.
+        if match and paired:
+            yield name, f"{match[1]} {_WORDS[match[2].lower()]} {match[3]}".strip()
