@@ -6,14 +6,16 @@ import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
+from erclutch.signals.array import Array
 
 ROWS = 300
 FREQUENCIES = np.arange(ROWS) * 0.25
 INPUT = np.sin(0.11 * np.arange(ROWS))
 
 
-def _plan(told: ColumnMap | None = None, **columns: np.ndarray) -> Plan:
-    table = Table("a", {"t": np.arange(ROWS) * 0.002, "input": INPUT, **columns}, {}, "0" * 64)
+def _plan(columns: dict[str, Array], told: ColumnMap | None = None) -> Plan:
+    time = np.arange(ROWS) * 0.002
+    table = Table("a", {"t": time, "input": INPUT, **columns}, {}, "0" * 64)
     return plan_of(table, told or ColumnMap())
 
 
@@ -25,23 +27,23 @@ def _columns(plan: Plan) -> set[str]:
 def test_a_frequency_and_an_angular_frequency_are_no_force_and_no_speed(
     frequency: str, angular: str
 ) -> None:
-    plan = _plan(**{frequency: FREQUENCIES, angular: 2.0 * np.pi * FREQUENCIES})
+    plan = _plan({frequency: FREQUENCIES, angular: 2.0 * np.pi * FREQUENCIES})
     assert _columns(plan).isdisjoint({frequency, angular})
     assert any("frequencies" in note for note in plan.notes)
 
 
 @pytest.mark.parametrize("spectrum", ["mag", "phase_data", "fft_out"])
 def test_frequencies_beside_a_spectrum_are_no_signal(spectrum: str) -> None:
-    plan = _plan(f=FREQUENCIES, **{spectrum: np.cos(0.3 * np.arange(ROWS))})
+    plan = _plan({"f": FREQUENCIES, spectrum: np.cos(0.3 * np.arange(ROWS))})
     assert "f" not in _columns(plan)
 
 
 def test_a_speed_that_is_ramped_up_beside_a_force_stays_a_speed() -> None:
-    plan = _plan(w=3.0 * FREQUENCIES, f=np.tanh(FREQUENCIES) + 0.1 * INPUT)
+    plan = _plan({"w": 3.0 * FREQUENCIES, "f": np.tanh(FREQUENCIES) + 0.1 * INPUT})
     assert {"w", "f"} <= _columns(plan)
 
 
 def test_frequencies_that_the_user_names_are_taken() -> None:
     told = ColumnMap.from_options({"slip": "w", "effort": "f", "field": "none"})
-    plan = _plan(told, f=FREQUENCIES, w=2.0 * np.pi * FREQUENCIES)
+    plan = _plan({"f": FREQUENCIES, "w": 2.0 * np.pi * FREQUENCIES}, told)
     assert {"w", "f"} <= _columns(plan)

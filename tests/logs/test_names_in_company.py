@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
+from erclutch.signals.array import Array
 
 SPAN = np.arange(600) * 0.004
 ANGLE = np.sin(3.0 * SPAN)
@@ -13,7 +14,7 @@ RATE = 3.0 * np.cos(3.0 * SPAN)
 TORQUE = np.tanh(4.0 * RATE)
 
 
-def _plan(columns: dict[str, np.ndarray]) -> Plan:
+def _plan(columns: dict[str, Array]) -> Plan:
     return plan_of(Table("a", columns, {}, "0" * 64), ColumnMap())
 
 
@@ -38,7 +39,7 @@ def test_names_that_only_begin_alike_keep_their_letter() -> None:
 
 
 def test_of_what_a_joint_did_and_was_told_the_former_is_proposed() -> None:
-    columns: dict[str, np.ndarray] = {}
+    columns: dict[str, Array] = {}
     for joint, share in ((1, 1.0), (2, 0.4)):
         columns[f"posd{joint}.txt"] = share * ANGLE + 0.01
         columns[f"veld{joint}.txt"] = share * RATE

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
+from erclutch.signals.array import Array
 
 SPAN = np.arange(500) * 0.005
 SPEED = np.sin(9.0 * SPAN)
 
 
-def _plan(**columns: np.ndarray) -> Plan:
+def _plan(**columns: Array) -> Plan:
     table = Table("a", {**columns, "speed": SPEED, "torque": np.tanh(SPEED)}, {}, "0" * 64)
     return plan_of(table, ColumnMap())
 
