@@ -9,12 +9,12 @@ from erclutch.logs import ColumnMap, Plan, Table, plan_of
 from erclutch.signals.array import Array
 
 ROWS = 300
-FREQUENCIES = np.arange(ROWS) * 0.25
-INPUT = np.sin(0.11 * np.arange(ROWS))
+FREQUENCIES = np.arange(float(ROWS)) * 0.25
+INPUT = np.sin(0.11 * np.arange(float(ROWS)))
 
 
 def _plan(columns: dict[str, Array], told: ColumnMap | None = None) -> Plan:
-    time = np.arange(ROWS) * 0.002
+    time = np.arange(float(ROWS)) * 0.002
     table = Table("a", {"t": time, "input": INPUT, **columns}, {}, "0" * 64)
     return plan_of(table, told or ColumnMap())
 
@@ -34,7 +34,7 @@ def test_a_frequency_and_an_angular_frequency_are_no_force_and_no_speed(
 
 @pytest.mark.parametrize("spectrum", ["mag", "phase_data", "fft_out"])
 def test_frequencies_beside_a_spectrum_are_no_signal(spectrum: str) -> None:
-    plan = _plan({"f": FREQUENCIES, spectrum: np.cos(0.3 * np.arange(ROWS))})
+    plan = _plan({"f": FREQUENCIES, spectrum: np.cos(0.3 * np.arange(float(ROWS)))})
     assert "f" not in _columns(plan)
 
 

@@ -8,7 +8,7 @@ import pytest
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
 from erclutch.signals.array import Array
 
-SPAN = np.arange(600) * 0.004
+SPAN = np.arange(600.0) * 0.004
 ANGLE = np.sin(3.0 * SPAN)
 RATE = 3.0 * np.cos(3.0 * SPAN)
 TORQUE = np.tanh(4.0 * RATE)

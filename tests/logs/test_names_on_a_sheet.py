@@ -13,7 +13,7 @@ from erclutch.logs import Table
 from erclutch.logs.readers.names_on_a_sheet import named_by
 from erclutch.logs.readers.spreadsheet import find
 
-SPAN = np.arange(60) * 0.05
+SPAN = np.arange(60.0) * 0.05
 SPEED = np.sin(2.0 * SPAN)
 NAMES = ["Zeit [s]", "Drehzahl [rad/s]", "Drehmoment [Nm]"]
 NUMBERS = np.column_stack([SPAN, SPEED, 3.0 * np.tanh(4.0 * SPEED)]).tolist()

@@ -7,7 +7,7 @@ import numpy as np
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
 from erclutch.signals.array import Array
 
-SPAN = np.arange(500) * 0.005
+SPAN = np.arange(500.0) * 0.005
 SPEED = np.sin(9.0 * SPAN)
 
 
@@ -29,5 +29,5 @@ def test_two_columns_that_drift_apart_are_asked_about() -> None:
 
 
 def test_numbers_without_a_name_beside_a_table_are_proposed_for_no_field() -> None:
-    plan = _plan(time=SPAN, c5=23.0 + 0.05 * (np.arange(500) // 100))
+    plan = _plan(time=SPAN, c5=23.0 + 0.05 * (np.arange(500.0) // 100))
     assert not any("c5" in example for example in plan.examples)
