@@ -182,3 +182,21 @@ def test_a_column_that_repeats_another_of_its_name_asks_nothing() -> None:
     plan = planned(columns, {"v": "m/s", "I": "A"})
     assert plan.questions == ()
     assert taken(plan, "effort") == "Force"
+
+
+@pytest.mark.parametrize("load", ["CANBusLoad", "Bus Load", "Load"])
+def test_of_several_torques_a_load_in_percent_is_not_proposed(load: str) -> None:
+    second = 0.8 * TORQUE + 0.5 * np.sin(3.0 * TIME)
+    third = TORQUE + 0.3 * np.cos(11.0 * TIME)
+    columns = {
+        "time": TIME,
+        "N_HM": SPEED,
+        load: LOAD,
+        "Torque 1": TORQUE,
+        "Torque 2": second,
+        "Torque 3": third,
+        "I_DC": CURRENT,
+    }
+    torques = {name: "N*m" for name in columns if name.startswith("Torque")}
+    plan = planned(columns, {"time": "s", "N_HM": "1/min", load: "%", "I_DC": "A", **torques})
+    assert plan.command().strip().endswith('--effort "Torque 1 [N*m]"')

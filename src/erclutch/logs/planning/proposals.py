@@ -286,11 +286,11 @@ def _column_option(
             called like it, goes first.
     """
     free = seen.without(taken)
+    named, _ = candidates(seen, signal, taken)
     of_a_sensor = sensor_options(free, signal)
-    if of_a_sensor:
+    if of_a_sensor and len(named) < 2:  # the load of a bus in % is none of several torques
         return of_a_sensor
 
-    named, _ = candidates(seen, signal, taken)
     if signal == "effort" and differ_by_field(named):
         return "--variable all"  # each is a log at its field
     likely = named or _less_likely(free, signal)
