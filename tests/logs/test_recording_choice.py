@@ -122,3 +122,28 @@ def test_recordings_in_other_units_and_copies_of_one_motion_are_asked_about(
 ) -> None:
     with pytest.raises(LogError, match="2 of 2 recordings of the file are logs"):
         Reading().read(written(tmp_path, run1=ROWS, run2=other), None)
+
+
+@pytest.mark.parametrize(
+    ("beside", "answer"),
+    [
+        ({}, "--time none"),
+        ({"t [s]": None, "mode": None}, '--field "mode"'),
+    ],
+)
+def test_the_command_for_one_recording_of_several_answers_what_is_asked_about_it(
+    tmp_path: Path, beside: dict[str, None], answer: str
+) -> None:
+    rows = [{**row, "mode": k // 20} for k, row in enumerate(ROWS)]
+    wanted = [*beside, "speed [rad/s]", "torque [N*m]"]
+    first = [{name: row[name] for name in wanted} for row in rows]
+    other = [{**row, "speed [rad/s]": None, "speed [rpm]": k % 7} for k, row in enumerate(first)]
+    for row in other:
+        del row["speed [rad/s]"]
+    written(tmp_path, run1=first, run2=other)
+    last = good("inspect", "log.json", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last.startswith("What settles it: erclutch inspect log.json ")
+    assert answer in last
+    assert "--variable" in last
+    command = shlex.split(last.removeprefix("What settles it: erclutch "))
+    assert good(*command, cwd=tmp_path).splitlines()[-1].startswith("Understood.")

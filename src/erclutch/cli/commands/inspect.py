@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from json import dumps
 from math import isnan
@@ -150,19 +150,37 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
         settled = f"{shlex.join(['erclutch', 'inspect', str(log)])} {option.group()}"
         swings: dict[str, None] = {}  # columns of oscillations, each once
         if "recordings" in error.problem:
-            recordings = recordings_in(log)
-            tables_or_errors = tables_in(log, recordings).values()
-            tables = [table for table in tables_or_errors if not isinstance(table, LogError)]
+            by_name = tables_in(log, recordings_in(log))
+            tables = [table for table in by_name.values() if not isinstance(table, LogError)]
             if any(tells_a_flow_curve(table.columns) for table in tables):
                 settled = shlex.join(["erclutch", "flowcurve", str(log)])
             else:
                 swings = {name: None for table in tables for name in of_oscillation(table.columns)}
+                settled = _with_answers(settled, by_name, log, reading)
         if swings:
             terminal.say(f"Not understood yet: {log.name}: {_oscillates(list(swings))}")
             return None
         terminal.say(f"Not understood yet: {error}")
         terminal.say(f"What settles it: {_with_options(settled, reading)}")
         return None
+
+
+def _with_answers(
+    command: str, by_name: Mapping[str, Table | LogError], log: Path, reading: LogOptions
+) -> str:
+    """The command that names one recording of several, with what would be asked about that recording next.
+
+    Where only the user could answer, the command stays as it is: that question has words of its own.
+    """
+    words = shlex.split(command)
+    if words[-2] != "--variable":
+        return command
+    table = by_name.get(words[-1])
+    if table is None or isinstance(table, LogError):
+        return command
+    plan = replace(reading, variable=words[-1]).plan(table, log)
+    is_clear = not plan.questions and not plan.doubts
+    return command if is_clear or "COLUMN" in plan.command() else plan.command()
 
 
 def _oscillates(columns: Sequence[str]) -> str:
