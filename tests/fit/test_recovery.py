@@ -37,7 +37,7 @@ STAGES = (
         "stiffness",
         "viscous",
     ),
-    *("sides", "knees", "remanence", "self-heating"),
+    *("sides", "knees", "stribeck", "remanence", "self-heating"),
     *("dahl", "dahl-2/field", "stops", "stops-2/field", "lugre", "lugre/field"),
     *("bouc-wen", "bouc-wen-2", "hysteretic-tanh", "spencer"),
 )

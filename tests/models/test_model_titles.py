@@ -27,6 +27,7 @@ from erclutch.models.stages import shown_stages
         ("rbfn-1/kmeans", "Radial network of 1 neuron, kmeans"),
         ("bingham+dahl/field+stiffness", "Bingham law with memory and a spring"),
         ("bingham+sides", "Bingham law with two sides"),
+        ("bingham+stribeck-1+sides", "Bingham law with a Stribeck hump and two sides"),
         ("bingham+lag+viscous+knees", "Bingham law with a lag, a power of the slip and knees"),
         ("bingham+sides+dahl", "Bingham law with memory"),
         ("bingham+lag@recalibrated", "Bingham law with a lag, recalibrated"),

@@ -103,6 +103,7 @@ _STAGES = (
     _with_stage("viscous", {"p": 0.5}, T_v=0.15, T_vy=0.2),
     _with_stage("sides", {"w_a": 0.2}, eta_a=0.08, T_a=0.1, T_ay=0.15),
     _with_stage("knees", {"w_f": 0.6, "w_b": 0.9}, eta_f=-0.1, eta_b=0.08),
+    _with_stage("stribeck", {"w_st": 0.25}, T_st=0.1, T_sty=0.2),
     _with_stage("self-heating", {"tau_h": 0.3}, T_h=-0.08),
     _with_stage("remanence", {"r_h": 0.3, "s_h": 0.6}),
     _with_stage("dahl", {"r_1": 8e-3}, T_s1=0.1, T_z1=0.4),

@@ -21,7 +21,13 @@ _KINDS = {
 #: Stages on the slip that are no memory of it, though they have a state.
 _NO_MEMORY = {"stiffness": "a spring"}
 #: Stages on the slip without a state: where a memory stands beside them, its word says enough.
-_SHAPES = {"sides": "two sides", "knees": "knees", "viscous": "a power of the slip"}
+_SHAPES = {
+    "sides": "two sides",
+    "knees": "knees",
+    "stribeck": "a Stribeck hump",
+    "stribeck-1": "a Stribeck hump",
+    "viscous": "a power of the slip",
+}
 #: A law of one direction says so in its own title.
 _FORWARD = "forward"
 

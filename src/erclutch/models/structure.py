@@ -241,7 +241,10 @@ class Structure(Composition):
                 own.append(direction(slip, turn) * np.ones(slip.size))
             outputs_of = signals.remembered[element]
             for stage, outputs in zip(slip_stages(self.dynamics), outputs_of, strict=True):
-                own += stage.columns(outputs, moved[element].strength)
+                of_stage = stage.columns(outputs, moved[element].strength)
+                if getattr(stage, "turns_as_friction", False):
+                    of_stage = tuple(direction(slip, turn) * column for column in of_stage)
+                own += of_stage
             if factors:
                 for place, gain in enumerate(self._gains_of_element):
                     if gain.part in factors:

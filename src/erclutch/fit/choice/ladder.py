@@ -30,8 +30,8 @@ from erclutch.fit.choice.stage_families import (
     feels,
     has_company,
     has_field_behind,
+    has_to_take_off,
     is_next,
-    is_striking,
     widened,
     with_field_behind,
 )
@@ -105,11 +105,13 @@ def grown(
             if is_stage and getattr(stage_named(name), "from_the_start", ""):
                 counting.append(name)
         # Stages that have to show first, each with the share that it must take off.
-        worth_of = dict.fromkeys(filter(is_striking, tried), _SHOWING)
-        worth_of |= dict.fromkeys(counting, DRIFTING_WORTH)
+        worth_of = {name: has_to_take_off(name) for name in tried if has_to_take_off(name)}
         showing = [
-            name for name in worth_of if may_show(train, here, widened(here.structure, name))
+            name
+            for name, share in (worth_of | dict.fromkeys(counting, _SHOWING)).items()
+            if may_show(train, here, widened(here.structure, name), share)
         ]
+        worth_of |= dict.fromkeys(counting, DRIFTING_WORTH)
         if set(showing) & set(counting) and folds[0].data.rows < min(train.rows, MOST_WHOLE_ROWS):
             # From here on the whole log counts: in a stretch that is cut out of it such a stage would begin anew.
             folds = folds_of(train, whole=True)
@@ -234,12 +236,15 @@ def of_iron(structure: Structure) -> bool:
     return any(getattr(stage, "of_iron", False) for stage in structure.stages)
 
 
-def may_show(train: Dataset, here: Rung, richer: Structure) -> bool:
+def may_show(train: Dataset, here: Rung, richer: Structure, share: float = _SHOWING) -> bool:
     """Whether a further stage may take a share of the error off, by its columns beside those of the rung as they are.
 
     No search is made: one of a stage that counts from the start runs over the whole log, and few logs need the stage.
+    Another form of a stage has no numbers of its own to look at: those of the first form do not suit it.
     """
     reference = reference_of(train, richer.extras)
+    if {shape.name for shape in richer.shapes(reference.period)} <= here.numbers.keys():
+        return True
     shapes = shapes_told(train, richer, reference)
     every = -(-train.rows // FITTED_ROWS)  # rounded up
     effort = train.effort[::every]
@@ -266,7 +271,7 @@ def may_show(train: Dataset, here: Rung, richer: Structure) -> bool:
             errors.append(rms(effort - beside @ gains))
         least.append(min(errors))
     without, beside_it = least
-    return beside_it < (1.0 - _SHOWING) * without
+    return beside_it < (1.0 - share) * without
 
 
 def of_law(train: Dataset, rung: Rung, law: Structure) -> Rung:

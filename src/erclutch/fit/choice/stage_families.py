@@ -105,9 +105,9 @@ def edge_of(name: str) -> str:
     return next((family.edge for family in _families() if name in family.ladder), "")
 
 
-def is_striking(name: str) -> bool:
-    """Whether a stage has to show beside a law before it is searched, and to take as much off."""
-    return any(family.striking for family in _families() if name in family.ladder)
+def has_to_take_off(name: str) -> float:
+    """The share of the error that a stage has to show beside a law before it is searched, and to take off; 0: none."""
+    return next((family.striking for family in _families() if name in family.ladder), 0.0)
 
 
 def with_field_behind(structure: Structure, name: str) -> Structure | None:

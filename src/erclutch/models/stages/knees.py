@@ -69,4 +69,4 @@ class Knees(RowByRow):
         return tuple(outputs)
 
 
-STAGE = StageFamily(lambda count, forms: Knees(), ladder=("knees",), striking=True, two_ways=True)
+STAGE = StageFamily(lambda count, forms: Knees(), ladder=("knees",), striking=0.05, two_ways=True)

@@ -247,8 +247,8 @@ class StageFamily:
             no such form.
         beside: the ladder tries it only where there is a stage of the family of this name; "": anywhere.
         edge: a parameter, a part of the field, that the ladder believes only above the noise of the field; "": none.
-        striking: the ladder searches it only where its columns show beside the law's, and takes it only where it takes
-            as much off: a corner that hardly shows is a bend, which other stages say.
+        striking: share of the error that it must take off: the ladder searches it only where its columns show so much
+            beside the law's. A corner that hardly shows is a bend, which other stages say. 0: as other stages.
         two_ways: the ladder tries it only where the slip goes either way: it is of what differs between the ways, and
             of one way the law says the same.
     """
@@ -260,7 +260,7 @@ class StageFamily:
     behind: tuple[str, ...] = ()
     beside: str = ""
     edge: str = ""
-    striking: bool = False
+    striking: float = 0.0
     two_ways: bool = False
 
 
