@@ -178,3 +178,21 @@ def test_a_measured_field_that_scatters_is_one_level() -> None:
     field = data.elements[0].field + 0.004 * rng.standard_normal(data.rows)
     numbers = field_levels([replace(data.elements[0], field=field)])
     np.testing.assert_array_equal(numbers, np.repeat([0, 1, 2], 12))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_dry_friction_that_falls_gets_its_levels_and_not_the_constants_of_a_fluid(
+    seed: int,
+) -> None:
+    one_way = np.geomspace(0.01, 1.0, 25)
+    slip = np.concatenate([-one_way[::-1], one_way])
+    effort = np.sign(slip) * (1.0 + 0.5 * np.exp(-((slip / 0.05) ** 2))) + 0.3 * slip
+    effort += 0.02 * np.random.default_rng(seed).standard_normal(slip.size)
+    data = points_of(np.zeros(slip.size), slip, effort)
+    comparison = compare(data, Settings(models=("bingham", "cho-choi-jhon", "seo-seo")))
+    assert comparison.recommended == "bingham/constant+stribeck"
+    found = comparison.entry(comparison.recommended).outcome.estimates
+    truth = {"T_y": 1.0, "T_st": 0.5, "w_st": 0.05, "eta": 0.3}
+    inside = [each.low < truth[each.name] < each.high for each in found if each.name in truth]
+    assert sum(inside) >= 3  # of four numbers with 95 % each

@@ -11,9 +11,10 @@ from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.checks.data_check import steady_command
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.one_field import refuse_field_terms
-from erclutch.fit.choice.ladder import grown, helpful, of_iron, of_law
-from erclutch.fit.choice.rungs import Rung
+from erclutch.fit.choice.ladder import WORTH, grown, helpful, may_show, of_iron, of_law
+from erclutch.fit.choice.rungs import Rung, folds_of, numbers_of_fit, rung_of
 from erclutch.fit.choice.scoring import TOLERATED, independent_rows, information_criteria
+from erclutch.fit.choice.stage_families import has_to_take_off, widened
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.laws.field_levels import more_numbers_than_fields
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
@@ -36,8 +37,10 @@ from erclutch.signals.recording import TEMPERATURE
 _ADDED_TERMS = 2
 #: Separate time constants are asked for by the data when they lower the criterion by this much: "very strong" evidence.
 _EVIDENCE = 10.0
-#: Other laws that are tried with the memory that was found.
+#: Other laws that are tried with the memory that was found, or with a hump.
 _MOST_FORMS = 3
+#: The stage that gives a plain law a friction that falls with the slip.
+_HUMP = "stribeck"
 
 
 @dataclass(frozen=True)
@@ -252,6 +255,8 @@ def with_memory(
     # Behind the stages of the best.
     best = min(known, key=lambda law: law.train_cost)
     base = _plainest_of_the_best(known)
+    with one_thread():
+        base = _plain_for_a_hump(train, known, base)
     first_rung = replace(base.model.structure, dynamics=best.model.structure.dynamics)
     with one_thread():
         rungs = grown(train, first_rung, tuple(train.extras))
@@ -290,6 +295,41 @@ def with_memory(
             if all(rung.structure != candidate.structure for candidate in candidates):
                 candidates.insert(0, _of_rung(rung, law.notes))
     return candidates, tuple(findings)
+
+
+def _plain_for_a_hump(
+    train: Dataset,
+    laws: Sequence[FitOutcome[TorqueModel]],
+    base: FitOutcome[TorqueModel],
+) -> FitOutcome[TorqueModel]:
+    """A plainer law in place of the base, where the hump of its friction says as much with no more numbers.
+
+    Some laws of fluids have a yield effort that falls with the slip. They describe dry friction that falls too, by
+    numbers that no one can read as levels and a speed of it.
+    """
+    most = numbers_of_fit(base.model.structure)
+    plainer: list[tuple[FitOutcome[TorqueModel], Structure]] = []  # each with its hump
+    for law in sorted(laws, key=lambda law: (law.parameters, law.train_cost)):
+        structure = law.model.structure
+        humped = widened(structure, _HUMP)
+        has_form = structure.law.yield_form is not None
+        if has_form and not structure.remembers and numbers_of_fit(humped) <= most:
+            plainer.append((law, humped))
+    if not plainer:
+        return base
+    folds = folds_of(train)
+    with_hump: list[
+        tuple[float, FitOutcome[TorqueModel]]
+    ] = []  # error on the rows between, and the law
+    for law, humped in plainer[:_MOST_FORMS]:
+        here = rung_of(folds, law.model.structure, dict(law.model.shape))
+        if may_show(train, here, humped, has_to_take_off(_HUMP)):
+            with_hump.append((rung_of(folds, humped, here.numbers).error, law))
+    if not with_hump:
+        return base
+    error, plain = min(with_hump, key=lambda pair: pair[0])
+    of_base = rung_of(folds, base.model.structure, dict(base.model.shape))
+    return plain if error <= (1.0 + WORTH) * of_base.error else base
 
 
 def _of_another_form(
