@@ -36,7 +36,7 @@ def friction(slip: Array, static: float = STATIC, exponent: int = 2) -> Array:
 
 def rows_of(slip: Array, field: Array, effort: Array, random: int = 5) -> Dataset:
     effort = effort + NOISE * np.random.default_rng(random).standard_normal(slip.size)
-    clock = Clock(PERIOD * np.arange(slip.size), (Span(0, slip.size, PERIOD),))
+    clock = Clock(PERIOD * np.arange(float(slip.size)), (Span(0, slip.size, PERIOD),))
     return Dataset("single", (Element(field, slip),), effort, clock, Units("N*m", "A", "rad/s"))
 
 
@@ -52,7 +52,7 @@ def joint(static: float = STATIC, exponent: int = 2, one_way: bool = False) -> D
 
 def points(static: float, random: int) -> Dataset:
     """Forty points of speed and friction."""
-    one_way = np.geomspace(0.02, 1.0, 20)
+    one_way: Array = np.geomspace(0.02, 1.0, 20)
     slip = np.concatenate([-one_way[::-1], one_way])
     data = rows_of(
         slip, np.zeros(slip.size), friction(slip, static) + VISCOSITY * slip, random=random
@@ -88,7 +88,7 @@ def test_the_free_exponent_says_what_a_fixed_one_says(name: str, exponent: float
 def test_its_columns_turn_with_the_friction_of_the_law() -> None:
     slip = np.linspace(-1.0, 1.0, 41)
     made = structure("stribeck", "bingham")
-    clock = Clock(PERIOD * np.arange(41), (Span(0, 41, PERIOD),))
+    clock = Clock(PERIOD * np.arange(41.0), (Span(0, 41, PERIOD),))
     field = np.full(41, 2.0)
     columns = made.columns(
         (Element(field, slip),), clock, Reference(2.0, 1.0, PERIOD), [0.1, 1.5, 0.3]
@@ -104,7 +104,7 @@ def test_its_columns_turn_with_the_friction_of_the_law() -> None:
 def test_its_derivatives_in_the_turning_slip_are_those_of_differences() -> None:
     slip = np.linspace(-1.0, 1.0, 41)
     made = structure("stribeck/free")
-    clock = Clock(PERIOD * np.arange(41), (Span(0, 41, PERIOD),))
+    clock = Clock(PERIOD * np.arange(41.0), (Span(0, 41, PERIOD),))
     reference = Reference(1.0, 1.0, PERIOD)
     element = Element(np.zeros(41), slip)
     q = [0.1, 0.3, 1.3]  # turning slip, Stribeck's speed, exponent

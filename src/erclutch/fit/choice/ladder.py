@@ -52,14 +52,16 @@ WORTH = 0.01
 DRIFTING_WORTH = 0.1
 #: The same of a field behind a memory beside the field ahead: at fields that no log has, the second has erred by less.
 BEHIND_WORTH = 0.05
-#: A stage that sums up the slip, or is striking, is tried only where its columns, at some of its numbers, take that
-#: share off the error of the rows that they are fitted to, beside the law's columns as they are.
+#: A stage that sums up the slip is tried only where its columns, at some of its numbers, take that share off the error
+#: of the rows that they are fitted to, beside the law's columns as they are; so is a striking one, with its own share.
 _SHOWING = 0.05
 _SHOWING_PLACES = (0.1, 0.3, 0.5, 0.7, 0.9)
 #: Training rows for each number of a fit, below which no stage is added: a hundred rows would get seven stages.
 _ROWS_A_NUMBER = 10
 #: The same of points of a table: none is like the point before.
 _POINTS_A_NUMBER = 2
+#: Times the share that chance takes off a stage must take off points, which are few while many stages are tried.
+_OVER_CHANCE = 3.0
 #: Widest edge of plays, over the noise of the field, from which on they tell more than that noise is smoothed.
 _EDGE_OVER_NOISE = 4.0
 #: Of the largest field: what is no field; and the share of rows without any that tells what a memory does there.
@@ -99,20 +101,9 @@ def grown(
         here = rungs[-1]
         left = [name for name in left if name.removeprefix("=") not in here.structure.extras]
         tried = [name for name in left if is_next(left, name) and has_company(here.structure, name)]
-        counting: list[str] = []  # stages that count from the start of a log
-        for name in tried:
-            is_stage = not name.startswith("=")
-            if is_stage and getattr(stage_named(name), "from_the_start", ""):
-                counting.append(name)
-        # Stages that have to show first, each with the share that it must take off.
-        worth_of = {name: has_to_take_off(name) for name in tried if has_to_take_off(name)}
-        showing = [
-            name
-            for name, share in (worth_of | dict.fromkeys(counting, _SHOWING)).items()
-            if may_show(train, here, widened(here.structure, name), share)
-        ]
-        worth_of |= dict.fromkeys(counting, DRIFTING_WORTH)
-        if set(showing) & set(counting) and folds[0].data.rows < min(train.rows, MOST_WHOLE_ROWS):
+        worth_of, showing = _that_have_to_show(train, here, tried)
+        counting = any(map(_counts_from_the_start, showing))
+        if counting and folds[0].data.rows < min(train.rows, MOST_WHOLE_ROWS):
             # From here on the whole log counts: in a stretch that is cut out of it such a stage would begin anew.
             folds = folds_of(train, whole=True)
             here = rung_of(folds, here.structure, here.numbers)
@@ -127,7 +118,8 @@ def grown(
             rung = _rung_above(folds, here, richer, name)
             if _edge_in_noise(train, rung, name):
                 continue
-            worth = max(worth_of.get(name, WORTH), by_chance(here, rung))
+            over_chance = _OVER_CHANCE if train.in_no_time else 1.0
+            worth = max(worth_of.get(name, WORTH), over_chance * by_chance(here, rung))
             if rung.error < (1.0 - worth) * here.error:
                 worthy[name] = rung
         if not worthy:
@@ -146,6 +138,27 @@ def grown(
         left.remove(taken)
     rungs[-1] = _without_stand_ins(folds, rungs[-1], base)
     return rungs
+
+
+def _that_have_to_show(
+    train: Dataset, here: Rung, tried: Sequence[str]
+) -> tuple[dict[str, float], list[str]]:
+    """The share that each stage must take off which has to show first, and those of these stages that do show."""
+    worth_of: dict[str, float] = {}
+    showing: list[str] = []
+    for name in tried:
+        counts = _counts_from_the_start(name)
+        share = _SHOWING if counts else has_to_take_off(name)
+        if share:
+            worth_of[name] = DRIFTING_WORTH if counts else share
+            if may_show(train, here, widened(here.structure, name), share):
+                showing.append(name)
+    return worth_of, showing
+
+
+def _counts_from_the_start(name: str) -> bool:
+    """Whether what is tried is a stage that counts from the start of a log; ``=NAME`` is a further input."""
+    return not name.startswith("=") and bool(getattr(stage_named(name), "from_the_start", ""))
 
 
 def _without_stand_ins(folds: Sequence[Fold], rung: Rung, base: Structure) -> Rung:
