@@ -287,3 +287,32 @@ def test_each_step_of_a_screwdriver_is_a_recording(tmp_path: Path) -> None:
             "effort": "torque values",
         }
     assert "" not in recordings_in(path)
+
+
+@pytest.mark.parametrize("way", ["columns", "index"])
+@pytest.mark.parametrize("first", [0, 300])
+def test_rows_under_their_numbers_as_pandas_writes_them_are_rows(
+    tmp_path: Path, way: str, first: int
+) -> None:
+    rows = {
+        str(first + place): dict(zip(("time", "speed", "torque"), row, strict=True))
+        for place, row in enumerate(TABLE)
+    }
+    columns = {
+        name: {place: row[name] for place, row in rows.items()}
+        for name in ("time", "speed", "torque")
+    }
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(columns if way == "columns" else rows))
+    table = read_table(path)
+    index = ["index"] if first else []  # which tells that rows are missing
+    assert [*table.columns] == [*index, "time", "speed", "torque"]
+    assert table.columns["torque"].tolist() == TORQUE
+
+
+def test_objects_of_one_set_of_keys_that_are_no_numbers_are_no_rows(tmp_path: Path) -> None:
+    joints = {name: {f"q{k}": 0.1 * k for k in range(40)} for name in ("left", "right")}
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps({"t": 0.1, **joints}))
+    table = read_table(path)
+    assert table.rows == 1

@@ -52,6 +52,7 @@ class Found:
     metadata: dict[str, str] = field(default_factory=dict[str, str])
     notes: list[str] = field(default_factory=list[str])
     clock: tuple[str, Array] | None = None
+    unreadable: dict[str, str] = field(default_factory=dict[str, str])
 
     def table(self) -> Table:
         """The recording as a table without file name and digest; labels become names and units."""
@@ -69,6 +70,7 @@ class Found:
             constants=self.constants,
             metadata=self.metadata,
             notes=(*self.notes, *renamed),
+            unreadable=self.unreadable,
         )
 
 

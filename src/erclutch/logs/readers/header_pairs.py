@@ -74,6 +74,11 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
     return pairs
 
 
+def is_called_a_rate(name: str) -> bool:
+    """Whether a whole name is that of a sampling rate or a sampling period."""
+    return bool(_RATE.fullmatch(name.strip()) or _PERIOD.fullmatch(name.strip()))
+
+
 def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
     """Sampling period in s that a header block states, and the key that states it; an interval wins over a rate."""
     for pattern, usual_unit, power in ((_PERIOD, "s", 1), (_RATE, "Hz", -1)):

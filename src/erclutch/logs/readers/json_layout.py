@@ -5,6 +5,7 @@
 {"speed": {"unit": "rad/s", "values": [3, ...]}}    signals
 [{"name": "speed", "unit": "rad/s", "values": [3, ...]}, ...]
 {"columns": ["t", "speed"], "data": [[0.1, 3], ...]}
+{"speed": {"0": 3, "1": 4, ...}, ...}               pandas: rows under their numbers
 {"runs": [{"t": [0.1, ...], "speed": [3, ...]}, ...]}
 {"data": [[0.1, 3], ...]}                           a matrix: its columns are data_1, data_2
 {"t": 0.1, "speed": {"value": 3, "unit": "rad/s"}}  a row with units
@@ -27,6 +28,7 @@ _LISTS_OF_A_RUN = 4  # or more: a time, a field, a motion and an effort
 _MOST_SIGNALS = 1000  # of one recording
 _LARGEST = 1e300
 _TIME = re.compile(r"t|time|zeit|timestamps?|time_?s|t \[.*|time \[.*", re.I)
+_ROW_NAME = re.compile(r"-?\d{1,19}(?:\.\d{1,19})?(?:e[+-]?\d{1,2})?")
 _NAME = ("name", "label", "signal", "channel", "key", "id")
 _UNIT = ("unit", "units")
 _VALUE = ("value", "val", "v", "magnitude")
@@ -53,7 +55,7 @@ def _recordings(
     if not isinstance(value, dict) or depth > DEEPEST:
         return
     fields = cast("dict[str, Any]", value)
-    table = _with_columns(fields)
+    table = _with_columns(fields) or rows_under_numbers(fields)
     if table is not None:
         yield name, table
         return
@@ -229,6 +231,31 @@ def _text_of(item: Mapping[str, Any], keys: Sequence[str]) -> str | None:
 def _with_unit(label: str, unit: str | None) -> str:
     """``speed [rad/s]``; a label that has brackets already stays as it is."""
     return f"{label} [{unit}]" if unit and "[" not in label else label
+
+
+def rows_under_numbers(fields: Mapping[str, Any]) -> Lists | None:
+    """A table as pandas writes it by itself, or with orient="index": objects of one set of keys, which number the rows.
+
+    {"speed": {"0": 3, "1": 4, ...}, ...} has an object for each column, {"0": {"speed": 3, ...}, ...} for each row.
+    """
+    objects = [cast("dict[str, Any]", each) for each in fields.values() if isinstance(each, dict)]
+    if len(objects) < max(len(fields), 2) or any(each.keys() != objects[0].keys() for each in objects):
+        return None
+    values = [value for each in objects for value in each.values()]
+    if any(isinstance(value, dict | list) for value in values):
+        return None
+    has_column_names_outside = len(objects) < len(objects[0])
+    row_names = [*objects[0]] if has_column_names_outside else [*fields]
+    if len(row_names) < _LONG or not all(map(_ROW_NAME.fullmatch, row_names)):
+        return None
+    table: Lists = {}
+    numbers = [float(each) for each in row_names]
+    if numbers != [*range(len(numbers))]:  # an index that tells more than how many rows there are
+        table["index"] = numbers
+    for key in fields if has_column_names_outside else objects[0]:
+        column = fields[key].values() if has_column_names_outside else [row[key] for row in objects]
+        table[key] = [*column]
+    return table
 
 
 def _with_columns(fields: Mapping[str, Any]) -> Lists | None:

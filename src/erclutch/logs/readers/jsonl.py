@@ -24,7 +24,7 @@ from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import dates, json_layout
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.found_recordings import JOINT, Found, choose, joined_by_time, names_by
-from erclutch.logs.readers.json_layout import flat
+from erclutch.logs.readers.json_layout import flat, rows_under_numbers
 from erclutch.logs.readers.text_bytes import DAMAGE
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -62,8 +62,9 @@ def _read(source: LogSource) -> Table:
         document: Any = json.loads(content)
     except (ValueError, RecursionError):
         document = None  # a file with an object a line is no single value
-    members = flat(cast("dict[str, Any]", document), "", 0) if isinstance(document, dict) else ()
-    is_row = isinstance(document, dict) and not any(isinstance(each, list) for _, each in members)
+    fields = cast("dict[str, Any]", document) if isinstance(document, dict) else {}
+    has_lists = any(isinstance(each, list) for _, each in flat(fields, "", 0))
+    is_row = bool(fields) and not has_lists and rows_under_numbers(fields) is None
     if document is None or (len(lines) == 1 and is_row):
         rows = [(place, _row_in(line, f"{source.name}, {place}")) for place, line in lines.items()]
         return _table_of_rows(source, rows, ())
@@ -265,9 +266,10 @@ def _short_names(labels: list[str]) -> list[str]:
     for label in labels:
         point_in_unit = re.search(r"[\[(].*\.", label)
         ends.append(label if point_in_unit else label.rpartition(".")[2])
+    uses = Counter(ends)
     names: list[str] = []
     for label, end in zip(labels, ends, strict=True):
-        is_unique = end != "" and ends.count(end) == 1
+        is_unique = end != "" and uses[end] == 1
         names.append(end if is_unique else label)
     return names
 

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
 
 from erclutch.logs.readers.found_recordings import told_apart
 from erclutch.logs.readers.vectors import matrix_of, vector
+from erclutch.signals import units
+
+_LONGEST_NAME = 60  # characters
+_OF_UNITS = re.compile(r"unit|einheit", re.IGNORECASE)  # in the name of a variable
 
 
 def opened(nodes: dict[str, Any], *, as_structs: bool = True) -> dict[str, Any]:
@@ -19,7 +24,12 @@ def opened(nodes: dict[str, Any], *, as_structs: bool = True) -> dict[str, Any]:
     has parts of the same names, as two runs below one line of names, the parts stay together as a struct, or are called
     ``run1.speed`` and so on.
     """
-    headings = [cast("list[str]", node) for node in nodes.values() if all_of(node, str)]
+    headings: dict[str, list[str]] = {}  # texts by the name of their variable
+    for name, node in nodes.items():
+        # An array of characters has lines, which are filled up to one length.
+        texts = cast("list[str]", node) if all_of(node, str) else _lines_of(node)
+        if texts:
+            headings[name] = texts
     parts_of: dict[str, dict[str, Any]] = {}  # of each variable
     for name, node in nodes.items():
         if all_of(node, str):
@@ -30,7 +40,8 @@ def opened(nodes: dict[str, Any], *, as_structs: bool = True) -> dict[str, Any]:
 
         items = cast("list[Any]", node) if all_of(node, np.ndarray) else []
         if items and all(vector(item) is not None for item in items):
-            texts = _names_of(len(items), [texts for texts in headings if all(texts)])
+            whole = {key: texts for key, texts in headings.items() if all(texts)}
+            texts = _names_of(len(items), whole)
             names = texts or [f"{name}_{place}" for place in range(1, len(items) + 1)]
             parts_of[name] = dict(zip(names, items, strict=True))
             continue
@@ -56,10 +67,41 @@ def opened(nodes: dict[str, Any], *, as_structs: bool = True) -> dict[str, Any]:
     return variables
 
 
-def _names_of(count: int, headings: Sequence[list[str]]) -> list[str] | None:
-    """The one cell of as many different texts; None without, or with several, of which none is sure."""
-    fitting = [texts for texts in headings if len(texts) == count == len({*texts})]
-    return fitting[0] if len(fitting) == 1 else None
+def _names_of(count: int, headings: Mapping[str, list[str]]) -> list[str] | None:
+    """The one cell of as many different texts, with the units of a cell of as many; None where two cells may be it."""
+    fitting = {key: texts for key, texts in headings.items() if len(texts) == count}
+    if len(fitting) > 1:
+        called = [key for key in fitting if _OF_UNITS.search(key)]
+        written = [key for key, texts in fitting.items() if _are_units(texts)]
+        of_units = called or written
+    else:
+        of_units = []
+    names = [texts for key, texts in fitting.items() if key not in of_units]
+    if len(names) != 1 or len(of_units) > 1 or len({*names[0]}) < count:
+        return None
+    return _with_units(names[0], fitting[of_units[0]]) if of_units else names[0]
+
+
+def _are_units(texts: Sequence[str]) -> bool:
+    """Whether texts are the units of signals; a signal without a unit has an empty text or a line."""
+    written = [text for text in texts if text.strip(" -")]
+    return bool(written) and all(map(units.is_unit, written))
+
+
+def _with_units(names: Sequence[str], of_units: Sequence[str]) -> list[str]:
+    """Names with the unit of each in brackets."""
+    return [
+        f"{name} [{unit}]" if name and unit.strip(" -") and "[" not in name else name
+        for name, unit in zip(names, of_units, strict=True)
+    ]
+
+
+def _lines_of(node: Any) -> list[str]:
+    """The lines of a text that has several short lines; none of another node."""
+    if not isinstance(node, str) or "\n" not in node:
+        return []
+    lines = [line.strip() for line in node.split("\n")]
+    return lines if max(map(len, lines)) <= _LONGEST_NAME else []
 
 
 def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:

@@ -25,6 +25,7 @@ from erclutch.logs.readers.found_recordings import (
     time_of,
     told_apart,
 )
+from erclutch.logs.readers.header_pairs import is_called_a_rate
 from erclutch.logs.readers.mat_cells import all_of, opened, signal_in
 from erclutch.logs.readers.mat_dspace import dspace, structs_of
 from erclutch.logs.readers.trials import trials_in
@@ -48,8 +49,28 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
         number = vector(node)
         if number is not None and number.size == 1:
             beside[name] = float(number[0])
-    recording.constants = {**beside, **recording.constants}
+    # A rate may stand in a struct of settings, or in the struct of each channel.
+    rates = {name: values.pop() for name, values in _rates_in(tree).items() if len(values) == 1}
+    recording.constants = {**rates, **beside, **recording.constants}
     return recording
+
+
+def _rates_in(node: Any, depth: int = 0) -> dict[str, set[float]]:
+    """Sampling rates and periods inside of structs, by the last words of their names."""
+    rates: dict[str, set[float]] = {}
+    if isinstance(node, list) and depth < _DEEPEST:
+        for item in cast("list[Any]", node):
+            for name, values in _rates_in(item, depth + 1).items():
+                rates.setdefault(name, set()).update(values)
+    if not isinstance(node, dict) or depth >= _DEEPEST:
+        return rates
+    for name, field in cast("dict[str, Any]", node).items():
+        number = vector(field) if is_called_a_rate(name) else None
+        if number is not None and number.size == 1:
+            rates.setdefault(name, set()).add(float(number[0]))
+        for inner, values in _rates_in(field, depth + 1).items():
+            rates.setdefault(inner, set()).update(values)
+    return rates
 
 
 def _chosen(tree: dict[str, Any], variable: str | None) -> Found:

@@ -16,6 +16,7 @@ from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings, reader_in_child
 from erclutch.logs.readers.budget import budget_of, take_zip
 from erclutch.logs.readers.found_recordings import Found, listed
+from erclutch.logs.readers.mat_cells import opened
 from erclutch.logs.readers.trials import trials_in, without_names
 from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table
@@ -47,8 +48,8 @@ def find(path: str, variable: str | None) -> Table:
     ] = {}  # of arrays with names for their columns
     of_objects: list[str] = []
     of_others: list[str] = []
-    opened: Any = nullcontext() if is_one else np.load(file, allow_pickle=False)
-    with opened as loaded:
+    archive: Any = nullcontext() if is_one else np.load(file, allow_pickle=False)
+    with archive as loaded:
         for name in [file.stem] if is_one else loaded.files:
             try:
                 array: Any = np.load(file, allow_pickle=False) if is_one else loaded[name]
@@ -94,7 +95,12 @@ def find(path: str, variable: str | None) -> Table:
         found = {name: of_vectors(columns) for name, columns in trials.items()}
         whole = {name: recording for name, recording in found.items() if recording is not None}
         return found_recordings.chosen(whole, variable, "trial", "the file holds no trials")
-    recording = of_vectors(nodes)
+    # An array of as many texts as a matrix has columns gives their names, another their units.
+    named: dict[str, Any] = dict(nodes)
+    for name, node in nodes.items():
+        if node.dtype.kind == "U" and node.size > 1:
+            named[name] = [str(text) for text in node.ravel()]
+    recording = of_vectors(opened(named))
     if recording is None and left_out:
         raise LogError(f"the arrays are no numbers: {'; '.join(left_out)}", remedy=_SAVE_NUMBERS)
     if recording is not None:

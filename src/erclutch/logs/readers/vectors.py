@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
 
 from erclutch.logs.readers.found_recordings import TIME, Found
 from erclutch.signals.array import Array
+
+_LONG = 100  # rows of a recording, of which a sample more or less is the end of it and no other clock
+_FEW_SAMPLES = 2
 
 
 def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
@@ -21,6 +24,7 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
     metadata: dict[str, str] = {}
     arrays: dict[str, np.ndarray[Any, Any]] = {}
     notes: list[str] = []
+    unreadable: dict[str, str] = {}  # what stands against a variable that may be a signal
     for name, node in nodes.items():
         if isinstance(node, str):
             metadata[name] = node
@@ -44,18 +48,45 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
         if TIME.fullmatch(name) and array.ndim == 1:
             rows = int(array.size)
             break
+    rows, cut = _shortest_near(rows, [max(array.shape) for array in arrays.values()])
+    if cut:
+        arrays = {name: _cut(array, cut, rows) for name, array in arrays.items()}
+        lengths = " and ".join(map(str, [*cut, rows]))
+        notes.append(f"variables have {lengths} samples: the first {rows} of each are taken")
     columns: dict[str, Array] = {}
     for name, array in arrays.items():
         own_columns = columns_of(name, array, rows)
         columns.update(own_columns)
         if not own_columns:
-            notes.append(f"variable {name} has {max(array.shape)} samples, not {rows}: left out")
+            problem = f"variable {name} has {max(array.shape)} samples, not {rows}"
+            notes.append(f"{problem}: left out")
+            unreadable[name] = problem
         elif array.ndim == 2 and array.shape[0] != rows:
             height, width = array.shape
             notes.append(f"matrix {name} is {height} x {width}: its rows are taken as columns")
     if not columns:
         return None
-    return Found(columns, constants=constants, metadata=metadata, notes=notes)
+    return Found(columns, constants=constants, metadata=metadata, notes=notes, unreadable=unreadable)
+
+
+def _shortest_near(rows: int, lengths: Sequence[int]) -> tuple[int, list[int]]:
+    """The fewest samples of vectors that a few samples part from the rows, and the greater lengths that are cut.
+
+    A time that counts both of its ends has a sample more than what was logged, and a difference has one less.
+    """
+    near = {length for length in lengths if abs(length - rows) <= _FEW_SAMPLES}
+    if rows < _LONG or len(near) < 2:
+        return rows, []
+    shortest = min(near)
+    return shortest, sorted(near - {shortest}, reverse=True)
+
+
+def _cut(array: np.ndarray[Any, Any], cut: Sequence[int], rows: int) -> np.ndarray[Any, Any]:
+    """An array whose longer side has no more samples than rows, if its length is one of those that are cut."""
+    side = int(np.argmax(array.shape))
+    if array.shape[side] not in cut:
+        return array
+    return array[:rows] if side == 0 else array[:, :rows]
 
 
 def _flat(node: Any) -> np.ndarray[Any, Any] | None:
