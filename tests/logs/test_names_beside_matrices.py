@@ -69,8 +69,11 @@ def test_lines_of_an_array_of_characters_are_names(tmp_path: Path) -> None:
 def test_arrays_of_texts_name_the_columns_of_a_matrix_of_numpy(
     tmp_path: Path, has_units: bool
 ) -> None:
-    units = {"units": np.array(UNITS)} if has_units else {}
-    np.savez(tmp_path / "a.npz", data=MATRIX, columns=np.array(NAMES), **units)
+    if has_units:
+        units = np.array(UNITS)
+        np.savez(tmp_path / "a.npz", data=MATRIX, columns=np.array(NAMES), units=units)
+    else:
+        np.savez(tmp_path / "a.npz", data=MATRIX, columns=np.array(NAMES))
     table = read_table(tmp_path / "a.npz")
     assert [*table.columns] == [*NAMES]
     assert table.units["speed"] == ("rpm" if has_units else None)

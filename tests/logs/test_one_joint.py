@@ -147,3 +147,32 @@ def test_a_column_of_amperes_beside_joints_is_still_the_field() -> None:
     plan = planned({name.replace(" [A]", ""): values for name, values in columns.items()})
     assert taken(plan)["field"] == "Coil current"
     assert taken(plan)["slip"] == "vel1"
+
+
+@pytest.mark.parametrize("form", ["velocity[{}] position[{}] effort[{}]"])
+@pytest.mark.parametrize("joint", ["0", "1"])
+def test_a_position_is_that_of_the_joint_whose_speed_was_named(form: str, joint: str) -> None:
+    columns = {"time": TIME}
+    for place in (0, 1):
+        speed, position, effort = form.format(place, place, place).split()
+        rate = SIZES[place] * np.sin((3.0 + 0.4 * place) * TIME)
+        columns |= {position: np.cumsum(rate) * 0.01, speed: rate}
+        columns[effort] = np.tanh(8.0 * rate)
+    log = Table("arm.csv", columns, dict.fromkeys(columns), "x", path="arm.csv")
+    told = {"slip": f"velocity[{joint}]", "effort": f"effort[{joint}]"}
+    plan = plan_of(log, ColumnMap.from_labels(told))
+    assert taken(plan)["position"] == f"position[{joint}]"
+
+
+def test_a_current_that_each_of_two_actuators_has_is_no_field() -> None:
+    columns = {"time": TIME}
+    for place in (1, 2):
+        rate = SIZES[place] * np.sin((3.0 + 0.4 * place) * TIME)
+        torque = place * np.tanh(8.0 * rate) + 0.1 * rate
+        columns |= {f"Actuator {place} Velocity": rate, f"Actuator {place} Torque": torque}
+        columns[f"Actuator {place} Current"] = 2.0 * torque
+    plan = planned(columns)
+    assert taken(plan) == {"slip": "Actuator 1 Velocity", "effort": "Actuator 1 Torque"}
+    assert "--field none" in plan.command()
+    assert not plan.questions
+    assert_one_command_settles(plan, columns)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import subprocess
 import sys
@@ -320,3 +321,25 @@ def test_damage_is_told_in_one_line() -> None:
     with pytest.raises(LogError) as caught:
         read_parquet(LogSource(Path("a.parquet"), bytes(data), ""))
     assert str(caught.value).isprintable()
+
+
+@pytest.mark.usefixtures("read_here")
+@pytest.mark.parametrize("by_pandas", [False, True])
+def test_units_of_all_columns_may_stand_in_one_text_of_the_file(
+    tmp_path: Path, by_pandas: bool
+) -> None:
+    units = {"t": "s", "speed": "rpm", "gain": None}
+    said = {"attributes": {"units": units}} if by_pandas else units
+    table = pa.table({name: np.arange(50.0) for name in ("t", "speed", "gain", "torque")})
+    key = "pandas" if by_pandas else "units"
+    pq.write_table(table.replace_schema_metadata({key: json.dumps(said)}), tmp_path / "a.parquet")
+    wanted = {"t": "s", "speed": "rpm", "gain": None, "torque": None}
+    assert read_table(tmp_path / "a.parquet").units == wanted
+
+
+@pytest.mark.usefixtures("read_here")
+@pytest.mark.parametrize("said", ["[1]", "{", '{"speed": 3}', '"rpm"'])
+def test_a_text_that_gives_no_units_gives_none(tmp_path: Path, said: str) -> None:
+    table = pa.table({"t": np.arange(50.0), "speed": np.arange(50.0)})
+    pq.write_table(table.replace_schema_metadata({"units": said}), tmp_path / "a.parquet")
+    assert read_table(tmp_path / "a.parquet").units["speed"] is None

@@ -282,3 +282,15 @@ def test_a_name_holds_a_field(name: str, number: float, unit: str) -> None:
 @pytest.mark.parametrize("name", ["joint2", "F_1A_2A", "2Axis", "run 5", "0.5Nm"])
 def test_a_name_without_one_field_holds_none(name: str) -> None:
     assert stated_in(name) is None
+
+
+@pytest.mark.parametrize(
+    ("name", "field", "unit"), [("I_A", 1.2, "A"), ("I_mA", 1.2e-3, "A"), ("U_kV", 1200.0, "V")]
+)
+def test_a_letter_and_its_unit_beside_vectors_is_the_field(
+    tmp_path: Path, name: str, field: float, unit: str
+) -> None:
+    savemat(tmp_path / "a.mat", {"t": TIME, "x_m": PLACE, "F_N": FORCE, name: 1.2})
+    log = read(tmp_path / "a.mat")
+    assert log.signals["field"][0] == pytest.approx(field)
+    assert log.units["field"] == unit

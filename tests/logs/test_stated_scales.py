@@ -97,3 +97,12 @@ def test_whatever_stands_above_the_rows_a_plan_comes_of_it(key: str, text: str) 
     units = {"time [s]": "s", "encoder_counts": None, "I_motor": "A"}
     table = Table("log.csv", columns, units, "", metadata={key: text}, path="log.csv")
     assert plan_of(table, ColumnMap()).command().startswith("erclutch inspect log.csv")
+
+
+def test_a_number_beside_vectors_whose_name_ends_in_its_unit_is_a_scale() -> None:
+    columns = {"time": TIME, "LVDT_V": SPEED, "force [N]": TORQUE}
+    units = {"time": None, "LVDT_V": None, "force [N]": None}
+    beside = {"LVDT_cal_mm_per_V": 5.0, "K": 1000.0}
+    table = Table("a.mat", columns, units, "0" * 64, constants=beside, path="a.mat")
+    plan = plan_of(table, ColumnMap())
+    assert '--position "LVDT_V" --scale "position=5 mm/V"' in plan.command().replace("'", '"')

@@ -203,3 +203,28 @@ def test_a_matrix_of_matlab_has_its_first_row_below_its_names(
 )
 def test_other_brackets_and_semicolons_are_no_matrix(text: str) -> None:
     assert without_matrix(text) == (text, "")
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "told"),
+    [("Time", 45_000.0, ""), ("Time", 738_000.4, ""), ("Date", 45_000.0, "d")],
+)
+def test_numbers_of_days_are_dates_of_spreadsheets_and_of_matlab(
+    name: str, first: float, told: str
+) -> None:
+    days = first + ROWS * 0.005 / 86_400
+    columns = {name: days, "pos [mm]": SLOW, "force [N]": DRAG}
+    plan = planned(columns)
+    if told:
+        assert f"--time '{name} [{told}]'" in plan.command().replace('"', "'")
+        plan = planned(columns, time=f"{name} [{told}]")
+    assert plan.clock is not None
+    assert plan.clock.factor == 86_400.0
+    assert not plan.clock.doubt
+
+
+def test_a_few_thousand_seconds_are_no_days() -> None:
+    columns = {"time": 30_000.0 + ROWS * 0.01, "pos [mm]": SLOW, "force [N]": DRAG}
+    clock = planned(columns).clock
+    assert clock is not None
+    assert clock.factor == 1.0

@@ -21,6 +21,7 @@ from erclutch.logs.planning.named_columns import locate
 from erclutch.logs.planning.unit_of_stamps import (
     FEW_STEPS,
     as_seconds,
+    counts_days,
     doubt_of_seconds,
     doubt_of_unit,
     is_since_1970,
@@ -317,4 +318,6 @@ def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:
     even = step > 0 and bool(np.all(np.abs(steps - step) <= EVEN * step))
     if not even or step.is_integer():
         return ""
-    return f"{name} grows by {step:.4g} from row to row: if that is s, give --time {shell_word(f'{name} [s]')}"
+    unit = "d" if counts_days(first.values) else "s"
+    option = f"--time {shell_word(f'{name} [{unit}]')}"
+    return f"{name} grows by {step:.4g} from row to row: if that is {unit}, give {option}"

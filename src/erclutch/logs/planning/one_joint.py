@@ -21,8 +21,11 @@ _FEWEST = 3  # joints: two may be the two sides of one device
 _MOVES = 0.1  # share of what the liveliest joint moves by
 #: Words that say that columns are of joints, so that two suffice.
 _OF_JOINTS = frozenset(
-    {"joint", "joints", "axis", "achse", "gelenk", "axe", "eje", "q", "dq", "qd", "qdot"}
+    (
+        "joint joints axis achse gelenk axe eje q dq qd qdot actuator actuators servo servos motor motors 关节 軸 轴"
+    ).split()
 )
+_PLACE = re.compile(r".*\[\d+\]")  # velocity[0], in a message of joints
 #: Sides of one device and ways to log a signal, and directions in space: none of them is a joint.
 _NO_JOINTS = frozenset(
     (
@@ -46,7 +49,8 @@ def propose_one_joint(draft: Draft) -> None:
     efforts = _joints(draft, "effort")
     joints = [joint for joint in slips if joint in efforts]
     said = {token for name in slips.values() for token in _tokens(name)}
-    fewest = 2 if not said.isdisjoint(_OF_JOINTS) else _FEWEST
+    are_places = all(_PLACE.fullmatch(name) for name in slips.values())
+    fewest = 2 if are_places or not said.isdisjoint(_OF_JOINTS) else _FEWEST
     if len(joints) < fewest or len(joints) < 0.7 * max(len(slips), len(efforts)):
         return
     every = (*slips, *efforts)
@@ -68,6 +72,12 @@ def propose_one_joint(draft: Draft) -> None:
     del draft.questions["slip"], draft.questions["effort"]
     take_guess(draft, "slip", Guess(slips[first], reason), "")
     take_guess(draft, "effort", Guess(efforts[first], reason), slips[first])
+
+    # A current that each joint has is that of its drive.
+    fields = _joints(draft, "field") if "field" in draft.questions else {}
+    if fields and fields.keys() >= {*joints}:
+        del draft.questions["field"]
+        draft.take_no_field([f"{name} is the current of a joint" for name in fields.values()])
 
     other = next(joint for joint in joints if joint != first)
     option = f"--slip {shell_word(slips[other])} --effort {shell_word(efforts[other])}"

@@ -29,6 +29,9 @@ from erclutch.signals.recording import SIGNALS
 #: Words of a header that may be those of an amplifier or a load cell, whatever their unit.
 _OF_INSTRUMENTS = frozenset({"excitation", "command", "cmd", "duty", "pwm", "field"})
 _CURRENTS = ("A",)
+_LETTER_AND_UNIT = re.compile(
+    r"I_(m?A)|U_(k?V)"
+)  # of a single number; a column so called may be a phase
 _FOLDERS_ABOVE = 2  # of a log, whose names may tell its field: ``0.5A/2Hz/log.csv``
 _NUMBER = re.compile(NUMBER.removeprefix("[+-]?"))
 _COUNTED = re.compile(r"([1-9]\d?)([AVT])")  # 1A: the first specimen of batch A, or a log at 1 A
@@ -126,10 +129,10 @@ def _beside_the_columns(draft: Draft) -> list[StatedLevel]:
     """Numbers of the header, and numbers beside vectors, whose name is that of a current or a voltage."""
     stated: list[StatedLevel] = []
     for name, number in draft.table.constants.items():
-        if _is_called_so(name):
-            stated.append(
-                StatedLevel(name, number, draft.table.units.get(name) or spoken_name(name).end)
-            )
+        letter = _LETTER_AND_UNIT.fullmatch(name)
+        if letter is not None or _is_called_so(name):
+            own = draft.table.units.get(name) or spoken_name(name).end
+            stated.append(StatedLevel(name, number, own or (letter and (letter[1] or letter[2]))))
     for key, text in draft.table.metadata.items():
         label, unit = split_label(key)
         if not _is_called_so(label):

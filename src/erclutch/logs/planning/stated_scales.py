@@ -39,6 +39,7 @@ _COUNTED_ALREADY = re.compile(r"(?:counts?|ticks?)\b", re.IGNORECASE)
 _QUADRATURE = re.compile(r"quadrature|x ?4\b", re.IGNORECASE)
 _RATIO = re.compile(r"(\d+(?:\.\d+)?)\s*(?::\s*(\d+(?:\.\d+)?))?")
 _PLACE = re.compile(r"NUMBER ([^\"'/]+)/([^\"']+)")
+_PER = re.compile(r"_([^\W_]+)_per_([^\W_]+)$")
 _MOTIONS = ("slip", "position")
 
 
@@ -174,7 +175,13 @@ def fill_in_stated_scales(draft: Draft) -> None:
 def _stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
     """The scales of a signal that the file states above its rows, each once."""
     seen: set[tuple[float, str]] = set()
-    for key, text in draft.table.metadata.items():
+    texts = dict(draft.table.metadata)
+    # A number beside vectors has its unit in its name: LVDT_cal_mm_per_V.
+    for key, value in draft.table.constants.items():
+        of_unit = _PER.search(key)
+        if of_unit is not None:
+            texts[key] = f"{value!r} {of_unit[1]}/{of_unit[2]}"
+    for key, text in texts.items():
         match = _FIRST_QUANTITY.match(text.strip())
         if match is None:
             continue

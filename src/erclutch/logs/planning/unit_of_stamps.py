@@ -18,8 +18,9 @@ _SLOWEST_IN_US = 1e6  # us a row: from it on they are nanoseconds
 #: Steps between stamps: in no more nothing of a rate is seen.
 FEW_STEPS = 9
 _SINCE_1970 = (1e9, 4.1e9)  # s: 2001 to 2100
-_SHEET_DAYS = (20_000, 80_000)  # days as spreadsheets number them: 1954 to 2119
-_SHEET_STEP = 1.2e-5  # days: 1 Hz or faster
+#: Days as they are numbered since 1900 and since the year 0: 1954 to 2119, 1949 to 2100.
+_DAYS = {"spreadsheets": (20_000, 80_000), "MATLAB and Octave": (712_000, 767_000)}
+_STEP_OF_DATES = 1.2e-5  # days: 1 Hz or faster
 
 
 def as_seconds(
@@ -29,8 +30,7 @@ def as_seconds(
 ) -> tuple[float, float, str]:
     """Factor from stamps to s, the stamp that is 0 s, and as what the stamps are taken.
 
-    Stamps without a unit may be dates as spreadsheets number them (1954 to 2119, at 1 Hz or faster) or a time since
-    1970 (2001 to 2100).
+    Stamps without a unit may be dates as numbers of days (at 1 Hz or faster) or a time since 1970 (2001 to 2100).
 
     Raises:
         UnitError: a unit that is none of time.
@@ -46,14 +46,21 @@ def as_seconds(
             factor, _ = seconds
             return factor, 0.0, "" if factor == 1.0 else f", converted from {unit}"
 
-    steps = np.abs(np.diff(stamps))
-    if stamps.size > 1 and _lie_within(stamps, _SHEET_DAYS) and np.median(steps) < _SHEET_STEP:
-        how = ", no unit: dates as spreadsheets number them, taken as days"
+    counted = counts_days(stamps)
+    if counted:
+        how = f", no unit: dates as {counted} number them, taken as days"
         return 86_400.0, float(np.floor(stamps[0])), how
     for short, factor in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
         if stamps.size and _lie_within(stamps * factor, _SINCE_1970):
             return factor, float(stamps[0]), f", no unit: a time since 1970, taken as {short}"
     return 1.0, 0.0, ", no unit: taken as s"
+
+
+def counts_days(stamps: Array) -> str:
+    """Who numbers days as stamps do that are taken at 1 Hz or faster; "" where they are no dates."""
+    if stamps.size < 2 or not np.median(np.abs(np.diff(stamps))) < _STEP_OF_DATES:
+        return ""
+    return next((who for who, ends in _DAYS.items() if _lie_within(stamps, ends)), "")
 
 
 def is_since_1970(stamps: Array) -> bool:

@@ -75,6 +75,7 @@ from erclutch.logs.planning.rheometer_columns import (
 from erclutch.logs.planning.row_order import ask_about_order
 from erclutch.logs.planning.sense_of_effort import doubt_an_effort_without_its_sense
 from erclutch.logs.planning.sense_of_speed import doubt_a_speed_without_its_sense
+from erclutch.logs.planning.settings_of_a_rig import ask_about_a_setting_of_the_rig
 from erclutch.logs.planning.stated_scales import (
     doubt_counts_and_motors,
     fill_in_stated_scales,
@@ -140,6 +141,7 @@ STEPS = (
     Step("the field is not what a drive was told", doubt_the_command_of_a_drive),
     Step("the field is not the monitor of an amplifier", doubt_the_monitor_of_an_amplifier),
     Step("whether the file states the field, or has none", settle_the_field),
+    Step("whether a setting of the rig parts the efforts", ask_about_a_setting_of_the_rig),
     # What the rows are.
     Step("whether the rows are points in no time", take_points, needs_all_rows=True),
     Step("whether the rows are a map of efforts at rest", say_what_is_a_map, needs_all_rows=True),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+import json
+from collections.abc import Mapping
+from typing import Any, cast
 
 import numpy as np
 
@@ -39,7 +41,8 @@ def table_of_arrow(
 
     table = with_lists_opened(table)
     fields = list(table.schema)
-    own_units = [_metadata(field).get("unit") for field in fields]
+    of_all = _units_of(_metadata(table.schema))
+    own_units = [_metadata(field).get("unit") or of_all.get(field.name) for field in fields]
     names, units, renamed = name_columns([str(field.name) for field in fields], own_units)
     notes = [_UNCHECKED] if unchecked else []
     notes += renamed
@@ -115,6 +118,26 @@ def _metadata(thing: Any) -> dict[str, str]:
     for key, value in pairs.items():
         texts[key.decode("utf-8", "replace")] = value.decode("utf-8", "replace")
     return texts
+
+
+def _units_of(metadata: Mapping[str, str]) -> dict[str, str]:
+    """Units by the names of columns, which a whole file states as an object of JSON, or as attributes of pandas."""
+    stated: dict[str, Any] = {}
+    for key in ("pandas", "units", "unit"):
+        try:
+            said: Any = json.loads(metadata.get(key, "{}"))
+        except (ValueError, RecursionError):
+            continue
+        if key == "pandas" and isinstance(said, dict):
+            attributes: Any = cast("dict[str, Any]", said).get("attributes")
+            said = (
+                cast("dict[str, Any]", attributes).get("units")
+                if isinstance(attributes, dict)
+                else None
+            )
+        if isinstance(said, dict):
+            stated |= cast("dict[str, Any]", said)
+    return {name: unit for name, unit in stated.items() if isinstance(unit, str) and unit}
 
 
 def _numbers(values: Any) -> Array | None:

@@ -239,7 +239,9 @@ def rows_under_numbers(fields: Mapping[str, Any]) -> Lists | None:
     {"speed": {"0": 3, "1": 4, ...}, ...} has an object for each column, {"0": {"speed": 3, ...}, ...} for each row.
     """
     objects = [cast("dict[str, Any]", each) for each in fields.values() if isinstance(each, dict)]
-    if len(objects) < max(len(fields), 2) or any(each.keys() != objects[0].keys() for each in objects):
+    if len(objects) < max(len(fields), 2) or any(
+        each.keys() != objects[0].keys() for each in objects
+    ):
         return None
     values = [value for each in objects for value in each.values()]
     if any(isinstance(value, dict | list) for value in values):

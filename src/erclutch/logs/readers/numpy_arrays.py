@@ -95,12 +95,7 @@ def find(path: str, variable: str | None) -> Table:
         found = {name: of_vectors(columns) for name, columns in trials.items()}
         whole = {name: recording for name, recording in found.items() if recording is not None}
         return found_recordings.chosen(whole, variable, "trial", "the file holds no trials")
-    # An array of as many texts as a matrix has columns gives their names, another their units.
-    named: dict[str, Any] = dict(nodes)
-    for name, node in nodes.items():
-        if node.dtype.kind == "U" and node.size > 1:
-            named[name] = [str(text) for text in node.ravel()]
-    recording = of_vectors(opened(named))
+    recording = of_vectors(_named_by_texts(nodes))
     if recording is None and left_out:
         raise LogError(f"the arrays are no numbers: {'; '.join(left_out)}", remedy=_SAVE_NUMBERS)
     if recording is not None:
@@ -109,6 +104,15 @@ def find(path: str, variable: str | None) -> Table:
         raise unnamed
     recordings = {file.stem: recording} if recording is not None else {}
     return found_recordings.chosen(recordings, variable, "arrays", _NONE)
+
+
+def _named_by_texts(nodes: dict[str, np.ndarray[Any, Any]]) -> dict[str, Any]:
+    """Vectors under the names, and with the units, that arrays of as many texts as a matrix has columns give them."""
+    named: dict[str, Any] = dict(nodes)
+    for name, node in nodes.items():
+        if node.dtype.kind == "U" and node.size > 1:
+            named[name] = [str(text) for text in node.ravel()]
+    return opened(named)
 
 
 READER = LogReader(

@@ -11,7 +11,9 @@ import numpy as np
 from erclutch.logs.readers.found_recordings import TIME, Found
 from erclutch.signals.array import Array
 
-_LONG = 100  # rows of a recording, of which a sample more or less is the end of it and no other clock
+_LONG = (
+    100  # rows of a recording, of which a sample more or less is the end of it and no other clock
+)
 _FEW_SAMPLES = 2
 
 
@@ -66,7 +68,9 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
             notes.append(f"matrix {name} is {height} x {width}: its rows are taken as columns")
     if not columns:
         return None
-    return Found(columns, constants=constants, metadata=metadata, notes=notes, unreadable=unreadable)
+    return Found(
+        columns, constants=constants, metadata=metadata, notes=notes, unreadable=unreadable
+    )
 
 
 def _shortest_near(rows: int, lengths: Sequence[int]) -> tuple[int, list[int]]:

@@ -1,0 +1,62 @@
+"""Where no field is logged, a gap or a load that a rig was set to may be what parts the efforts: the user is asked.
+
+An eddy-current brake has the distance of its magnet in place of a current, and a friction rig its normal load. Without
+that column the rows of all settings are mixed in one fit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.vocabulary import set_of
+from erclutch.logs.planning.draft import Draft
+from erclutch.signals.array import Array
+from erclutch.signals.recording import NO_FIELD
+
+_SETTINGS = set_of(
+    "gap airgap distance spacing separation clearance luftspalt spalt abstand entrefer distancia distanza traferro "
+    "normal normalkraft normallast pressure druck anpressdruck anpresskraft clamping 间隙 气隙 距离 压力 "
+)
+_DIFFERS = 1.2  # between the mean sizes of the effort at two settings
+
+
+def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
+    """Ask whether the one column of such a name that keeps a few levels is wanted, where the effort goes with them."""
+    field = draft.signals.get("field")
+    effort = draft.signals.get("effort")
+    is_open = field is not None and field.reason == NO_FIELD
+    if (
+        not is_open
+        or draft.told.declines("field")
+        or effort is None
+        or effort.column not in draft.table.columns
+    ):
+        return
+    wanted = {str(choice.column) for choice in draft.told.inputs}
+    efforts = draft.table.columns[effort.column]
+    settings = [
+        column.name
+        for column in draft.seen.without(draft.taken)
+        if column.shape.keeps_levels
+        and column.spoken.says(_SETTINGS)
+        and column.name not in wanted
+        and draft.table.label(column.name) not in wanted
+        and _parts(column.values, efforts)
+    ]
+    if len(settings) != 1:
+        return
+    (name,) = settings
+    option = f"--field none --input {shell_word(draft.table.label(name))}"
+    problem = f"no column for field, and the effort goes with the levels of {name}"
+    remedy = f"Give {option} if models are to know it, else --field none"
+    draft.ask("field", MappingError(problem, remedy=remedy), option)
+    del draft.signals["field"]
+
+
+def _parts(levels: Array, efforts: Array) -> bool:
+    """Whether the mean size of an effort differs from level to level."""
+    known = np.isfinite(levels) & np.isfinite(efforts)
+    sizes = np.abs(efforts[known])
+    means = [float(sizes[levels[known] == level].mean()) for level in np.unique(levels[known])]
+    return len(means) > 1 and max(means) > _DIFFERS * min(means)

@@ -1,0 +1,36 @@
+"""A gap or a load that a rig was set to is asked about where no field is logged and the effort goes with its levels."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.support.plans_of_columns import planned
+
+ROWS = np.arange(1200.0)
+SPEED = 20 + 15 * np.sin(2 * np.pi * ROWS / 100)
+GAP = np.repeat([2.0, 3.0, 5.0, 8.0], 300)
+TORQUE = 0.05 * SPEED * np.exp(-GAP / 4)
+STEADY = 0.05 * SPEED
+NAMES = ["Air gap [mm]", "magnet_distance_mm", "Luftspalt [mm]", "Normal load [N]"]
+
+
+@pytest.mark.parametrize("label", NAMES)
+def test_a_setting_that_parts_the_efforts_is_asked_about(label: str) -> None:
+    columns = {"t [s]": ROWS / 100, "w [rad/s]": SPEED, label: GAP, "torque [N*m]": TORQUE}
+    plan = planned(columns)
+    assert [question.signal for question in plan.questions] == ["field"]
+    assert f"--field none --input {label}" in plan.command().replace('"', "").replace("'", "")
+    assert not planned(columns, field="none").questions
+
+
+@pytest.mark.parametrize("label", [NAMES[0], NAMES[3]])
+def test_a_setting_with_which_no_effort_goes_is_not_asked_about(label: str) -> None:
+    columns = {"t [s]": ROWS / 100, "w [rad/s]": SPEED, label: GAP, "torque [N*m]": STEADY}
+    assert not planned(columns).questions
+
+
+def test_beside_a_current_a_gap_is_not_asked_about() -> None:
+    current = np.repeat([0.0, 1.0, 0.0, 1.0], 300)
+    columns = {"t [s]": ROWS / 100, "w [rad/s]": SPEED, "I [A]": current, NAMES[0]: GAP}
+    assert not planned({**columns, "torque [N*m]": TORQUE * (1 + current)}).questions
