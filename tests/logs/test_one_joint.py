@@ -152,7 +152,7 @@ def test_a_column_of_amperes_beside_joints_is_still_the_field() -> None:
 @pytest.mark.parametrize("form", ["velocity[{}] position[{}] effort[{}]"])
 @pytest.mark.parametrize("joint", ["0", "1"])
 def test_a_position_is_that_of_the_joint_whose_speed_was_named(form: str, joint: str) -> None:
-    columns = {"time": TIME}
+    columns: dict[str, np.ndarray] = {"time": TIME}
     for place in (0, 1):
         speed, position, effort = form.format(place, place, place).split()
         rate = SIZES[place] * np.sin((3.0 + 0.4 * place) * TIME)
@@ -165,7 +165,7 @@ def test_a_position_is_that_of_the_joint_whose_speed_was_named(form: str, joint:
 
 
 def test_a_current_that_each_of_two_actuators_has_is_no_field() -> None:
-    columns = {"time": TIME}
+    columns: dict[str, np.ndarray] = {"time": TIME}
     for place in (1, 2):
         rate = SIZES[place] * np.sin((3.0 + 0.4 * place) * TIME)
         torque = place * np.tanh(8.0 * rate) + 0.1 * rate
