@@ -195,6 +195,7 @@ def as_text(path: Path, of: dict[str, np.ndarray], above: str = "") -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", slow_but(("a.csv",), ("a.csv", "a.csv.gz")))
 def test_a_text_is_read_in_blocks_as_it_is_read_whole(tmp_path: Path, name: str) -> None:
     path = as_text(tmp_path / name, columns(gap=13_001), "Tester: nobody\n")

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, plan_of, read_table
+from tests.support.slow_params import slow_behind
 
 COUNT = 60
 TIME = 0.01 * np.arange(COUNT)
@@ -45,7 +46,9 @@ def test_lists_whose_places_have_no_names_are_numbered(tmp_path: Path, names: st
     assert np.array_equal(table.columns["velocity_2"], SPEEDS[1])
 
 
-@pytest.mark.parametrize("broken", ["(0.1, 0.2)", "(0.1, x, 0.2)", "", "(0.1, 0.2, 0.3"])
+@pytest.mark.parametrize(
+    "broken", slow_behind(2, ["(0.1, 0.2)", "(0.1, x, 0.2)", "", "(0.1, 0.2, 0.3"])
+)
 def test_lists_of_several_lengths_and_broken_lists_stay_text_and_are_told(
     tmp_path: Path, broken: str
 ) -> None:

@@ -190,13 +190,16 @@ def test_laps_of_a_pin_on_a_disc_are_no_field() -> None:
 
 @pytest.mark.parametrize(
     ("name", "unit", "effort"),
-    [
-        ("Weight", "g", "Weight [gf]"),
-        ("Weight_g", "", "Weight_g [gf]"),
-        ("Load", "kg", "Load [kgf]"),
-        ("Load_kg", "", "Load_kg --scale effort=1 kgf/kg"),
-        ("force_kg", "", "force_kg --scale effort=1 kgf/kg"),
-    ],
+    slow_behind(
+        2,
+        [
+            ("Weight", "g", "Weight [gf]"),
+            ("Weight_g", "", "Weight_g [gf]"),
+            ("Load", "kg", "Load [kgf]"),
+            ("Load_kg", "", "Load_kg --scale effort=1 kgf/kg"),
+            ("force_kg", "", "force_kg --scale effort=1 kgf/kg"),
+        ],
+    ),
 )
 def test_a_weight_is_asked_about_as_the_force_that_a_scale_shows(
     tmp_path: Path, name: str, unit: str, effort: str

@@ -19,6 +19,7 @@ from erclutch.logs import ColumnMap, Table, plan_of, read, read_table, table_of_
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.readers.waveform_lines import with_steps_above
 from erclutch.signals.array import Array
+from tests.support.slow_params import slow_behind
 
 pytestmark = pytest.mark.usefixtures("read_here")  # no child process for each file
 
@@ -181,11 +182,14 @@ def tidy(path: Path, names: str, form: str) -> Path:
 
 @pytest.mark.parametrize(
     ("names", "form"),
-    [
-        ("time,quantity,unit,value", "{t:.3f},{name},{unit},{number:.8g}"),
-        ("_time,_field,unit,_value", "{t:.3f},{name},{unit},{number:.8g}"),
-        ("Kanal;Wert;Einheit;Zeit", "{name};{number:.8g};{unit};{t:.3f}"),
-    ],
+    slow_behind(
+        1,
+        [
+            ("time,quantity,unit,value", "{t:.3f},{name},{unit},{number:.8g}"),
+            ("_time,_field,unit,_value", "{t:.3f},{name},{unit},{number:.8g}"),
+            ("Kanal;Wert;Einheit;Zeit", "{name};{number:.8g};{unit};{t:.3f}"),
+        ],
+    ),
 )
 def test_a_tidy_signal_in_two_units_is_brought_to_one(
     tmp_path: Path, names: str, form: str
@@ -229,7 +233,7 @@ def workbook(path: Path, sheets: dict[str, tuple[list[str], list[Array]]]) -> Pa
     return path
 
 
-@pytest.mark.parametrize(("unit", "in_unit"), [("s", 1.0), ("ms", 1e3)])
+@pytest.mark.parametrize(("unit", "in_unit"), slow_behind(1, [("s", 1.0), ("ms", 1e3)]))
 def test_a_field_in_another_sheet_is_asked_about_and_joined(
     tmp_path: Path, unit: str, in_unit: float
 ) -> None:

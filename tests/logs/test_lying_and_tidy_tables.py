@@ -13,6 +13,7 @@ from erclutch.errors import LogError
 from erclutch.logs import ColumnMap, plan_of, read_table
 from erclutch.logs.readers.lying_tables import upright
 from tests.support.command import good
+from tests.support.slow_params import slow_behind
 
 ROWS = [(k / 100, (k % 7) - 3.0, (k % 5) - 2.0) for k in range(60)]
 NAMES = ("t [s]", "speed [rad/s]", "torque [N*m]")
@@ -126,7 +127,7 @@ def test_rows_of_numbers_no_wider_than_a_log_stay_rows(tmp_path: Path) -> None:
     assert read_table(written(tmp_path, "\n".join(lines) + "\n", "log.txt")).rows == 12
 
 
-@pytest.mark.parametrize("word", ["OL", "-OL", "OVLD", "ovld", "OVRNG"])
+@pytest.mark.parametrize("word", slow_behind(2, ["OL", "-OL", "OVLD", "ovld", "OVRNG"]))
 def test_a_reading_beyond_the_range_of_its_meter_is_missing_and_told(
     tmp_path: Path, word: str
 ) -> None:

@@ -11,6 +11,7 @@ from scipy.io import savemat
 
 from erclutch.logs import ColumnMap, plan_of, read_table
 from erclutch.signals.array import Array
+from tests.support.slow_params import slow_behind
 
 RNG = np.random.default_rng(6)
 TIME: Array = 0.002 * np.arange(4000, dtype=np.float64)
@@ -34,7 +35,7 @@ KINDS = [
 ]
 
 
-@pytest.mark.parametrize(("columns", "wanted"), KINDS)
+@pytest.mark.parametrize(("columns", "wanted"), slow_behind(3, KINDS))
 def test_the_command_has_the_columns_that_the_numbers_speak_for(
     tmp_path: Path, columns: list[Array], wanted: str
 ) -> None:

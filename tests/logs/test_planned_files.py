@@ -11,6 +11,7 @@ from erclutch.errors import MappingError
 from erclutch.logs import ColumnMap, Plan, plan_of, read_table
 from erclutch.signals.array import Array
 from tests.support.command import good
+from tests.support.slow_params import slow_behind
 
 pytestmark = pytest.mark.usefixtures("read_here")
 TIME = np.arange(1000) / 200.0
@@ -38,20 +39,23 @@ def planned(path: Path, columns: dict[str, Array], told: ColumnMap | None = None
 
 @pytest.mark.parametrize(
     ("name", "how"),
-    [
-        ("BF_traj.csv", "planned"),
-        ("reference.csv", "planned"),
-        ("desired_trajectory.txt", "planned"),
-        ("setpoints.csv", "planned"),
-        ("cmd_3.csv", "planned"),
-        ("plannedElbow2.csv", "planned"),
-        ("Sollwerte.csv", "planned"),
-        ("期望轨迹.csv", "planned"),
-        ("sim_run1.csv", "computed"),
-        ("simulation_test.csv", "computed"),
-        ("FEM-120rpm.csv", "computed"),
-        ("仿真结果.csv", "computed"),
-    ],
+    slow_behind(
+        5,
+        [
+            ("BF_traj.csv", "planned"),
+            ("sim_run1.csv", "computed"),
+            ("FEM-120rpm.csv", "computed"),
+            ("reference.csv", "planned"),
+            ("desired_trajectory.txt", "planned"),
+            ("setpoints.csv", "planned"),
+            ("cmd_3.csv", "planned"),
+            ("plannedElbow2.csv", "planned"),
+            ("Sollwerte.csv", "planned"),
+            ("期望轨迹.csv", "planned"),
+            ("simulation_test.csv", "computed"),
+            ("仿真结果.csv", "computed"),
+        ],
+    ),
 )
 def test_an_effort_of_a_file_that_is_called_a_plan_or_a_simulation_is_asked_about(
     tmp_path: Path, name: str, how: str

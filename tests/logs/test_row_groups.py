@@ -11,6 +11,7 @@ from erclutch.errors import LogError
 from erclutch.logs import ColumnMap, plan_of, read, read_all, read_table, recordings_in
 from erclutch.logs.columns.row_groups import Group, group_of, wants_each
 from tests.support.command import run
+from tests.support.slow_params import slow_behind
 
 pytestmark = pytest.mark.usefixtures("read_here")
 SPEEDS = [10.0 * k for k in range(1, 13)]
@@ -91,7 +92,7 @@ def test_points_of_several_words_are_asked_about(
     assert plan.examples == (f'--variable "{proposed}"',)
 
 
-@pytest.mark.parametrize("column", ["direction", "trial", "Versuch", "Test_Run"])
+@pytest.mark.parametrize("column", slow_behind(2, ["direction", "trial", "Versuch", "Test_Run"]))
 def test_points_and_logs_of_several_trials_are_those_of_one_device(
     tmp_path: Path, column: str
 ) -> None:
@@ -101,7 +102,7 @@ def test_points_and_logs_of_several_trials_are_those_of_one_device(
     assert [stop - start for start, stop in timed.segments] == [400, 400, 400]
 
 
-@pytest.mark.parametrize("column", ["damper", "Probe", "group", "trial"])
+@pytest.mark.parametrize("column", slow_behind(2, ["damper", "Probe", "group", "trial"]))
 def test_logs_whose_times_restart_with_each_word_are_asked_about(
     tmp_path: Path, column: str
 ) -> None:

@@ -11,6 +11,7 @@ from erclutch.cli.options import expand
 from erclutch.errors import ErclutchError, LogError
 from erclutch.logs import read, read_table
 from tests.support.command import good
+from tests.support.slow_params import slow_behind
 
 FAST, SLOW = np.arange(2000) / 1000, np.arange(-10, 230) / 100 + 0.0003
 CURRENT = np.repeat([0.0, 0.5, 1.0], 80)
@@ -122,16 +123,19 @@ def test_a_time_since_1970_stays_one(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("head", "time", "words"),
-    [
-        (
-            "time,current [A]",
-            SLOW * 1e3,
-            r"the time of current.csv has no unit, and that of speed.csv is in s",
-        ),
-        ("time [s],current [A]", SLOW + 5, r"the files share 0 s of the 2.39 s of current.csv"),
-        ("time [ms],current [A]", SLOW, r"the files share"),
-        ("time [s],current [A]", SLOW[::-1], r"the files share|no time that grows"),
-    ],
+    slow_behind(
+        2,
+        [
+            (
+                "time,current [A]",
+                SLOW * 1e3,
+                r"the time of current.csv has no unit, and that of speed.csv is in s",
+            ),
+            ("time [s],current [A]", SLOW + 5, r"the files share 0 s of the 2.39 s of current.csv"),
+            ("time [ms],current [A]", SLOW, r"the files share"),
+            ("time [s],current [A]", SLOW[::-1], r"the files share|no time that grows"),
+        ],
+    ),
 )
 def test_times_that_do_not_fit_are_refused(
     tmp_path: Path, head: str, time: np.ndarray, words: str
@@ -163,7 +167,7 @@ def test_a_cell_that_cannot_be_read_stops_the_log(tmp_path: Path) -> None:
 WORDS = "Tests of 3 May\n\ntorque.csv is in N m.\nspeed.csv at 1000 Hz, current.csv at 100 Hz\n"
 
 
-@pytest.mark.parametrize("name", ["README.txt", "Notizen.txt", "bench.log"])
+@pytest.mark.parametrize("name", slow_behind(1, ["README.txt", "Notizen.txt", "bench.log"]))
 def test_words_about_the_files_of_a_folder_are_left_out_with_a_word(
     tmp_path: Path, name: str
 ) -> None:

@@ -16,6 +16,7 @@ from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.table import Table
 from tests.support.command import good
+from tests.support.slow_params import slow_behind
 
 pytestmark = pytest.mark.usefixtures("read_here")
 TIME = np.arange(400) / 100
@@ -96,20 +97,23 @@ def test_a_number_of_each_recording_is_its_field(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "pattern"),
-    [
-        ("run_2A.csv", "run_{field}A"),
-        ("10mm1Hz0x25A.csv", "{n1}mm{n2}Hz{field}A"),
-        ("2021-03-04 test 1.5kV.csv", "{n1}-{n2}-{n3} test {field}kV"),
-        ("300mA sine.v2.csv", "{field}mA sine.v{n1}"),
-        ("2Ampere.csv", "{field:A}Ampere"),
-        ("ER_2kVmm.csv", "ER_{field:kV/mm}kVmm"),
-        ("brake-2A.csv", "brake-{field}A"),  # the dash parts words
-        ("brake_-2A.csv", "brake_{field}A"),
-        (
-            "brake_12V_0.5A.csv",
-            "brake_{n1}V_{field}A",
-        ),  # a voltage beside a current is that of the supply
-    ],
+    slow_behind(
+        4,
+        [
+            ("run_2A.csv", "run_{field}A"),
+            ("10mm1Hz0x25A.csv", "{n1}mm{n2}Hz{field}A"),
+            ("2021-03-04 test 1.5kV.csv", "{n1}-{n2}-{n3} test {field}kV"),
+            ("300mA sine.v2.csv", "{field}mA sine.v{n1}"),
+            ("2Ampere.csv", "{field:A}Ampere"),
+            ("ER_2kVmm.csv", "ER_{field:kV/mm}kVmm"),
+            ("brake-2A.csv", "brake-{field}A"),  # the dash parts words
+            ("brake_-2A.csv", "brake_{field}A"),
+            (
+                "brake_12V_0.5A.csv",
+                "brake_{n1}V_{field}A",
+            ),  # a voltage beside a current is that of the supply
+        ],
+    ),
 )
 def test_a_number_in_the_name_of_the_file_is_asked_about(
     tmp_path: Path, name: str, pattern: str
@@ -129,12 +133,15 @@ def test_other_names_state_no_field(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize(
     ("folder", "field", "pattern"),
-    [
-        ("current_1A", 1.0, "current_{field}A/run{n1}"),
-        ("0.5A", 0.5, "{field}A/run{n1}"),
-        ("2V_50Hz", 2.0, "{field}V_{n1}Hz/run{n2}"),
-        ("test 3, 250mA", 0.25, "test {n1}, {field}mA/run{n2}"),
-    ],
+    slow_behind(
+        2,
+        [
+            ("current_1A", 1.0, "current_{field}A/run{n1}"),
+            ("0.5A", 0.5, "{field}A/run{n1}"),
+            ("2V_50Hz", 2.0, "{field}V_{n1}Hz/run{n2}"),
+            ("test 3, 250mA", 0.25, "test {n1}, {field}mA/run{n2}"),
+        ],
+    ),
 )
 def test_a_number_in_the_name_of_the_folder_is_asked_about(
     tmp_path: Path, folder: str, field: float, pattern: str
