@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
 from erclutch.signals.array import Array
@@ -31,3 +32,15 @@ def test_two_columns_that_drift_apart_are_asked_about() -> None:
 def test_numbers_without_a_name_beside_a_table_are_proposed_for_no_field() -> None:
     plan = _plan(time=SPAN, c5=23.0 + 0.05 * (np.arange(500.0) // 100))
     assert not any("c5" in example for example in plan.examples)
+
+
+@pytest.mark.parametrize("name", ["did_toe_off", "heel strike", "did_switch_on"])
+def test_an_event_of_a_step_is_proposed_for_no_field(name: str) -> None:
+    plan = _plan(time=SPAN, elbow_velocity=0.5 * SPEED, **{name: 1.0 * (SPAN > 1.5)})
+    assert not any(name in example for example in plan.examples)
+
+
+def test_a_switch_of_a_coil_is_still_proposed() -> None:
+    plan = _plan(time=SPAN, elbow_velocity=0.5 * SPEED, coil_on=1.0 * (SPAN > 1.5))
+    fields = [each.column for each in plan.signals if each.signal == "field"]
+    assert fields == ["coil_on"] or any("coil_on" in example for example in plan.examples)

@@ -47,6 +47,8 @@ _SWITCHES = frozenset(
         "clutch brake relay step level excited ein aus zustand schalter"
     ).split()
 )
+#: Words for an event: what it marks is switched by no supply, though a foot is called toe off.
+_EVENTS = frozenset({"did", "toe", "heel", "strike", "stance", "gait", "contact"})
 #: What the share is called that a supply, a valve or a brake is told.
 _COMMANDS = frozenset({"cmd", "command", "duty", "pwm", "valve", "brake", "excitation", "control"})
 #: What a current is called that makes the field.
@@ -182,7 +184,8 @@ def _field_option(
         words = column.spoken.stem_words
         if column.written_unit == "%" and not (_COMMANDS | {"load"}).isdisjoint(words):
             commands.append(column.name)
-        marks_something = is_a_mark(column) and _SWITCHES.isdisjoint(words)
+        is_an_event = not _EVENTS.isdisjoint(words)
+        marks_something = is_a_mark(column) and (is_an_event or _SWITCHES.isdisjoint(words))
         # T is a time or a temperature: a short name of several meanings, none of which is a field.
         means_no_field = (
             column.spoken.plain in NEED_UNIT and column.spoken.plain not in NAMES["field"].split()
