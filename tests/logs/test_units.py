@@ -163,3 +163,9 @@ def test_what_kind_of_voltage_or_current_it_is_changes_no_unit(written: str, mea
 
 def test_an_adc_may_be_a_converter() -> None:
     assert not units.is_unit("ADC")
+
+
+@pytest.mark.parametrize("unit", ["seg", "Seg.", "Segs", "Segundos", "Sek.", "Sekunden"])
+def test_seconds_are_written_with_a_small_letter_or_a_large_one(unit: str) -> None:
+    assert units.parse(unit).factor == 1.0
+    assert units.in_unit(f"3 {unit}", "s") == 3.0

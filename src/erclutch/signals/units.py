@@ -143,7 +143,12 @@ _SPELLINGS = (
     (re.compile(r"(?<![\w.])(?:ips|IPS)(?!\w)"), "inch/s"),
     (re.compile(r"(?<![\w.])(?:RPM|Rpm|Upm|UPM)(?!\w)"), "rpm"),
     (re.compile(r"([A-Za-zµμ°])(-?[1-9])(?!\w)"), r"\1^\2"),
-    (re.compile(r"(?<![\w.])(?:seg|segs|segundos?|[Ss]ek|Sekunden|secondes?|secs)(?!\w)\.?"), "s"),
+    (
+        re.compile(
+            r"(?<![\w.])(?:[Ss]egs?|[Ss]egundos?|[Ss]ek|[Ss]ekunden|secondes?|secs)(?!\w)\.?"
+        ),
+        "s",
+    ),
     (re.compile(r"(?<![\w.])(?:gauss|Gauss|Gs|G)(?!\w)"), "(1e-4*tesla)"),
     (re.compile(r"(?<![\w.])(?:oersted|Oe)(?!\w)"), "(79.57747154594767*A/m)"),
 )
