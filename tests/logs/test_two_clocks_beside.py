@@ -10,6 +10,7 @@ from erclutch.signals.array import Array
 
 SPAN = np.arange(500.0) * 0.005
 SPEED = np.sin(9.0 * SPAN)
+SWITCHED: Array = (SPAN > 1.5).astype(np.float64)
 
 
 def _plan(**columns: Array) -> Plan:
@@ -36,11 +37,11 @@ def test_numbers_without_a_name_beside_a_table_are_proposed_for_no_field() -> No
 
 @pytest.mark.parametrize("name", ["did_toe_off", "heel strike", "did_switch_on"])
 def test_an_event_of_a_step_is_proposed_for_no_field(name: str) -> None:
-    plan = _plan(time=SPAN, elbow_velocity=0.5 * SPEED, **{name: 1.0 * (SPAN > 1.5)})
+    plan = _plan(time=SPAN, elbow_velocity=0.5 * SPEED, **{name: SWITCHED})
     assert not any(name in example for example in plan.examples)
 
 
 def test_a_switch_of_a_coil_is_still_proposed() -> None:
-    plan = _plan(time=SPAN, elbow_velocity=0.5 * SPEED, coil_on=1.0 * (SPAN > 1.5))
+    plan = _plan(time=SPAN, elbow_velocity=0.5 * SPEED, coil_on=SWITCHED)
     fields = [each.column for each in plan.signals if each.signal == "field"]
     assert fields == ["coil_on"] or any("coil_on" in example for example in plan.examples)
