@@ -39,7 +39,7 @@ from erclutch.logs import (
     table_of_log,
 )
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.row_groups import wants_each
+from erclutch.logs.log_file import wants_each
 from erclutch.logs.planning.recording_choice import AlikeRecordingsError
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import erclutch
 from erclutch.errors import ErclutchError
-from erclutch.logs.data_frame import table_of_frame
+from erclutch.logs import read_table
 from erclutch.logs.synthetic import synthetic_log
 from tests.support.examples import examples
 
@@ -70,7 +70,7 @@ def test_any_columns_give_numbers_of_one_length_or_one_error(
     )
     frame.columns = [name for name, _ in columns]
     try:
-        table = table_of_frame(frame)
+        table = read_table(frame)
     except ErclutchError:
         assert not any(kind in ("float32", "int", "bool", "category") for _, kind in columns)
         return
@@ -118,6 +118,6 @@ def test_words_of_a_switch_are_numbers_and_words_of_a_kind_part_the_rows(
     frame = pd.DataFrame(
         {"w": np.arange(40.0), "coil": [*words] * 20, "pad": ["steel"] * 20 + ["cork"] * 20}
     )
-    table = table_of_frame(frame)
+    table = read_table(frame)
     np.testing.assert_array_equal(table.columns["coil"], [1.0, 0.0] * 20)
     assert table.words["pad"].words == ("steel", "cork")

@@ -9,7 +9,7 @@ import pytest
 
 from erclutch.errors import LogError
 from erclutch.logs import ColumnMap, plan_of, read, read_all, read_table, recordings_in
-from erclutch.logs.columns.row_groups import Group, group_of, wants_each
+from erclutch.logs.log_file import Group, group_of, wants_each
 from tests.support.command import run
 from tests.support.slow_params import slow_behind
 

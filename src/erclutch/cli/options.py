@@ -127,7 +127,7 @@ class LogOptions:
     @property
     def each(self) -> bool:
         """Whether all recordings of a file are wanted, and all their efforts."""
-        from erclutch.logs.columns.row_groups import wants_each
+        from erclutch.logs.log_file import wants_each
 
         return wants_each(self.variable)
 

@@ -25,7 +25,7 @@ def flow_command(look: LogLook) -> str:
     A gamma is a strain or a rate, a viscosity without a unit may be in Pa s or in mPa s, and a column of words may part
     the points into curves.
     """
-    from erclutch.logs.columns.row_groups import EACH
+    from erclutch.logs.log_file import EACH
 
     words = ["erclutch", "flowcurve", look.plan.path]
     gammas = [name for name in look.raw.columns if name.lower() in _GAMMAS]

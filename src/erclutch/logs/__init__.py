@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from erclutch.logs.applied import apply
     from erclutch.logs.batches import Batch, RowRange
-    from erclutch.logs.log_file import read_table, recordings_in, table_of
+    from erclutch.logs.log_file import read_table, recordings_in
     from erclutch.logs.mapping import ColumnChoice, ColumnMap, map_over
     from erclutch.logs.plan import NEEDS, Plan
     from erclutch.logs.planning.recording_choice import table_of_log
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "applied": ("apply",),
     "batches": ("Batch", "RowRange"),
-    "log_file": ("read_table", "recordings_in", "table_of"),
+    "log_file": ("read_table", "recordings_in"),
     "mapping": ("ColumnChoice", "ColumnMap", "map_over"),
     "plan": ("NEEDS", "Plan"),
     "planning.recording_choice": ("table_of_log",),
@@ -61,7 +61,6 @@ __all__ = [
     "read_table",
     "recording_from_arrays",
     "recordings_in",
-    "table_of",
     "table_of_log",
 ]
 

@@ -18,7 +18,7 @@ from erclutch.logs.clock.channel_times import unwoven, with_times_joined
 from erclutch.logs.clock.names_over_times import with_names_at_values
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.clock.pairs_of_columns import with_pairs_named
-from erclutch.logs.columns.row_groups import EACH, group_of, groups_in, rows_of
+from erclutch.logs.columns.row_groups import groups_in, rows_of
 from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import (
     ROWS_WANTED,
@@ -37,6 +37,17 @@ from erclutch.logs.table import Table
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+
+EACH = "all"  # in place of a recording's name, or of a word
+
+
+class Group(NamedTuple):
+    """Which rows of which recording are wanted: ``COLUMN=WORD`` or ``RECORDING; COLUMN=WORD``."""
+
+    recording: str | None
+    column: str
+    word: str
 
 
 class Tidying(NamedTuple):
@@ -64,21 +75,8 @@ TIDYINGS = (
 )
 
 
-def table_of(log: str | Path | DataFrame, variable: str | None = None) -> Table:
-    """The table of a file, or that of a DataFrame.
-
-    Raises:
-        LogError: see `read`.
-    """
-    if isinstance(log, str | Path):
-        return read_table(log, variable=variable)
-    from erclutch.logs.data_frame import table_of_frame
-
-    return table_of_frame(log)
-
-
 def read_table(
-    path: str | Path,
+    path: str | Path | DataFrame,
     *,
     variable: str | None = None,
     decimal: str | None = None,
@@ -98,14 +96,31 @@ def read_table(
     """
     group = group_of(variable)
     log = log_at(path)
+    if log.memory is not None:
+        variable = None  # what is in memory is one recording
     source = replace(source_of(log), variable=variable, told=told, decimal=decimal)
     if group is None or variable in names_in(log.plugin, source):
         table = read_by(log.plugin, source)
     else:
         with placed(log.path.name):
             whole = read_by(log.plugin, replace(source, variable=group.recording))
-            table = rows_of(whole, group)
+            table = rows_of(whole, group.column, group.word)
     return finished(table, log.notes, path)
+
+
+def group_of(variable: str | None) -> Group | None:
+    """The rows that a text such as ``material=steel`` asks for; None for the name of a recording."""
+    recording, parted, choice = (variable or "").rpartition("; ")
+    column, equals, word = choice.partition("=")
+    if not equals or not column.strip() or not word.strip():
+        return None
+    return Group(recording if parted else None, column.strip(), word.strip())
+
+
+def wants_each(variable: str | None) -> bool:
+    """Whether each recording of a file, or the rows of each word of a column, are wanted as logs."""
+    group = group_of(variable)
+    return variable == EACH or (group is not None and group.word == EACH)
 
 
 def tidied(table: Table) -> Table:
@@ -115,16 +130,19 @@ def tidied(table: Table) -> Table:
     return table
 
 
-def finished(table: Table, notes: Sequence[str], path: str | Path) -> Table:
+def finished(table: Table, notes: Sequence[str], path: str | Path | DataFrame) -> Table:
     """What a reader gave, behind all rules, with the notes of its opening and the path as the user gave it.
+
+    The rows of a DataFrame stay its rows, for estimates go back beside them: no rule makes others of them.
 
     Raises:
         LogError: there are no rows of numbers.
     """
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=ROWS_WANTED, where=table.name)
-    table = tidied(table)
-    return replace(table, notes=(*table.notes, *notes), path=str(path))
+    if isinstance(path, str | Path):
+        table = replace(tidied(table), path=str(path))
+    return replace(table, notes=(*table.notes, *notes))
 
 
 def tables_in(

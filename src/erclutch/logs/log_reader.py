@@ -7,11 +7,12 @@ A reader is a file of ``logs/readers`` that assigns ``READER``, or comes from an
 from __future__ import annotations
 
 import hashlib
+import sys
 from collections.abc import Callable, Container, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +22,9 @@ from erclutch.logs.readers.budget import Budget, size_of, within_seconds
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 GROUP = "erclutch.readers"
 #: What to give in place of a file without rows of numbers.
@@ -33,15 +37,16 @@ LEARN_REPORT = "learn.json"
 
 @dataclass(frozen=True)
 class LogSource:
-    """A log file as a reader gets it.
+    """A log as a reader gets it: a file, a folder, or an object in memory.
 
     Attributes:
-        path: of the file.
+        path: of the file; of an object in memory, the name of its class.
         data: all of its bytes; none where the log is a folder.
         digest: SHA-256 of these, for the table; of a folder, of the digests of its files by name.
         variable: which of several recordings in the file the user wants; None: there is to be one only.
         decimal: the decimal mark of a text, where the user named it.
         told: may be called with how many bytes were read, and of how many.
+        memory: the log itself, where it is an object in memory; None for a file.
     """
 
     path: Path
@@ -50,11 +55,19 @@ class LogSource:
     variable: str | None = None
     told: Callable[[int, int], None] = field(default=lambda done, total: None, compare=False)
     decimal: str | None = None
+    memory: object = field(default=None, compare=False)
 
     @property
     def name(self) -> str:
         """The file's name, for the table and for messages."""
         return printable(self.path.name)  # a name may hold bytes that are no text
+
+    @property
+    def size(self) -> int:
+        """Bytes of the log, on the disk or in memory."""
+        if self.memory is not None:
+            return sys.getsizeof(self.memory)
+        return len(self.data) or size_of(self.path)
 
 
 #: ``windows(source, rows, margin, first, last)`` yields (start, stop, table) from row ``first`` of a file to row
@@ -77,6 +90,7 @@ class LogReader:
         recordings: names of the recordings that a file holds, each of which is a `LogSource.variable`. None: one only.
         each: the tables of all recordings of a file by name, read at once, or what stands against one. None: they are
             read one by one.
+        takes: whether an object in memory, such as a DataFrame, is a log of this format. None: the reader has files.
         tells_damage: whether damaged bytes are seen in such a file (by checksums, say), as the rest of a sentence.
         folder: name of the file by which a folder is one log of this format; "": a log is a file.
         joins: whether a folder, or a path that names several files, is one log of this format. None: neither is.
@@ -90,6 +104,7 @@ class LogReader:
     extent: Callable[[Path], tuple[int, int]] | None = None
     recordings: Callable[[LogSource], Sequence[str]] | None = None
     each: Callable[[LogSource], Mapping[str, Table | LogError]] | None = None
+    takes: Callable[[object], bool] | None = None
     tells_damage: str = "seen or not: the reader does not say"
     folder: str = ""
     joins: Callable[[Path], bool] | None = None
@@ -129,45 +144,60 @@ class ReadableLog:
     """A log that is there, and its reader.
 
     Attributes:
-        path: of the file, or of the folder that is one log.
+        path: of the file, or of the folder that is one log; of an object in memory, the name of its class.
         plugin: the reader.
         is_file: whether the log is one file; else it is a folder, or several files.
         notes: a sentence on each reader that could not be asked.
+        memory: the log itself, where it is an object in memory.
     """
 
     path: Path
     plugin: Plugin
     is_file: bool
     notes: list[str]
+    memory: object = None
 
 
-def log_at(path: str | Path) -> ReadableLog:
-    """The log at a path, and its reader; no more than the head of a file is read.
+def log_at(path: str | Path | DataFrame) -> ReadableLog:
+    """The log at a path, and its reader; no more than the head of a file is read. An object in memory is its own place.
 
     Raises:
         LogError: no such file, no log, or no permission.
     """
-    file = Path(path)
-    with placed(str(path)):
-        try:
-            require_no_run(file)
-            if file.is_file():
-                with readable(file), file.open("rb") as content:
-                    head = content.read(HEAD)
-                plugin, notes = reader_of(head, file.suffix)
-                return ReadableLog(file, plugin, is_file=True, notes=notes)
+    if isinstance(path, str | Path):
+        with placed(str(path)):
+            try:
+                return _log_on_the_disk(Path(path))
+            except (OSError, ValueError) as error:
+                problem = f"the file cannot be read ({error})"
+                raise LogError(problem, remedy="Check the path and its permissions") from error
 
-            of_folder = folder_reader(file)
-            if of_folder is not None:
-                return ReadableLog(file, of_folder, is_file=False, notes=[])
-            if file.is_dir():
-                raise LogError("this is a folder, not a file", remedy="Give one log file")
-            if not file.exists():
-                raise LogError("there is no such file", remedy="Check the path")
-            raise LogError("this is not a regular file", remedy="Give a log file")
-        except (OSError, ValueError) as error:
-            problem = f"the file cannot be read ({error})"
-            raise LogError(problem, remedy="Check the path and its permissions") from error
+    name = type(path).__name__
+    notes: list[str] = []
+    for plugin, reader in _readers(notes):
+        if reader.takes is not None and reader.takes(path):
+            return ReadableLog(Path(name), plugin, is_file=False, notes=notes, memory=path)
+    remedy = "Give the path of a file, or a pandas DataFrame"
+    raise LogError(f"a log cannot be a {name}", remedy=remedy)
+
+
+def _log_on_the_disk(file: Path) -> ReadableLog:
+    """A file, a folder or several files that are a log, and the reader."""
+    require_no_run(file)
+    if file.is_file():
+        with readable(file), file.open("rb") as content:
+            head = content.read(HEAD)
+        plugin, notes = reader_of(head, file.suffix)
+        return ReadableLog(file, plugin, is_file=True, notes=notes)
+
+    of_folder = folder_reader(file)
+    if of_folder is not None:
+        return ReadableLog(file, of_folder, is_file=False, notes=[])
+    if file.is_dir():
+        raise LogError("this is a folder, not a file", remedy="Give one log file")
+    if not file.exists():
+        raise LogError("there is no such file", remedy="Check the path")
+    raise LogError("this is not a regular file", remedy="Give a log file")
 
 
 @contextmanager
@@ -243,13 +273,15 @@ def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:
 
 
 def source_of(log: ReadableLog) -> LogSource:
-    """The bytes of a log and their digest.
+    """The bytes of a log and their digest; an object in memory has none.
 
     Raises:
         LogError: no permission; the file is empty or too large.
     """
     file = log.path
     data = b""
+    if log.memory is not None:
+        return LogSource(file, data, "", memory=log.memory)
     with placed(file.name):
         if not log.is_file:
             # Names and digests of the files of a log, by name.
@@ -298,7 +330,7 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
         remedy = "Leave it out, or give --variable '' where a run or mapping has it"
         raise LogError(problem, where=source.name, remedy=remedy)
     with plugin.working(f"failed on {source.name}"):
-        budget = Budget(len(source.data) or size_of(source.path))
+        budget = Budget(source.size)
         with placed(source.name), within_seconds(budget.seconds):
             table: Any = reader.read(source)
         if not plugin.own:  # a package of somebody else may return anything

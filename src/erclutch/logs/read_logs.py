@@ -18,10 +18,8 @@ from erclutch.logs.applied import apply
 from erclutch.logs.arrays import table_of_arrays
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, windowed_batches
 from erclutch.logs.clock.resample import resampled
-from erclutch.logs.columns.row_groups import group_of
-from erclutch.logs.data_frame import table_of_frame
 from erclutch.logs.keywords import all_options, new_rate, options_of, window_of
-from erclutch.logs.log_file import recordings_in, tables_in
+from erclutch.logs.log_file import group_of, recordings_in, tables_in
 from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
 from erclutch.logs.mapping import ColumnMap, file_mapping, map_over, told_of
 from erclutch.logs.plan import Invalid
@@ -79,9 +77,7 @@ def read(
     rate = new_rate(said)
     told = told_of(path, mapping, said, mapping_file)
     told = replace(told, variable=variable or told.variable)
-    if not isinstance(path, str | Path):
-        table = table_of_frame(path)
-    elif table is None:
+    if table is None:
         table = table_of_log(path, told, device, told.variable)
     plan = plan_of(table, told, device=device, invalid=invalid)
     plan.require_sureness()

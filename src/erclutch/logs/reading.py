@@ -10,8 +10,8 @@ from typing import Any
 from erclutch.errors import AlikeRecordingsError, SettingError, placed
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange
 from erclutch.logs.clock.resample import resampled
-from erclutch.logs.columns.row_groups import wants_each
 from erclutch.logs.keywords import Window, new_rate, window_of
+from erclutch.logs.log_file import wants_each
 from erclutch.logs.mapping import ColumnMap, map_over
 from erclutch.logs.plan import Invalid
 from erclutch.logs.read_logs import read, read_all, read_batches

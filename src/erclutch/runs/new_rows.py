@@ -16,11 +16,11 @@ from erclutch.fit.choice.ranking import unknown_start
 from erclutch.fit.choice.scoring import Score
 from erclutch.fit.choice.scoring import score as scored
 from erclutch.fit.pace import told as motion_told
-from erclutch.logs import map_over, read_all, table_of
+from erclutch.logs import map_over, read_all, read_table
 from erclutch.logs.applied import apply_rows
-from erclutch.logs.columns.row_groups import wants_each
 from erclutch.logs.dataset import Dataset, dataset_of, joined
 from erclutch.logs.keywords import new_rate, options_of, window_of
+from erclutch.logs.log_file import wants_each
 from erclutch.logs.mapping import ColumnMap, file_mapping
 from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.reading import Reading
@@ -391,7 +391,7 @@ def _read(
         logs = [how.finished(each) for each in read_all(log, chosen, device=device)]
         data = joined([dataset_of(each, device, how.derivative) for each in logs])
         return data, np.arange(data.rows), data.clock.time
-    table = table_of(log, chosen.variable)
+    table = read_table(log, variable=chosen.variable)
     plan = plan_of(table, chosen, device=device, invalid=None if needs_effort else "drop")
     recording, kept = apply_rows(plan, table)
     data = dataset_of(how.finished(recording), device, how.derivative)

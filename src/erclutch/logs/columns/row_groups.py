@@ -1,46 +1,17 @@
-"""A column may part the rows of a file: by material, by test, by direction. The rows of one word are a recording.
-
-Such a recording is named ``COLUMN=WORD``, behind the name of a sheet or a table ``SHEET; COLUMN=WORD``; with ``all`` in
-place of the word, the rows of each word are one.
-"""
+"""A column may part the rows of a file: by material, by test, by direction. The rows of one word are a recording."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
 from erclutch.errors import LogError, listed, shell_word
-from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.word_columns import MOST_WORDS
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
-EACH = "all"  # in place of a word
-
-
-class Group(NamedTuple):
-    """Which rows of which recording are wanted."""
-
-    recording: str | None
-    column: str
-    word: str
-
-
-def group_of(variable: str | None) -> Group | None:
-    """``COLUMN=WORD`` or ``RECORDING; COLUMN=WORD``; None for the name of a recording."""
-    recording, parted, choice = (variable or "").rpartition("; ")
-    column, equals, word = choice.partition("=")
-    if not equals or not column.strip() or not word.strip():
-        return None
-    return Group(recording if parted else None, column.strip(), word.strip())
-
-
-def wants_each(variable: str | None) -> bool:
-    """Whether each recording of a file, or the rows of each word of a column, are wanted as logs."""
-    group = group_of(variable)
-    return variable == EACH or (group is not None and group.word == EACH)
+_BEFORE_A_UNIT = "[({</（［"
 
 
 def groups_in(table: Table, column: str) -> list[str]:
@@ -52,25 +23,23 @@ def groups_in(table: Table, column: str) -> list[str]:
     return [f"{_name_in(table, column)}={word}" for word in _words(table, column)]
 
 
-def rows_of(table: Table, group: Group) -> Table:
+def rows_of(table: Table, label: str, word: str) -> Table:
     """The rows of one word of a column.
 
     Raises:
         LogError: no such column or word.
     """
-    words = _words(table, group.column)
-    if group.word not in words:
-        problem = f"no row has {group.column} {group.word!r} (there are: {listed(words)})"
-        raise LogError(
-            problem,
-            remedy=f"Choose one, such as --variable {shell_word(f'{group.column}={words[0]}')}",
-        )
-    name = _name_in(table, group.column)
+    words = _words(table, label)
+    if word not in words:
+        problem = f"no row has {label} {word!r} (there are: {listed(words)})"
+        one = shell_word(f"{label}={words[0]}")
+        raise LogError(problem, remedy=f"Choose one, such as --variable {one}")
+    name = _name_in(table, label)
     if name in table.words:
         column = table.words[name]
-        kept = column.of_row == column.words.index(group.word)
+        kept = column.of_row == column.words.index(word)
     else:
-        kept = table.columns[name] == float(group.word)
+        kept = table.columns[name] == float(word)
     columns: dict[str, Array] = {}
     hollow: list[str] = []  # columns without a number in these rows
     for name, values in table.columns.items():
@@ -91,16 +60,17 @@ def rows_of(table: Table, group: Group) -> Table:
         sweeps=None,
         row_names=(),
         hollow=(*table.hollow, *hollow),
-        notes=(f"rows where {group.column} is {group.word}: {count}", *table.notes),
+        notes=(f"rows where {label} is {word}: {count}", *table.notes),
     )
 
 
 def _name_in(table: Table, label: str) -> str:
     """A column's name in the table, with or without its unit behind it."""
-    for name in (label, split_label(label)[0]):
-        if name in table.words or name in table.columns:
-            return name
     known = [*table.words, *table.columns]
+    for name in sorted(known, key=len, reverse=True):
+        behind = label.removeprefix(name)
+        if behind != label and (not behind or behind.lstrip()[0] in _BEFORE_A_UNIT):
+            return name
     raise LogError(
         f"there is no column {label!r} whose words part the rows",
         remedy=f"Choose from {listed(known)}",

@@ -9,9 +9,9 @@ import numpy as np
 
 from erclutch.errors import MappingError, UnitError, listed, shell_word
 from erclutch.logs.columns.names import words_of
-from erclutch.logs.columns.row_groups import EACH
 from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.columns.word_columns import times_begun_anew
+from erclutch.logs.log_file import EACH
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.table import WordColumn
 from erclutch.signals import units

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError, MappingError, placed
-from erclutch.logs import map_over, table_of
+from erclutch.logs import map_over, read_table
 from erclutch.logs.applied import apply, clocked_runs
 from erclutch.logs.clock.timing import LogClock
 from erclutch.logs.columns.seen_columns import seen_columns
@@ -183,7 +183,7 @@ def align(
 def _opened(log: str | Path | DataFrame) -> tuple[Table, ColumnMap]:
     """A log's table, and what the mapping beside its file says."""
     mapping = file_mapping(log)
-    return table_of(log, mapping.variable), mapping
+    return read_table(log, variable=mapping.variable), mapping
 
 
 def align_tables(

@@ -18,7 +18,7 @@ from erclutch.errors import MappingError, UnitError, listed, shell_word
 from erclutch.logs.columns.labels import without_unit
 from erclutch.logs.columns.rheometer_names import plain_name, said_by_name
 from erclutch.logs.columns.rheometer_units import unit_or_end
-from erclutch.logs.columns.row_groups import EACH
+from erclutch.logs.log_file import EACH
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask

@@ -25,8 +25,8 @@ from erclutch.errors import (
 )
 from erclutch.logs import read_table, recordings_in
 from erclutch.logs.columns.rheometer_names import said_by_name
-from erclutch.logs.columns.row_groups import EACH, group_of, rows_of, wants_each
-from erclutch.logs.log_file import tables_in
+from erclutch.logs.columns.row_groups import rows_of
+from erclutch.logs.log_file import EACH, group_of, tables_in, wants_each
 from erclutch.logs.table import Table, WordColumn
 from erclutch.wings.rheology.computed_tests import computed_tests, require_measured
 from erclutch.wings.rheology.conditions import (
@@ -107,7 +107,7 @@ def read_flow_curves(
                 else:
                     if group.recording not in parted:
                         parted[group.recording] = read_table(path, variable=group.recording)
-                    table = rows_of(parted[group.recording], group)
+                    table = rows_of(parted[group.recording], group.column, group.word)
                 # Four viscosities beside the parameters of a law speak less than a rate beside a stress.
                 named = [said_by_name(column) for column in table.columns]
                 quantities = [role for role in named if role in ("rate", "stress", "viscosity")]

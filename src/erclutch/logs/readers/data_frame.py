@@ -1,44 +1,43 @@
-"""A pandas DataFrame becomes a Table, as a file does: columns by name, units in the names, the time in its index."""
+"""Reads a pandas DataFrame as it reads a file: columns by name, units in the names, the time in its index."""
 
 from __future__ import annotations
 
 import hashlib
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from erclutch.errors import LogError, printable
 from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.columns.word_columns import parting_columns, parting_note
+from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers.switches import switched
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
-if TYPE_CHECKING:
-    from pandas import DataFrame
 
-_NAME = "DataFrame"
+def is_frame(log: object) -> bool:
+    """Whether a log in memory is a DataFrame. Without pandas there is none."""
+    pandas = sys.modules.get("pandas")
+    return pandas is not None and isinstance(log, pandas.DataFrame)
 
 
-def table_of_frame(frame: DataFrame) -> Table:
+def read_frame(source: LogSource) -> Table:
     """The columns of numbers of a DataFrame, with units out of names such as ``V [cm/s]``.
 
     Times come from an index or a column of dates or durations, as seconds since its first row; a named index of
     numbers is one more column. Columns without numbers are left out, with a note.
 
     Raises:
-        LogError: no DataFrame, names in several levels, or no rows of numbers.
+        LogError: names in several levels, or no rows of numbers.
     """
-    pandas = sys.modules.get("pandas")
-    if pandas is None or not isinstance(frame, pandas.DataFrame):
-        problem = f"a log cannot be a {type(frame).__name__}"
-        raise LogError(problem, remedy="Give the path of a file, or a pandas DataFrame")
+    import pandas
+
+    frame: Any = source.memory
     if frame.columns.nlevels > 1 or frame.index.nlevels > 1:
         problem = "its columns or its index have several levels"
-        raise LogError(
-            problem, where=_NAME, remedy="Give one level, such as by frame.droplevel(0, axis=1)"
-        )
+        raise LogError(problem, remedy="Give one level, such as by frame.droplevel(0, axis=1)")
 
     series: list[tuple[str, Any]] = []  # by place, since two columns may have one label
     for place, label in enumerate(frame.columns):
@@ -78,11 +77,8 @@ def table_of_frame(frame: DataFrame) -> Table:
             labels.append(label)
             columns_of_numbers.append(numbers)
     if not labels or not len(frame):
-        raise LogError(
-            "it has no rows of numbers",
-            where=_NAME,
-            remedy="Give a DataFrame with one row a sample",
-        )
+        remedy = "Give a DataFrame with one row a sample"
+        raise LogError("it has no rows of numbers", remedy=remedy)
 
     names, units, notes = name_columns(labels)
     words = parting_columns({label: cells for label, cells in texts.items() if label in left})
@@ -93,7 +89,7 @@ def table_of_frame(frame: DataFrame) -> Table:
     for values in [*columns_of_numbers, *([] if clock is None else [clock])]:
         digest.update(values.tobytes())
     return Table(
-        _NAME,
+        source.name,
         dict(zip(names, columns_of_numbers, strict=True)),
         dict(zip(names, units, strict=True)),
         digest.hexdigest(),
@@ -118,3 +114,12 @@ def _numbers(values: Any, pandas: Any) -> Array | None:
     except (TypeError, ValueError, OverflowError, ArithmeticError):
         return None
     return np.ascontiguousarray(numbers) if np.isfinite(numbers).any() else None
+
+
+READER = LogReader(
+    suffixes=(),  # it is no file
+    claims=claims_nothing,
+    read=read_frame,
+    takes=is_frame,
+    tells_damage="",
+)
