@@ -22,10 +22,11 @@ from erclutch.logs.clock.resample import resampled
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.held_out import hold_out, time_folds
-from erclutch.logs.keywords import rate_of, seconds_of
+from erclutch.logs.keywords import HERTZ, SECONDS, number_of
 from erclutch.logs.planning.draft import scaled
 from erclutch.logs.planning.whole_plan import plan_of
 from erclutch.logs.readers.header_pairs import header_pairs, sample_period
+from erclutch.logs.saved_plan import mapping_text, save_plan
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
 from erclutch.signals.array import Array
@@ -306,8 +307,8 @@ def test_words(pinned: Pinned) -> None:
             "labels": [split_label(label) for label in labels],
             "headers": [sample_period(header_pairs([header])) for header in headers],
             "scales": [told(lambda text=text: scaled(text, "effort")) for text in scales],
-            "times": [told(lambda text=text: seconds_of("--from", text)) for text in times],
-            "rates": [told(lambda text=text: rate_of(text)) for text in rates],
+            "times": [told(lambda text=text: number_of("--from", text, SECONDS)) for text in times],
+            "rates": [told(lambda text=text: number_of("resample", text, HERTZ)) for text in rates],
         }
     )
 
@@ -486,7 +487,7 @@ def test_mapping_files(name: str, tmp_path: Path, pinned: Pinned) -> None:
     def made() -> Any:
         plan = plan_of(table, ColumnMap.from_dict(mapping), device=device)
         return [
-            plan.to_toml(),
+            mapping_text(plan),
             [each.short for each in plan.questions],
             {k: vars(v) for k, v in plan.choices.items()},
         ]
@@ -495,7 +496,7 @@ def test_mapping_files(name: str, tmp_path: Path, pinned: Pinned) -> None:
     path = tmp_path / "a.toml"
     path.write_text("x = 1\n", encoding="utf-8")
     plan = plan_of(Table("a.csv", TIME, {}, "0" * 64), ColumnMap())
-    assert told(lambda: plan.save(path)).startswith("MappingError: ")
+    assert told(lambda: save_plan(plan, path)).startswith("MappingError: ")
     assert path.read_text() == "x = 1\n"
 
 

@@ -16,6 +16,7 @@ from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.planning.clock_planning import clock_plan
 from erclutch.logs.planning.whole_plan import plan_of
+from erclutch.logs.saved_plan import save_plan
 from erclutch.logs.table import Table
 from erclutch.signals.recording import Recording
 from erclutch.signals.units import is_written_well
@@ -250,7 +251,7 @@ def test_a_plan_is_printed_compared_and_saved_with_what_the_user_said(tmp_path: 
     assert "effort <- column effort [N] (guessed from its name)" in str(plan)
     assert plan.signal("effort").sureness == "sure"  # type: ignore[union-attr]
     assert plan.signal("slip").sureness == "likely"  # type: ignore[union-attr]
-    plan.save(tmp_path / "log.toml")
+    save_plan(plan, tmp_path / "log.toml")
     again = plan_of(log, ColumnMap.from_toml(tmp_path / "log.toml"))
     assert again == plan
     assert again.differences(plan) == ()
@@ -267,7 +268,7 @@ def test_a_guessed_column_can_be_declined(signal: str, tmp_path: Path) -> None:
     plan = plan_of(log, ColumnMap.from_dict({"columns": {signal: "none"}}))
     assert plan.signal(signal) is None
     assert f"{signal}: no column is taken for it" in str(plan)
-    plan.save(tmp_path / "log.toml")
+    save_plan(plan, tmp_path / "log.toml")
     assert plan_of(log, ColumnMap.from_toml(tmp_path / "log.toml")).signal(signal) is None
 
 

@@ -17,7 +17,7 @@ from erclutch.logs.clock import resample
 from erclutch.logs.clock.resample import PASSED, resampled
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.held_out import hold_out
-from erclutch.logs.keywords import rate_of
+from erclutch.logs.keywords import HERTZ, number_of
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 from tests.support.examples import examples
@@ -169,20 +169,20 @@ def test_a_check_says_what_the_rates_are() -> None:
     ],
 )
 def test_rates(text: str, rate: float) -> None:
-    assert rate_of(text) == pytest.approx(rate)
+    assert number_of("resample", text, HERTZ) == pytest.approx(rate)
 
 
 @pytest.mark.parametrize("text", ["", "0", "-5", "fast", "1 ms", "nan", "inf Hz", "1e99", "3 rpm"])
 def test_what_is_no_rate(text: str) -> None:
     with pytest.raises(SettingError, match="no sampling rate"):
-        rate_of(text)
+        number_of("resample", text, HERTZ)
 
 
 @settings(deadline=None)
 @given(st.text(max_size=15))
 def test_any_text_is_a_rate_or_one_line(text: str) -> None:
     try:
-        rate = rate_of(text)
+        rate = number_of("resample", text, HERTZ)
     except SettingError:
         return
     assert 1e-3 <= rate <= 1e7

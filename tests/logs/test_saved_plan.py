@@ -10,6 +10,7 @@ import pytest
 from erclutch.errors import ErclutchError, MappingError
 from erclutch.logs import ColumnMap, apply, read, read_table
 from erclutch.logs.planning.whole_plan import plan_of
+from erclutch.logs.saved_plan import mapping_text, save_plan
 from tests.support.damaged_text import damaged
 
 HEADER = "t [ms],Y [V],V [cm/s],F [kN],D [cm]"
@@ -53,7 +54,7 @@ def test_a_written_mapping_reads_the_same_log(
     plan = plan_of(table, own)
     assert plan.questions == ()
     assert {"slip", "effort", "field"} <= set(plan.choices)
-    plan.save(tmp_path / "own.toml")
+    save_plan(plan, tmp_path / "own.toml")
     again = ColumnMap.from_toml(tmp_path / "own.toml")
     assert (again.rate, again.lead, again.name_pattern, again.variable, again.invalid) == (
         own.rate, own.lead, own.name_pattern, own.variable, own.invalid,
@@ -69,7 +70,7 @@ def test_a_written_mapping_reads_the_same_log(
 
 
 def test_the_text_itself(log: Path) -> None:
-    text = plan_of(read_table(log), ColumnMap.from_dict(CHOSEN[0])).to_toml()
+    text = mapping_text(plan_of(read_table(log), ColumnMap.from_dict(CHOSEN[0])))
     assert text.splitlines() == [
         "# How l3g.csv is read (single device). All keys: documentation of erclutch.logs.mapping.",
         'time = {column = "t", unit = "ms"}  # guessed from its name or unit',
@@ -89,7 +90,7 @@ def test_what_is_missing_is_named_and_commented_out(tmp_path: Path) -> None:
         "q,\x07r [V]\n" + "\n".join(f"{k},{k % 7}" for k in range(50)), encoding="utf-8"
     )
     plan = plan_of(read_table(path), ColumnMap())
-    text = plan.to_toml()
+    text = mapping_text(plan)
     assert len(plan.questions) >= 2
     assert "time" not in plan.choices
     for key in ("time", "effort"):
@@ -103,10 +104,10 @@ def test_a_mapping_of_the_user_is_never_written_over(log: Path, tmp_path: Path) 
     own.write_text("mine", encoding="utf-8")
     plan = plan_of(read_table(log), ColumnMap())
     with pytest.raises(MappingError, match="there is such a file"):
-        plan.save(own)
+        save_plan(plan, own)
     assert own.read_text(encoding="utf-8") == "mine"
     with pytest.raises(MappingError, match="cannot be written"):
-        plan.save(tmp_path / "nowhere" / "own.toml")
+        save_plan(plan, tmp_path / "nowhere" / "own.toml")
 
 
 @pytest.mark.slow
@@ -115,7 +116,7 @@ def test_thousands_of_damaged_mapping_files(log: Path, tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
     own = tmp_path / "own.toml"
     texts = [
-        plan_of(read_table(log), ColumnMap.from_dict(chosen)).to_toml().encode()
+        mapping_text(plan_of(read_table(log), ColumnMap.from_dict(chosen))).encode()
         for chosen in CHOSEN
     ]
     read_well, refused = 0, list[str]()

@@ -11,7 +11,7 @@ import pytest
 from erclutch.errors import SettingError
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.batches import Batch
-from erclutch.logs.keywords import seconds_of
+from erclutch.logs.keywords import SECONDS, number_of
 from erclutch.logs.time_window import batches_within, within
 from erclutch.signals.recording import Recording
 
@@ -29,13 +29,13 @@ from erclutch.signals.recording import Recording
     ],
 )
 def test_times_as_people_write_them(text: str, seconds: float) -> None:
-    assert seconds_of("from", text) == pytest.approx(seconds, rel=1e-15)
+    assert number_of("from", text, SECONDS) == pytest.approx(seconds, rel=1e-15)
 
 
 @pytest.mark.parametrize("text", ["soon", "", "2 V", "nan", "inf", "1e12", "1e12 s", "-1e12"])
 def test_what_is_no_time(text: str) -> None:
     with pytest.raises(SettingError, match=r"--from '.*' is no time"):
-        seconds_of("from", text)
+        number_of("from", text, SECONDS)
 
 
 @pytest.fixture

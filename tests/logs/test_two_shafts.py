@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from erclutch.errors import MappingError
 from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read, read_batches
+from erclutch.logs.saved_plan import save_plan
 from erclutch.signals.array import Array
 
 TIME = np.arange(800) / 100
@@ -108,7 +109,7 @@ def test_a_saved_plan_makes_the_difference_again(tmp_path: Path) -> None:
     columns = columns_of("n_in", "n_out", TURNS)
     plan = planned(columns)
     mapping = tmp_path / "map.toml"
-    plan.save(mapping)
+    save_plan(plan, mapping)
     again = plan_of(Table("a.csv", columns, {}, "0" * 64), ColumnMap.from_toml(mapping))
     assert again.signal("slip") == plan.signal("slip")
 

@@ -16,6 +16,7 @@ import erclutch
 from erclutch.logs import read_table
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.planning.whole_plan import plan_of
+from erclutch.logs.saved_plan import save_plan
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.load import load_model
 from erclutch.models.model_file import digest_of
@@ -76,9 +77,8 @@ def make_settings(folder: Path) -> None:
     write_rig(folder / "rig.toml", default_rig())
     for kind in ("mapping", "sidecar"):
         (folder / f"{kind}.toml").write_text(_MAPPING, encoding="utf-8")
-    plan_of(read_table(folder / "log.csv"), ColumnMap.from_toml(folder / "mapping.toml")).save(
-        folder / "plan.toml"
-    )
+    plan = plan_of(read_table(folder / "log.csv"), ColumnMap.from_toml(folder / "mapping.toml"))
+    save_plan(plan, folder / "plan.toml")
     for place, name in enumerate(_MODELS):
         text = json.dumps(MODELS[name].to_dict())
         (folder / f"model-{place}.json").write_text(text, encoding="utf-8")

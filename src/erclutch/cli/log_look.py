@@ -250,7 +250,7 @@ def _few_or_steady(rows: Dataset) -> tuple[str, float | None]:
 def write_fields(logs: Sequence[Path], mapping: Path) -> int:
     """Write a mapping file that names the logs and their fields; how many of these are left to fill in."""
     from erclutch.logs.field_between_logs import mapping_of_fields
-    from erclutch.logs.plan import save_mapping
+    from erclutch.logs.saved_plan import save_mapping
 
     text, to_fill_in = mapping_of_fields(logs)
     save_mapping(text, mapping)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from math import nextafter
+from typing import Any, NamedTuple, cast
 
 from erclutch.errors import MappingError, SettingError, UnitError, did_you_mean
 from erclutch.logs.clock.timing import LATEST
@@ -18,7 +19,21 @@ _LISTS = ("constant", "scale", "input")
 _TEXTS = ("time", "rate", "lead", "name_pattern", "decimal", "keep_values", "resample", *_TIMES)
 #: The command line has no capitals: ``--E1`` is kept as e1.
 _KNOWN = {name.lower(): name for name in (*NAMED_COLUMNS, *_LISTS, *_TEXTS)}
-_SLOWEST, _FASTEST = 1e-3, 1e7  # Hz
+
+
+class NumberKind(NamedTuple):
+    """What an option's number is: its unit, its limits in that unit, and how a message calls it."""
+
+    unit: str
+    least: float
+    most: float
+    called: str
+    example: str
+
+
+_BELOW_LATEST = nextafter(LATEST, 0.0)
+SECONDS = NumberKind("s", -_BELOW_LATEST, _BELOW_LATEST, "time", "2s, or 500ms")
+HERTZ = NumberKind("Hz", 1e-3, 1e7, "sampling rate", "1kHz")
 
 
 def options_of(keywords: Mapping[str, Any]) -> dict[str, Any]:
@@ -71,56 +86,37 @@ def told_alike(logs: Sequence[LogFacts]) -> dict[str, Any]:
     return first if all(each == first for each in others) else {}
 
 
-def window_of(options: Mapping[str, Any]) -> Window:
-    """The window in time that options name.
+def window_and_rate(options: Mapping[str, Any]) -> tuple[Window, float | None]:
+    """The window in time that options name, and the sampling rate in Hz; None: logs keep their own.
 
     Raises:
-        SettingError: no such time.
+        SettingError: no such time or rate.
     """
-    times = {
-        name: seconds_of(said, options[name]) for name, said in _TIMES.items() if name in options
-    }
-    return times.get("begin"), times.get("end"), times.get("skip")
+    begin, end, skip = (
+        number_of(said, options[name], SECONDS) if name in options else None
+        for name, said in _TIMES.items()
+    )
+    rate = number_of("resample", options["resample"], HERTZ) if "resample" in options else None
+    return (begin, end, skip), rate
 
 
-def seconds_of(option: str, text: str, example: str = "2s, or 500ms") -> float:
-    """A time in s from ``2``, ``2 s``, ``500ms`` or ``1 min``; the example is for the message.
+def number_of(option: str, text: str, kind: NumberKind, example: str = "") -> float:
+    """An option's number in the unit of its kind: 0.5 for the time ``500ms``, 1000 for the rate ``1 kHz``.
 
-    Raises:
-        SettingError: no such time.
-    """
-    try:
-        seconds = units.in_unit(text, "s")
-    except UnitError:
-        seconds = float("inf")
-    if not abs(seconds) < LATEST:
-        raise SettingError(
-            f"--{option} {text!r} is no time", remedy=f"Write it like --{option} {example}"
-        )
-    return seconds
-
-
-def new_rate(options: Mapping[str, Any]) -> float | None:
-    """The sampling rate in Hz that options ask for; None: logs keep their own.
+    Args:
+        option: for the message.
+        text: a number, with or without a unit.
+        kind: `SECONDS` or `HERTZ`.
+        example: of a text, for the message.
 
     Raises:
-        SettingError: no such rate.
-    """
-    return rate_of(options["resample"]) if "resample" in options else None
-
-
-def rate_of(text: str) -> float:
-    """A sampling rate in Hz from ``1000``, ``1kHz`` or ``0.5 kHz``.
-
-    Raises:
-        SettingError: no positive rate.
+        SettingError: no number of this kind.
     """
     try:
-        rate = units.in_unit(text, "Hz")
+        number = units.in_unit(text, kind.unit)
     except UnitError:
-        rate = 0.0
-    if not _SLOWEST <= rate <= _FASTEST:
-        raise SettingError(
-            f"--resample {text!r} is no sampling rate", remedy="Write it like --resample 1kHz"
-        )
-    return rate
+        number = float("nan")
+    if not kind.least <= number <= kind.most:
+        remedy = f"Write it like --{option} {example or kind.example}"
+        raise SettingError(f"--{option} {text!r} is no {kind.called}", remedy=remedy)
+    return number

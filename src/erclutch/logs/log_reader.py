@@ -287,8 +287,8 @@ def source_of(log: ReadableLog) -> LogSource:
             # Names and digests of the files of a log, by name.
             of_files = hashlib.sha256()
             with readable(file):
-                parts = log.plugin.of_type(LogReader).parts
-                files = file.iterdir() if file.is_dir() else parts(file)
+                reader: LogReader = log.plugin.of_type(LogReader)
+                files = file.iterdir() if file.is_dir() else reader.parts(file)
                 inside = sorted(path for path in files if path.is_file())
                 if sum(path.stat().st_size for path in inside) > _LARGEST:
                     problem = "the files of the folder are larger than 4 GiB"

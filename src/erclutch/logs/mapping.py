@@ -34,15 +34,14 @@ What the command line says wins over the file, and the file over guesses.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Container, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, cast
 
-from erclutch.errors import MappingError, UnitError, placed, shell_word
+from erclutch.errors import MappingError, UnitError, placed
 from erclutch.files import plain_words, small_file, toml_of
 from erclutch.logs.columns.name_pattern import FIELD
-from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
 _TEXT_KEYS = ("name_pattern", "variable", "invalid", "decimal", "values")
@@ -264,43 +263,6 @@ def told_of(
     """
     said = ColumnMap.from_options(options).over(column_map(mapping))
     return said.over(file_mapping(log, mapping_file))
-
-
-def given_options(told: ColumnMap, device: DeviceName, asked: Container[str]) -> list[str]:
-    """What the user gave, as options of a command; none for signals that are asked about."""
-    choices = {**told.columns, **({"time": told.time} if told.time else {})}
-    words: list[str] = []
-    for name, choice in choices.items():
-        if choice.source == "given" and name not in asked:
-            label = f"{choice.column} [{choice.unit}]" if choice.unit else f"{choice.column}"
-            words.append(f"--{name} {shell_word(label)}")
-    if device != "single":
-        words.append(f"--device {device}")
-    if told.source != "given":
-        return words
-    if told.rate is not None:
-        words.append(f"--rate {told.rate:g}")
-    if told.lead is not None:
-        words.append(f'--lead "{told.lead:g} m"')
-    for name, text in told.constants.items():
-        words.append(f"--constant {shell_word(f'{name}={text}')}")
-    for name, text in told.scales.items():
-        if name not in asked:
-            words.append(f"--scale {shell_word(f'{name}={text}')}")
-    return words
-
-
-def reading_options(told: ColumnMap, beside: Sequence[str]) -> list[str]:
-    """How the user said that the file is read, as options; none with another value ``beside``, where it is asked."""
-    if told.source != "given":
-        return []
-    words = [f"--input {shell_word(str(choice.column))}" for choice in told.inputs]
-    words += ["--keep-values"] if told.values == "keep" else []
-    for key in ("name_pattern", "variable", "decimal", "invalid"):
-        option = f"--{key.replace('_', '-')}"
-        if getattr(told, key) and not any(each.startswith(f"{option} ") for each in beside):
-            words.append(f"{option} {shell_word(getattr(told, key))}")
-    return words
 
 
 def map_over(mapping: ColumnMap | Mapping[str, Any] | None, base: ColumnMap | None) -> ColumnMap:

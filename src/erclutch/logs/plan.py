@@ -2,23 +2,19 @@
 
 A reader gives a `Table`; `erclutch.logs.planning.whole_plan.plan_of` weighs what the user said, what the file says and
 how the columns are called, and makes the plan; `erclutch.logs.applied.apply` carries it out and decides nothing. A plan
-can be printed, saved as a mapping file, loaded with the table that it is for, and compared with another.
+can be printed, saved as a mapping file (`erclutch.logs.saved_plan`), loaded with the table that it is for, and
+compared with another.
 """
 
 from __future__ import annotations
 
-import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from functools import partial
-from pathlib import Path
 from typing import Literal
 
 from erclutch.errors import MappingError, UnitError, listed, placed, shell_word
-from erclutch.files import unwritable, whole_file
-from erclutch.files.places import nothing
-from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap, given_options, reading_options
+from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS, NO_FIELD
 
@@ -277,15 +273,51 @@ class Plan:
             options.insert(0, "--field none")
         return options
 
+    def _given_options(self, asked: Container[str]) -> list[str]:
+        """What the user gave, as options of a command; none for signals that are asked about."""
+        told = self.told
+        choices = {**told.columns, **({"time": told.time} if told.time else {})}
+        words: list[str] = []
+        for name, choice in choices.items():
+            if choice.source == "given" and name not in asked:
+                label = f"{choice.column} [{choice.unit}]" if choice.unit else f"{choice.column}"
+                words.append(f"--{name} {shell_word(label)}")
+        if self.device != "single":
+            words.append(f"--device {self.device}")
+        if told.source != "given":
+            return words
+        if told.rate is not None:
+            words.append(f"--rate {told.rate:g}")
+        if told.lead is not None:
+            words.append(f'--lead "{told.lead:g} m"')
+        for name, text in told.constants.items():
+            words.append(f"--constant {shell_word(f'{name}={text}')}")
+        for name, text in told.scales.items():
+            if name not in asked:
+                words.append(f"--scale {shell_word(f'{name}={text}')}")
+        return words
+
+    def _reading_options(self, beside: Sequence[str]) -> list[str]:
+        """How the user said that the file is read, as options; none of what stands ``beside`` them already."""
+        told = self.told
+        if told.source != "given":
+            return []
+        words = [f"--input {shell_word(str(choice.column))}" for choice in told.inputs]
+        words += ["--keep-values"] if told.values == "keep" else []
+        for key in ("name_pattern", "variable", "decimal", "invalid"):
+            option = f"--{key.replace('_', '-')}"
+            if getattr(told, key) and not any(each.startswith(f"{option} ") for each in beside):
+                words.append(f"{option} {shell_word(getattr(told, key))}")
+        return words
+
     def command(self) -> str:
         """The command by which the user answers the questions, and says all that is guessed on little ground.
 
         Where nothing tells, it has a place to fill in, such as ``COLUMN [N]``.
         """
         asked = {question.signal for question in self.questions}
-        given = given_options(self.told, self.device, asked)
-        options = [*given, *self.examples, *self._doubtful_options()]
-        options += reading_options(self.told, options)
+        options = [*self._given_options(asked), *self.examples, *self._doubtful_options()]
+        options += self._reading_options(options)
         return f"erclutch inspect {shlex.quote(self.path)} {' '.join(options)}"
 
     def differences(self, other: Plan) -> tuple[str, ...]:
@@ -314,8 +346,8 @@ class Plan:
         problem = f"{len(missing)} things are missing: {'; '.join(missing)}; {has}"
 
         asked = {question.signal for question in self.questions}
-        options = [*given_options(self.told, self.device, asked), *self.examples]
-        options += reading_options(self.told, options) if self.path else []
+        options = [*self._given_options(asked), *self.examples]
+        options += self._reading_options(options) if self.path else []
         command = f"erclutch inspect {shlex.quote(self.path)} {' '.join(options)}"
         if not self.path:
             # Of a DataFrame or of arrays: labels as `erclutch.read` takes them.
@@ -337,103 +369,3 @@ class Plan:
         if of_a_pair:
             remedy += f"; if {of_a_pair}"
         raise MappingError(problem, remedy=remedy)
-
-    def to_toml(self) -> str:
-        """The plan as a mapping file (`erclutch.logs.mapping`), with its reasons and questions as comments."""
-        told = self.told
-        keys = "All keys: documentation of erclutch.logs.mapping"
-        lines = [f"# How {_plain(self.log)} is read ({self.device} device). {keys}."]
-        if told.rate is not None:
-            lines.append(f"rate = {told.rate!r}  # Hz")
-        elif self.clock is not None and self.clock.kind == "column":
-            time = _choice(self.clock.column, self.clock.unit, self.clock.scale)
-            lines.append(f"time = {time}  # {_plain(self.clock.reason)}")
-        elif told.declines("time"):
-            lines.append(f"time = {_text(NONE)}  # the rows are points")
-        if told.lead is not None:
-            lines.append(f"lead = {told.lead!r}")
-        for key in ("name_pattern", "variable", "decimal", "values", "invalid"):
-            if getattr(told, key) is not None:
-                lines.append(f"{key} = {_text(getattr(told, key))}")
-        if told.inputs:
-            inputs = [_text(str(choice.column)) for choice in told.inputs]
-            lines.append(f"inputs = [{', '.join(inputs)}]")
-        apart = ("time", "lead", "input", "variable")
-        for question in self.questions:
-            if question.signal in apart:
-                lines += [f"# missing: {_plain(question.short)}", f'# {question.signal} = "..."']
-
-        lines += ["", "[columns]", *_column_lines(self, apart)]
-        for head, values in (("scales", told.scales), ("constants", told.constants)):
-            if values:
-                lines += ["", f"[{head}]"]
-                lines += [f"{_text(name)} = {_text(text)}" for name, text in values.items()]
-        return "\n".join([*lines, ""])
-
-    def save(self, path: Path) -> None:
-        """Write the plan as a mapping file, whole or not at all.
-
-        Raises:
-            MappingError: the file is there already, or cannot be written.
-        """
-        save_mapping(self.to_toml(), path)
-
-
-def save_mapping(text: str, path: Path) -> None:
-    """Write a mapping file, whole or not at all.
-
-    Raises:
-        MappingError: the file is there already, or cannot be written.
-    """
-    if path.exists():
-        problem = "there is such a file, and it may be your own mapping"
-        remedy = "Give another name, or delete the file first"
-        raise MappingError(problem, where=str(path), remedy=remedy)
-    remedy = "Give a file in a folder that you may write to"
-    refused = partial(unwritable, remedy=remedy, kind=MappingError)
-    with whole_file(path, refused, nothing) as whole:
-        whole.write_text(text, encoding="utf-8")
-
-
-def _column_lines(plan: Plan, apart: tuple[str, ...]) -> list[str]:
-    """A line for each signal, and two for each that is asked about."""
-    lines: list[str] = []
-    for each in plan.signals:
-        if each.column:
-            line = f"{each.signal} = {_choice(each.column, each.unit, each.scale)}  # {_plain(each.reason)}"
-            # A position that is named beside the slip is an input of the models; a guessed one is not.
-            beside_the_slip = each.signal == "position" and plan.signal("slip") is not None
-            is_guessed = "position" not in plan.told.columns
-            lines.append(f"# {line}" if beside_the_slip and is_guessed else line)
-        elif each.signal == "field" and each.signal in plan.told.columns:
-            lines.append(f"field = {_text(NONE)}  # {_plain(each.reason)}")
-    for signal in plan.told.columns:
-        if plan.told.declines(signal) and plan.signal(signal) is None:
-            lines.append(f"{signal} = {_text(NONE)}")
-    taken = {each.column for each in plan.signals}
-    left = [label for name, label in plan.labels.items() if name not in taken]
-    free = _plain(", ".join(left))
-    for question in sorted(plan.questions, key=lambda each: each.signal):
-        if question.signal not in apart:
-            lines.append(f"# missing: {_plain(question.short)}")
-            lines.append(f'# {question.signal} = "COLUMN [unit]"  # columns left: {free}')
-    return lines
-
-
-def _choice(column: str, unit: str | None, scale: float) -> str:
-    """A column as the value of a key in a mapping file."""
-    parts = [f"column = {_text(column)}"]
-    if unit:
-        parts.append(f"unit = {_text(unit)}")
-    if scale != 1.0:
-        parts.append(f"scale = {scale!r}")
-    return f"{{{', '.join(parts)}}}"
-
-
-def _text(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
-def _plain(text: str) -> str:
-    """A text for a comment: one line without control characters."""
-    return "".join(letter if letter.isprintable() else "?" for letter in text)

@@ -18,7 +18,7 @@ from erclutch.logs.applied import apply
 from erclutch.logs.arrays import table_of_arrays
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, windowed_batches
 from erclutch.logs.clock.resample import resampled
-from erclutch.logs.keywords import all_options, new_rate, options_of, window_of
+from erclutch.logs.keywords import all_options, options_of, window_and_rate
 from erclutch.logs.log_file import group_of, recordings_in, tables_in
 from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
 from erclutch.logs.mapping import ColumnMap, file_mapping, map_over, told_of
@@ -73,8 +73,7 @@ def read(
     """
     said = options_of(options)
     repeated = all_options(mapping, said)  # so that the next logs may be read alike
-    window = window_of(said)
-    rate = new_rate(said)
+    window, rate = window_and_rate(said)
     told = told_of(path, mapping, said, mapping_file)
     told = replace(told, variable=variable or told.variable)
     if table is None:

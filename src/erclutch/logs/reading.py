@@ -10,7 +10,7 @@ from typing import Any
 from erclutch.errors import AlikeRecordingsError, SettingError, placed
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange
 from erclutch.logs.clock.resample import resampled
-from erclutch.logs.keywords import Window, new_rate, window_of
+from erclutch.logs.keywords import Window, window_and_rate
 from erclutch.logs.log_file import wants_each
 from erclutch.logs.mapping import ColumnMap, map_over
 from erclutch.logs.plan import Invalid
@@ -55,6 +55,7 @@ class Reading:
         """
         with placed("" if source == "given" else source):
             mapping = ColumnMap.from_options(options, source)
+        window, rate = window_and_rate(options)
         return cls(
             mapping,
             options.get("map"),
@@ -64,8 +65,8 @@ class Reading:
                 options.get("cutoff", 150.0),
                 options.get("window", 5),
             ),
-            window=window_of(options),
-            rate=new_rate(options),
+            window=window,
+            rate=rate,
         )
 
     def read(

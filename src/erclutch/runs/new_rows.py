@@ -19,7 +19,7 @@ from erclutch.fit.pace import told as motion_told
 from erclutch.logs import map_over, read_all, read_table
 from erclutch.logs.applied import apply_rows
 from erclutch.logs.dataset import Dataset, dataset_of, joined
-from erclutch.logs.keywords import new_rate, options_of, window_of
+from erclutch.logs.keywords import options_of, window_and_rate
 from erclutch.logs.log_file import wants_each
 from erclutch.logs.mapping import ColumnMap, file_mapping
 from erclutch.logs.planning.whole_plan import plan_of
@@ -376,8 +376,8 @@ def _read(
     how = Reading.from_options(kept, "as the run")
     if said:
         mapping = ColumnMap.from_options(said).over(map_over(mapping, None))
-        rate = new_rate(said) or how.rate
-        how = replace(how, window=window_of(said), rate=rate)
+        window, rate = window_and_rate(said)
+        how = replace(how, window=window, rate=rate or how.rate)
     of_file = file_mapping(log, how.mapping_file)
     chosen = map_over(mapping, map_over(how.mapping, of_file))
 

@@ -117,7 +117,9 @@ def inspect(
         if not fields_to_fill_in:
             look = look_at(log, others, raw, reading)
     elif write_mapping is not None:
-        look.plan.save(write_mapping)
+        from erclutch.logs.saved_plan import save_plan
+
+        save_plan(look.plan, write_mapping)
     if json:
         body = _as_json(look, courses)
         print(dumps(body, indent=1, allow_nan=False))
@@ -370,6 +372,7 @@ def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
     """All that was seen, with the columns' courses in as many stretches as are asked for."""
     from erclutch.cli.column_courses import courses_of, sketch
     from erclutch.logs.columns.two_shafts import with_differences
+    from erclutch.logs.saved_plan import mapping_text
 
     # A page offers what two shafts differ by as a column.
     table, _ = with_differences(look.raw, look.plan.told)
@@ -399,7 +402,7 @@ def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
         "missing": list(look.missing),
         "doubts": list(look.plan.doubts),
         "refused": look.refused,
-        "mapping": tomllib.loads(look.plan.to_toml()),
+        "mapping": tomllib.loads(mapping_text(look.plan)),
         "choices": choices,
     }
     if look.advice:

@@ -1,12 +1,16 @@
-"""Of a file that holds several recordings, the only one that is a log of a device is taken; else the user is asked."""
+"""Of a file that holds several recordings, the only one that is a log of a device is taken; else the user is asked.
+
+`CHOICES` lists the rules by which the log is found, and `table_of_log` goes through them.
+"""
 
 from __future__ import annotations
 
 import shlex
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,131 +26,114 @@ from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.signals.device import DeviceName
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
 _MOST = 40  # recordings that are looked into
 _MOST_JOINED = 12  # recordings, since a device has few signals
 
 
-def table_of_log(
-    path: str | Path,
-    told: ColumnMap,
-    device: DeviceName | None,
-    variable: str | None = None,
-    progress: Callable[[int, int], None] = lambda done, total: None,
-) -> Table:
-    """The table of a file; of several recordings without a choice that of the only log, with a note on the others.
+@dataclass(frozen=True)
+class Recordings:
+    """The recordings of a file, among which a log is looked for.
 
-    Args:
+    Attributes:
         path: of the file.
+        names: of all recordings.
+        tables: of those that can be read, by name.
+        logs: plans of those that are logs, by name.
         told: what the user said of columns.
         device: see `erclutch.read`.
-        variable: which recording; None or "": the user did not say.
-        progress: see `read_table`.
+        where: the file, for messages.
+    """
+
+    path: str | Path
+    names: Sequence[str]
+    tables: Mapping[str, Table]
+    logs: Mapping[str, Plan]
+    told: ColumnMap
+    device: DeviceName | None
+    where: str
+
+    def joined(self, together: str) -> Table | None:
+        """The table of several recordings that are joined by time; None where they cannot be."""
+        return readable_tables(self.path, [together], self.told.decimal).get(together)
+
+    def refused(self, problem: str, remedy: str) -> LogError:
+        """The error by which the user is asked."""
+        return LogError(problem, remedy=remedy, where=self.where)
+
+
+def take_the_only_log(file: Recordings) -> Table | None:
+    """The table of the only log, with a note on the others; None for several logs, or none.
 
     Raises:
-        AlikeRecordingsError: several recordings are logs that are read in one way.
-        LogError: the file cannot be read; several recordings are logs, or none is, and the remedy names those that are.
+        LogError: the log has no field, and another recording may hold the field.
     """
-    try:
-        return read_table(path, variable=variable, decimal=told.decimal, told=progress)
-    except LogError as error:
-        if variable or "several recordings" not in error.problem:
-            raise
-        names = recordings_of_file(path)
-        if not 1 < len(names) <= _MOST:
-            raise
-        unchosen = error
-
-    tables = readable_tables(path, names, told.decimal)
-    logs: dict[str, Table] = {}
-    plans: dict[str, Plan] = {}  # of those that are logs
-    for name, table in tables.items():
-        plan = plan_if_any(table, told, device)
-        if plan is not None and plan.is_of_a_log:
-            logs[name] = table
-            plans[name] = plan
-    # Beside a log, a table of fewer rows than a log has is a summary.
-    long_logs = {name: table for name, table in logs.items() if table.rows >= MINIMUM_ROWS}
-    logs = long_logs or logs
-    if len(logs) == 1:
-        name, table = next(iter(logs.items()))
-        beside = _with_the_field(path, name, plans[name], tables, told, device)
-        if beside:
-            problem = (
-                f"recording {name} is a log without a field, and {listed(beside)} may be the field"
-            )
-            together = shlex.quote(JOINT.join([name, *beside]))
-            remedy = f"Join them by time: --variable {together}; or leave the field out: --variable {shlex.quote(name)}"
-            raise LogError(problem, remedy=remedy, where=unchosen.where)
-        left_out = ", ".join(other for other in names if other != name)
-        note = f"recording {name}: no other has columns of a motion and an effort ({left_out})"
-        return replace(table, notes=(note, *table.notes))
-
-    if len(logs) > 1:
-        first = shlex.quote(next(iter(logs)))
-        plans_of_logs = [plans[name] for name in logs]
-        answers = {plan.examples for plan in plans_of_logs}
-        have_one_answer = len(answers) == 1 and not any(plan.doubts for plan in plans_of_logs)
-        if have_one_answer:
-            options = " ".join(["--variable all", *answers.pop()])
-            remedy = f"Take each as a log: {options}; or choose one: --variable {first}"
-        else:
-            remedy = f"Choose one, such as --variable {first}"
-        problem = f"{len(logs)} of {len(names)} recordings of the file are logs: {listed(logs)}"
-        if _are_alike(plans_of_logs, logs):
-            raise AlikeRecordingsError(problem, remedy=remedy, where=unchosen.where)
-        raise LogError(problem, remedy=remedy, where=unchosen.where)
-
-    # No recording is a log alone. Joined by time they may be one; the rows are those of the effort, since no effort is
-    # made up between two samples.
-    if len(names) > _MOST_JOINED:
-        raise unchosen
-    with_effort: list[str] = []
-    for name in names:
-        plan = plan_if_any(tables[name]) if name in tables else None
-        if plan is not None and not plan.signals_with_columns.isdisjoint(("effort", "T")):
-            with_effort.append(name)
-    others = [name for name in names if name not in with_effort]
-    together = JOINT.join([*with_effort, *others])
-    joined = readable_tables(path, [together], told.decimal).get(together)
-    plan = None if joined is None else plan_if_any(joined, told, device)
-    if plan is None or not plan.is_of_a_log:
-        raise unchosen
-    problem = f"no recording of the file is a log alone, and together they are one: {listed(names)}"
-    raise LogError(
-        problem,
-        remedy=f"Join them by time: --variable {shlex.quote(together)}",
-        where=unchosen.where,
-    )
+    if len(file.logs) != 1:
+        return None
+    ((name, plan),) = file.logs.items()
+    beside = _with_the_field(file, name, plan)
+    if beside:
+        problem = (
+            f"recording {name} is a log without a field, and {listed(beside)} may be the field"
+        )
+        together = shlex.quote(JOINT.join([name, *beside]))
+        remedy = f"Join them by time: --variable {together}; or leave the field out: --variable {shlex.quote(name)}"
+        raise file.refused(problem, remedy)
+    left_out = ", ".join(other for other in file.names if other != name)
+    note = f"recording {name}: no other has columns of a motion and an effort ({left_out})"
+    table = file.tables[name]
+    return replace(table, notes=(note, *table.notes))
 
 
-def _with_the_field(
-    path: str | Path,
-    name: str,
-    plan: Plan,
-    tables: Mapping[str, Table],
-    told: ColumnMap,
-    device: DeviceName | None,
-) -> list[str]:
+def _with_the_field(file: Recordings, name: str, plan: Plan) -> list[str]:
     """The recordings beside the only log that hold a field, where the log has none; as a topic of a current may be."""
-    said = told.columns.keys() | told.constants.keys()
+    said = file.told.columns.keys() | file.told.constants.keys()
     if not said.isdisjoint({"field", "E", "E1", "E2"}) or plan.sure_field:
         return []
     beside: list[str] = []
-    for other in [other for other in tables if other != name][:_MOST_JOINED]:
-        together = JOINT.join([name, other])
-        joined = readable_tables(path, [together], told.decimal).get(together)
+    for other in [other for other in file.tables if other != name][:_MOST_JOINED]:
+        joined = file.joined(JOINT.join([name, other]))
         if joined is not None:
-            of_both = plan_if_any(joined, told, device)
+            of_both = plan_if_any(joined, file.told, file.device)
             field = "" if of_both is None else of_both.sure_field
-            if field and field not in tables[name].columns:
+            if field and field not in file.tables[name].columns:
                 beside.append(other)
             continue
-        by_itself = plan_if_any(tables[other]) if tables[other].rows >= MINIMUM_ROWS else None
+        by_itself = (
+            plan_if_any(file.tables[other]) if file.tables[other].rows >= MINIMUM_ROWS else None
+        )
         if by_itself is not None and "field" in by_itself.signals_with_columns:
             problem = f"recording {name} is a log without a field, and {other}, which may be it, has no time in common"
             remedy = f"Put the field beside its rows, or leave it out: --variable {shlex.quote(name)} --field none"
-            raise LogError(problem, remedy=remedy, where=Path(path).name)
+            raise LogError(problem, remedy=remedy, where=Path(file.path).name)
     return beside
+
+
+def ask_which_log(file: Recordings) -> None:
+    """Nothing for a file without a log.
+
+    Raises:
+        AlikeRecordingsError: all logs are read in one way, so that each may be one. LogError: the user chooses.
+    """
+    if not file.logs:
+        return
+    first = shlex.quote(next(iter(file.logs)))
+    plans = [*file.logs.values()]
+    answers = {plan.examples for plan in plans}
+    have_one_answer = len(answers) == 1 and not any(plan.doubts for plan in plans)
+    if have_one_answer:
+        options = " ".join(["--variable all", *answers.pop()])
+        remedy = f"Take each as a log: {options}; or choose one: --variable {first}"
+    else:
+        remedy = f"Choose one, such as --variable {first}"
+    problem = (
+        f"{len(plans)} of {len(file.names)} recordings of the file are logs: {listed(file.logs)}"
+    )
+    if _are_alike(plans, {name: file.tables[name] for name in file.logs}):
+        raise AlikeRecordingsError(problem, remedy=remedy, where=file.where)
+    raise file.refused(problem, remedy)
 
 
 def _are_alike(plans: Sequence[Plan], logs: Mapping[str, Table]) -> bool:
@@ -182,6 +169,93 @@ def _are_alike(plans: Sequence[Plan], logs: Mapping[str, Table]) -> bool:
         if all(np.array_equal(a[: b.size], b[: a.size], equal_nan=True) for a, b in pairs):
             return False
     return True
+
+
+def offer_to_join(file: Recordings) -> None:
+    """Recordings of which none is a log alone may be one when they are joined by time.
+
+    The rows are those of the effort, since no effort is made up between two samples.
+
+    Raises:
+        LogError: together they are a log.
+    """
+    if len(file.names) > _MOST_JOINED:
+        return
+    with_effort: list[str] = []
+    for name in file.names:
+        plan = plan_if_any(file.tables[name]) if name in file.tables else None
+        if plan is not None and not plan.signals_with_columns.isdisjoint(("effort", "T")):
+            with_effort.append(name)
+    others = [name for name in file.names if name not in with_effort]
+    together = JOINT.join([*with_effort, *others])
+    joined = file.joined(together)
+    plan = None if joined is None else plan_if_any(joined, file.told, file.device)
+    if plan is not None and plan.is_of_a_log:
+        problem = f"no recording of the file is a log alone, and together they are one: {listed(file.names)}"
+        raise file.refused(problem, f"Join them by time: --variable {shlex.quote(together)}")
+
+
+class Choice(NamedTuple):
+    """One rule: what is known behind it, and the function that finds the log or asks the user."""
+
+    settles: str
+    rule: Callable[[Recordings], Table | None]
+
+
+#: All rules of choosing, in the order in which they are gone through.
+CHOICES = (
+    Choice("the only log is taken", take_the_only_log),
+    Choice("of several logs the user takes one, or each", ask_which_log),
+    Choice("whether recordings are a log when they are joined", offer_to_join),
+)
+
+
+def table_of_log(
+    path: str | Path | DataFrame,
+    told: ColumnMap,
+    device: DeviceName | None,
+    variable: str | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Table:
+    """The table of a file; of several recordings without a choice that of the only log, with a note on the others.
+
+    Args:
+        path: of the file; or a DataFrame.
+        told: what the user said of columns.
+        device: see `erclutch.read`.
+        variable: which recording; None or "": the user did not say.
+        progress: see `read_table`.
+
+    Raises:
+        AlikeRecordingsError: several recordings are logs that are read in one way.
+        LogError: the file cannot be read; several recordings are logs, or none is, and the remedy names those that are.
+    """
+    try:
+        return read_table(path, variable=variable, decimal=told.decimal, told=progress)
+    except LogError as error:
+        if variable or not isinstance(path, str | Path):
+            raise
+        if "several recordings" not in error.problem:
+            raise
+        names = recordings_of_file(path)
+        if not 1 < len(names) <= _MOST:
+            raise
+        unchosen = error
+
+    tables = readable_tables(path, names, told.decimal)
+    logs: dict[str, Plan] = {}
+    for name, table in tables.items():
+        plan = plan_if_any(table, told, device)
+        if plan is not None and plan.is_of_a_log:
+            logs[name] = plan
+    # Beside a log, a table of fewer rows than a log has is a summary.
+    long_logs = {name: plan for name, plan in logs.items() if tables[name].rows >= MINIMUM_ROWS}
+    file = Recordings(path, names, tables, long_logs or logs, told, device, unchosen.where)
+    for choice in CHOICES:
+        found = choice.rule(file)
+        if found is not None:
+            return found
+    raise unchosen
 
 
 def logs_among(

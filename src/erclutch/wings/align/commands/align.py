@@ -103,7 +103,7 @@ def aligned(
     Raises:
         LogError, MappingError: a log cannot be read, or their clocks cannot be matched.
     """
-    from erclutch.logs.keywords import seconds_of
+    from erclutch.logs.keywords import SECONDS, number_of
     from erclutch.wings.align.aligned_logs import align as aligned_logs
 
     def own(option: tuple[str, ...], log: int) -> str:
@@ -116,6 +116,6 @@ def aligned(
             known["time"] = own(time, log)
         if rate:
             known["rate"] = own(rate, log)
-    about = None if near is None else seconds_of("near", near, "2.5s or --near=-7ms")
+    about = None if near is None else number_of("near", near, SECONDS, "2.5s or --near=-7ms")
     with terminal.progress("matching clocks"):
         return aligned_logs(a, b, on, near=about, times=times)
