@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Table, apply, plan_of
-from erclutch.logs.rows.unmeasured_rows import saturated, spikes, stuck
+from erclutch.logs.rows.sensor_faults import saturated, spikes, stuck
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
 

@@ -23,6 +23,8 @@ from erclutch.signals.array import Array, Mask
 from erclutch.signals.recording import POSITION, TEMPERATURE, Recording
 
 _LARGEST = 1e30  # of a signal in SI units; squares of sums of such are still numbers
+#: Between which a signal lies where it is measured; all others are between -_LARGEST and _LARGEST.
+_LIMITS = {"temperature": (units.LEAST_KELVIN, units.MOST_KELVIN)}
 
 
 def apply(plan: Plan, table: Table) -> Recording:
@@ -125,8 +127,8 @@ def _values(choice: SignalPlan, table: Table) -> Array:
     values = table.planned(choice.column)
     if choice.factor != 1.0:
         values = values * choice.factor
-    if choice.signal == "temperature":
-        return units.kelvin(values, choice.unit, choice.column)
+    if choice.offset:
+        values = values + choice.offset
     if choice.lead is not None:
         return values * (2 * pi / choice.lead)
     return values
@@ -280,16 +282,17 @@ def _unusable_rows(
         _refuse_or_note(table, holes, plan.invalid, notes)
 
     for signal, values in values_of.items():
-        counts = np.isfinite(values) & ~unmeasured
-        size = np.abs(np.where(counts, values, 0.0))
-        if float(size.max(initial=0.0)) > _LARGEST:
-            row = int(size.argmax())
+        least, most = _LIMITS.get(signal, (-_LARGEST, _LARGEST))
+        beyond = ((values < least) | (values > most)) & np.isfinite(values) & ~unmeasured
+        if beyond.any():
+            row = int(np.where(beyond, np.abs(values), 0.0).argmax())
             chosen = plan.signal(signal)  # None for a further input, which has no unit
             unit = "" if chosen is None else chosen.si
             value = f"{values[row]:.3g} {unit}".rstrip()
             where = f"data row {table.first_row + row + 1}"
             name = columns.get(signal, signal)
-            problem = f"column {name} is {value} in {where}, beyond {_LARGEST:.0e}, which nothing measures"
+            limit = f"{most:.0e}" if signal not in _LIMITS else f"{least:g} to {most:g} {unit}"
+            problem = f"column {name} is {value} in {where}, beyond {limit}, which nothing measures"
             raise LogError(problem, remedy="Correct the row, or leave it out with --skip")
     if unsampled.any():
         notes.append(

@@ -289,7 +289,7 @@ def source_of(log: ReadableLog) -> LogSource:
             with readable(file):
                 reader: LogReader = log.plugin.of_type(LogReader)
                 files = file.iterdir() if file.is_dir() else reader.parts(file)
-                inside = sorted(path for path in files if path.is_file())
+                inside: list[Path] = sorted(path for path in files if path.is_file())
                 if sum(path.stat().st_size for path in inside) > _LARGEST:
                     problem = "the files of the folder are larger than 4 GiB"
                     raise LogError(problem, remedy="Split the log")

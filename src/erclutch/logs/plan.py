@@ -51,6 +51,7 @@ class SignalPlan:
         si: unit of the recording, for a further input that of its column; "" is dimensionless, "?" unknown.
         numbers: in the unit of the recording, one for the whole log or one for each segment; () where a column is read.
         lead: of the screw in m, where the column is the position on a screw and the signal an angle; else None.
+        offset: added behind the factor, in the unit of the recording: 273.15 K for a temperature in °C.
         reason: who chose it, or what it was guessed from.
         sureness: how sure the choice is.
         doubt: why it is doubtful; "" where its unit alone speaks for it, and its numbers do not.
@@ -66,6 +67,7 @@ class SignalPlan:
     si: str = "?"
     numbers: tuple[float, ...] = ()
     lead: float | None = None
+    offset: float = 0.0
     reason: str = field(default="given", compare=False)
     sureness: Sureness = field(default="given", compare=False)
     doubt: str = field(default="", compare=False)

@@ -10,7 +10,6 @@ import numpy as np
 from erclutch.errors import SettingError
 from erclutch.logs.batches import Batch
 from erclutch.logs.clock.timing import MINIMUM_ROWS
-from erclutch.signals.clock import stretches
 from erclutch.signals.recording import Recording
 
 
@@ -90,12 +89,15 @@ def _start(log: Recording, begin: float | None, skip: float | None) -> float:
 
 
 def _kept(log: Recording, start: float, stop: float) -> list[tuple[int, int]]:
-    """The segments of a recording that lie in a window, or their parts."""
+    """The segments of a recording that lie in a window, or their parts; inside a segment the time rises."""
     slack = 1e-6 * log.period  # a time that was typed is not the stamp to the last bit
-    inside = (log.time >= start - slack) & (log.time <= stop + slack)
     kept: list[tuple[int, int]] = []
     for row, after in log.segments:
-        kept += [(row + low, row + high) for low, high in stretches(inside[row:after])]
+        time = log.time[row:after]
+        low = int(np.searchsorted(time, start - slack, side="left"))
+        high = int(np.searchsorted(time, stop + slack, side="right"))
+        if low < high:
+            kept.append((row + low, row + high))
     return kept
 
 

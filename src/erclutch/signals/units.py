@@ -321,31 +321,37 @@ def is_temperature(unit: str | None) -> bool:
     return unit in _CELSIUS or unit in _FAHRENHEIT or unit in _KELVIN
 
 
-def kelvin(values: Array, unit: str | None, column: str) -> Array:
-    """Temperatures of a column in K, shape (n,); what is not finite stays so.
+def to_kelvin(values: Array, unit: str | None, column: str) -> tuple[float, float]:
+    """What takes temperatures of a column to K: the factor, and what is added then.
+
+    Args:
+        values: of the column, shape (n,); what is not finite is passed over.
+        unit: of the column.
+        column: its name, for messages.
 
     Raises:
         UnitError: no unit, another unit than °C, °F or K, or temperatures that no fluid of a device has.
     """
-    if not is_temperature(unit):
+    if unit in _CELSIUS:
+        factor, offset = 1.0, 273.15
+    elif unit in _FAHRENHEIT:
+        factor, offset = 1 / 1.8, 459.67 / 1.8
+    elif unit in _KELVIN:
+        factor, offset = 1.0, 0.0
+    else:
         own = f"the unit '{unit}'" if unit else "no unit"
         raise UnitError(
             f"column '{column}' has {own}, and a temperature needs °C, °F or K",
             remedy=f"Give it as --temperature {shell_word(f'{column} [°C]')}, or [K]",
         )
-    warm = values
-    if unit in _CELSIUS:
-        warm = values + 273.15
-    elif unit in _FAHRENHEIT:
-        warm = (values + 459.67) / 1.8
-    known = warm[np.isfinite(warm)]
+    known = factor * values[np.isfinite(values)] + offset
     if known.size and (known.min() < LEAST_KELVIN or known.max() > MOST_KELVIN):
         raise UnitError(
             f"column '{column}' goes from {known.min():g} K to {known.max():g} K; a fluid's temperature is between "
             f"{LEAST_KELVIN:g} K and {MOST_KELVIN:g} K",
             remedy="Check the unit and the sensor, or leave --temperature out",
         )
-    return warm
+    return factor, offset
 
 
 def is_unit(text: str) -> bool:

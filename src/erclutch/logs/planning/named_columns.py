@@ -117,11 +117,9 @@ def _take_choice(draft: Draft, signal: str, choice: ColumnChoice) -> None:
     if signal != _TEMPERATURE:
         draft.take(signal, name, unit, factor, choice.source)
         return
-    units.kelvin(
-        draft.table.columns[name] * factor, unit, name
-    )  # raises where its unit is none of a temperature
+    in_kelvin, offset = units.to_kelvin(draft.table.columns[name] * factor, unit, name)
     draft.signals[signal] = SignalPlan(
-        signal, name, unit, factor, factor, "K", reason=choice.source
+        signal, name, unit, factor, factor * in_kelvin, "K", offset=offset, reason=choice.source
     )
     draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
 
