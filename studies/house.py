@@ -4,9 +4,9 @@
 
 A log's way is counted from `read` to the recording, along the calls, each function once: a stay is a run of functions
 of one file, a return a stay in a file in which one was before. It is counted twice, for the rules of reading stand in
-tables (`STEPS` of a plan, `TIDYINGS` of a table) that a loop goes through. "A log's way" leads past the rules, as a
-reader goes who takes from the table what each of them settles. "With all rules followed" enters each rule where its
-table is named, as somebody has to go who wants to know all of reading.
+tables (`STEPS` of a plan, `TIDYINGS` of a table, `CHOICES` of a recording, `FAULTS` of a sensor) that a loop goes
+through. "A log's way" leads past the rules, as a reader goes who takes from the table what each of them settles. "With
+all rules followed" enters each rule where its table is named, as somebody has to go who wants to know all of reading.
 
 Each FOLDER is a checkout, by default this one; several stand side by side, so that before and after come from one
 count. Nothing is imported and no place is fixed: packages, classes and functions are found by search.
