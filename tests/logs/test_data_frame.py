@@ -13,9 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import erclutch
+from erclutch import registry
 from erclutch.errors import ErclutchError
-from erclutch.logs import read_table
+from erclutch.logs import Table, read_table
+from erclutch.logs.log_reader import GROUP, LogReader, LogSource, claims_nothing
 from erclutch.logs.synthetic import synthetic_log
+from erclutch.registry import Plugin
 from tests.support.examples import examples
 
 _ROWS = 12
@@ -109,6 +112,21 @@ def test_a_sensor_in_volts_among_several_missing_things_gets_a_label_and_a_scale
 def test_what_is_no_frame_is_refused(what: Any) -> None:
     with pytest.raises(ErclutchError, match="Give the path of a file, or a pandas DataFrame"):
         erclutch.read(what)
+
+
+def test_a_reader_may_take_any_object_in_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    def read(source: LogSource) -> Table:
+        columns: Any = source.memory
+        return Table(source.name, columns, dict.fromkeys(columns), "")
+
+    reader = LogReader((), claims_nothing, read, takes=lambda log: isinstance(log, dict))
+    found = registry.plugins(GROUP)
+    ours = Plugin(GROUP, "of-dicts", "made:READER")
+    vars(ours)["value"] = reader
+    monkeypatch.setattr(registry, "plugins", lambda group: (*found, ours))
+    table = read_table({"a": np.arange(4.0)})  # type: ignore[arg-type]
+    assert table.name == "dict"
+    assert table.columns["a"].tolist() == [0.0, 1.0, 2.0, 3.0]
 
 
 @pytest.mark.parametrize("words", [("ON", "OFF"), ("yes", "no")])

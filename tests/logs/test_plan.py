@@ -112,6 +112,17 @@ def test_a_temperature_is_in_kelvin(unit: str, add: float, scale: float) -> None
     assert f"temperature <- column W [{unit}], in K (given)" in found.notes
 
 
+def test_a_temperature_that_no_fluid_has_is_refused_in_a_later_block_too() -> None:
+    """The plan of a long log is made of its first block, and saw the temperatures of that block alone."""
+    first = table({**PLAIN, "W": 20.0 + ROWS / 10})
+    plan = plan_of(first, ColumnMap.from_labels({"temperature": "W [°C]"}))
+    assert apply(plan, first).extras["temperature_K"][0] == 20.0 + 273.15
+    warm = np.where(ROWS == 7, 900.0, 20.0 + ROWS / 10)
+    with pytest.raises(LogError, match="beyond 150 to 800 K, which nothing measures") as caught:
+        apply(plan, table({**PLAIN, "W": warm + ROWS}))
+    assert "data row 8" in caught.value.problem
+
+
 @pytest.mark.parametrize(
     ("unit", "scale", "factor", "si"),
     [

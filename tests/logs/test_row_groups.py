@@ -148,6 +148,8 @@ def test_numbers_part_rows_where_their_column_is_named(tmp_path: Path) -> None:
     path = written(tmp_path, points_of(["1", "2", "3"], "cell"))
     assert recordings_in(path, "cell=all") == ["cell=1", "cell=2", "cell=3"]
     assert read_table(path, variable="cell=2").rows == len(SPEEDS)
+    for label in ("current [A]", "current", "current (A)"):
+        assert read_table(path, variable=f"{label}=0.5").rows == 3 * len(SPEEDS)
 
 
 @pytest.mark.parametrize(
