@@ -270,6 +270,7 @@ def _unusable_rows(
         LogError: a value that is not finite, or one that nothing measures.
     """
     columns = {each.signal: each.column for each in plan.signals if each.column}
+    units_of = {each.signal: each.si for each in plan.signals}
     unsampled = table.unsampled
     if unsampled is None:
         unsampled = np.zeros(table.rows, dtype=np.bool_)
@@ -286,8 +287,7 @@ def _unusable_rows(
         beyond = ((values < least) | (values > most)) & np.isfinite(values) & ~unmeasured
         if beyond.any():
             row = int(np.where(beyond, np.abs(values), 0.0).argmax())
-            chosen = plan.signal(signal)  # None for a further input, which has no unit
-            unit = "" if chosen is None else chosen.si
+            unit = units_of.get(signal, "")  # a further input has none
             value = f"{values[row]:.3g} {unit}".rstrip()
             where = f"data row {table.first_row + row + 1}"
             name = columns.get(signal, signal)

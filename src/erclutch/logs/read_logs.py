@@ -24,7 +24,7 @@ from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
 from erclutch.logs.mapping import ColumnMap, file_mapping, map_over, told_of
 from erclutch.logs.plan import Invalid
 from erclutch.logs.planning.recording_choice import table_of_log
-from erclutch.logs.planning.whole_plan import plan_of
+from erclutch.logs.planning.whole_plan import plan_of, sure_plan_of
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
 from erclutch.signals.device import DeviceName
@@ -78,8 +78,7 @@ def read(
     told = replace(told, variable=variable or told.variable)
     if table is None:
         table = table_of_log(path, told, device, told.variable)
-    plan = plan_of(table, told, device=device, invalid=invalid)
-    plan.require_sureness()
+    plan = sure_plan_of(table, told, device, invalid)
     log = within(apply(plan, table), *window)
     log = replace(log, told=repeated)
     return log if rate is None else resampled(log, rate)
@@ -166,8 +165,7 @@ def read_batches(
             yield from windowed_batches(windows, source, told, device, invalid, rows, part)
         return
     table = table_of_log(file, told, device, variable or told.variable)
-    plan = plan_of(table, told, device=device, invalid=invalid)
-    plan.require_sureness()
+    plan = sure_plan_of(table, told, device, invalid)
     yield one_batch(apply(plan, table))
 
 

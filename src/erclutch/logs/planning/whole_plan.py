@@ -249,6 +249,21 @@ def plan_of(
     )
 
 
+def sure_plan_of(
+    table: Table, told: ColumnMap, device: DeviceName | None, invalid: Invalid | None
+) -> Plan:
+    """The plan of a table by which a log may be read: nothing is open, and nothing rests on little ground.
+
+    The arguments are those of `plan_of`.
+
+    Raises:
+        MappingError, LogError, SettingError: see `plan_of`, and `Plan.require_sureness`.
+    """
+    plan = plan_of(table, told, device=device, invalid=invalid)
+    plan.require_sureness()
+    return plan
+
+
 def plan_if_any(
     table: Table, told: ColumnMap | None = None, device: DeviceName | None = None
 ) -> Plan | None:
