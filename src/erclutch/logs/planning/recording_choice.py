@@ -34,7 +34,7 @@ _MOST_JOINED = 12  # recordings, since a device has few signals
 
 
 @dataclass(frozen=True)
-class Recordings:
+class RecordingsOfFile:
     """The recordings of a file, among which a log is looked for.
 
     Attributes:
@@ -64,7 +64,7 @@ class Recordings:
         return LogError(problem, remedy=remedy, where=self.where)
 
 
-def take_the_only_log(file: Recordings) -> Table | None:
+def take_the_only_log(file: RecordingsOfFile) -> Table | None:
     """The table of the only log, with a note on the others; None for several logs, or none.
 
     Raises:
@@ -87,7 +87,7 @@ def take_the_only_log(file: Recordings) -> Table | None:
     return replace(table, notes=(note, *table.notes))
 
 
-def _with_the_field(file: Recordings, name: str, plan: Plan) -> list[str]:
+def _with_the_field(file: RecordingsOfFile, name: str, plan: Plan) -> list[str]:
     """The recordings beside the only log that hold a field, where the log has none; as a topic of a current may be."""
     said = file.told.columns.keys() | file.told.constants.keys()
     if not said.isdisjoint({"field", "E", "E1", "E2"}) or plan.sure_field:
@@ -111,7 +111,7 @@ def _with_the_field(file: Recordings, name: str, plan: Plan) -> list[str]:
     return beside
 
 
-def ask_which_log(file: Recordings) -> None:
+def ask_which_log(file: RecordingsOfFile) -> None:
     """Nothing for a file without a log.
 
     Raises:
@@ -171,8 +171,8 @@ def _are_alike(plans: Sequence[Plan], logs: Mapping[str, Table]) -> bool:
     return True
 
 
-def offer_to_join(file: Recordings) -> None:
-    """Recordings of which none is a log alone may be one when they are joined by time.
+def offer_to_join(file: RecordingsOfFile) -> None:
+    """RecordingsOfFile of which none is a log alone may be one when they are joined by time.
 
     The rows are those of the effort, since no effort is made up between two samples.
 
@@ -195,18 +195,18 @@ def offer_to_join(file: Recordings) -> None:
         raise file.refused(problem, f"Join them by time: --variable {shlex.quote(together)}")
 
 
-class Choice(NamedTuple):
+class RecordingChoice(NamedTuple):
     """One rule: what is known behind it, and the function that finds the log or asks the user."""
 
     settles: str
-    rule: Callable[[Recordings], Table | None]
+    rule: Callable[[RecordingsOfFile], Table | None]
 
 
 #: All rules of choosing, in the order in which they are gone through.
 CHOICES = (
-    Choice("the only log is taken", take_the_only_log),
-    Choice("of several logs the user takes one, or each", ask_which_log),
-    Choice("whether recordings are a log when they are joined", offer_to_join),
+    RecordingChoice("the only log is taken", take_the_only_log),
+    RecordingChoice("of several logs the user takes one, or each", ask_which_log),
+    RecordingChoice("whether recordings are a log when they are joined", offer_to_join),
 )
 
 
@@ -250,7 +250,7 @@ def table_of_log(
             logs[name] = plan
     # Beside a log, a table of fewer rows than a log has is a summary.
     long_logs = {name: plan for name, plan in logs.items() if tables[name].rows >= MINIMUM_ROWS}
-    file = Recordings(path, names, tables, long_logs or logs, told, device, unchosen.where)
+    file = RecordingsOfFile(path, names, tables, long_logs or logs, told, device, unchosen.where)
     for choice in CHOICES:
         found = choice.rule(file)
         if found is not None:
