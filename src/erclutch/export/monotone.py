@@ -94,6 +94,17 @@ def monotone_share(model: Model) -> float:
     return monotone / total if total else 1.0
 
 
+def releases(model: Model) -> bool:
+    """Whether the largest field leaves less of the effort than no field does, over all speeds of the log."""
+    at_no_field = 0.0
+    at_largest = 0.0
+    for lines in _lines(model):
+        size = np.abs(lines.effort)
+        at_no_field += float(size[0].sum())
+        at_largest += float(size[-1].sum())
+    return at_largest < at_no_field
+
+
 @dataclass(frozen=True)
 class Turn:
     """Where a growing field moves the effort back the most.

@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple, Self
 from erclutch.errors import SettingError
 from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
 from erclutch.models.laws.law import YieldForm
+from erclutch.models.laws.yield_stress import FALLING
 from erclutch.models.stages import (
     NONE,
     canonical,
@@ -23,6 +24,7 @@ from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import POSITION, TEMPERATURE
 
 _FRICTION = Gain("T_f", "friction effort at zero field", Dimension(effort=1))
+_LASTING_FRICTION = replace(_FRICTION, meaning="friction effort that no field takes away")
 #: Of the field in the memory's effort, where the law has no form of its own to share.
 _EXPONENT = ShapeParameter("n_m", "exponent of the field in the memory's effort", 0.2, 4.0)
 OFFSET = Gain("T_0", "constant effort", Dimension(effort=1), nonnegative=False)
@@ -211,7 +213,7 @@ class Composition:
         """Gains of one element in the order of its columns: the law's, friction, memory."""
         gains = list(self.law.gains)
         if self.friction:
-            gains.append(_FRICTION)
+            gains.append(_LASTING_FRICTION if self.law.yield_form is FALLING else _FRICTION)
         for stage in slip_stages(self.dynamics):
             gains += stage.gains
         return tuple(gains)

@@ -25,11 +25,13 @@ class SignalKind:
         name: the name used in mappings, run folders and reports.
         meaning: one phrase for people.
         si_units: the units, one of which the signal is converted to; the first that fits the log's unit is taken.
+        if_named: further ones, for a column that the user names: no column is guessed to be the signal for them.
     """
 
     name: str
     meaning: str
     si_units: tuple[str, ...]
+    if_named: tuple[str, ...] = ()
 
 
 #: Begins the note of a log without a field; its field is written as 0 in all rows.
@@ -41,7 +43,8 @@ SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
     {
         kind.name: kind
         for kind in (
-            SignalKind("field", "command to the fluid of a single element", _FIELD_UNITS),
+            # The gap of a magnet sets an eddy-current brake as a current sets another brake.
+            SignalKind("field", "command to the fluid of a single element", _FIELD_UNITS, ("m",)),
             SignalKind(
                 "slip", "relative speed across the element's fluid", ("rad/s", "m/s", "1/s")
             ),

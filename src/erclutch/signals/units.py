@@ -399,7 +399,7 @@ def conversion(unit: str, kind: SignalKind, column: str) -> tuple[float, str]:
     option = f"--{kind.name} {' or '.join(examples)}"
     problem = f"column '{column}' has the unit '{unit}', which"
     try:
-        fitting = fits(unit, kind.si_units)
+        fitting = fits(unit, (*kind.si_units, *kind.if_named))
     except UnitError as error:
         remedy = f"Name one for {kind.name} ({allowed}), such as {option}"
         raise UnitError(f"{problem} erclutch does not know", remedy=remedy) from error

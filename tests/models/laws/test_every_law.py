@@ -15,7 +15,7 @@ from erclutch.arithmetic.dual import Dual, partial_of, seed, value_of
 from erclutch.errors import SettingError
 from erclutch.models.laws import Law, ladder, law_from_name, law_names, quick_laws
 from erclutch.models.laws.smooth import OFF_ZERO
-from erclutch.models.laws.yield_stress import CONSTANT, YIELD_FORMS
+from erclutch.models.laws.yield_stress import CONSTANT, FALLING, YIELD_FORMS
 from tests.support.examples import examples
 
 Columns = Callable[[Law, Any, Any, Sequence[Any]], tuple[Any, ...]]
@@ -164,7 +164,9 @@ def test_without_field_only_viscosity_is_left(
         np.testing.assert_allclose(other, 0.0, atol=1e-15)
 
 
-GROWING = {name: form for name, form in YIELD_FORMS.items() if form is not CONSTANT}
+GROWING = {
+    name: form for name, form in YIELD_FORMS.items() if form is not CONSTANT and form is not FALLING
+}
 
 
 @pytest.mark.parametrize("form", GROWING.values(), ids=GROWING)
@@ -179,6 +181,18 @@ def test_yield_factor_is_zero_without_field_one_at_the_reference_and_grows(
     assert y[0] == 0.0
     assert y[-1] == pytest.approx(1.0, rel=1e-9)
     assert np.all(np.diff(y) > 0)
+
+
+@free
+@given(share=st.floats(0.0, 1.0))
+def test_the_form_that_falls_is_finite_without_field_and_one_at_the_reference(share: float) -> None:
+    (scale,) = FALLING.shape
+    y = FALLING.factor(
+        np.linspace(0.0, 2.0, 101), scale.lower * (scale.upper / scale.lower) ** share
+    )
+    assert np.isfinite(y).all()
+    assert y[50] == pytest.approx(1.0, rel=1e-9)
+    assert np.all(np.diff(y) < 0)
 
 
 def test_the_ladder_and_its_names() -> None:

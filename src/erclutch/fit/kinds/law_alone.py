@@ -11,6 +11,7 @@ from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.checks.data_check import steady_command
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.one_field import refuse_field_terms
+from erclutch.fit.checks.releasing_field import field_releases
 from erclutch.fit.choice.ladder import WORTH, grown, helpful, may_show, of_iron, of_law
 from erclutch.fit.choice.rungs import Rung, folds_of, numbers_of_fit, rung_of
 from erclutch.fit.choice.scoring import TOLERATED, independent_rows, information_criteria
@@ -26,7 +27,14 @@ from erclutch.logs.dataset import Dataset
 from erclutch.logs.planning.further_columns import option_for_input
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
-from erclutch.models.laws.yield_stress import CONSTANT, POWER, SATURATING, TANH
+from erclutch.models.laws.yield_stress import (
+    CONSTANT,
+    FALLING,
+    POWER,
+    SATURATING,
+    TANH,
+    YIELD_FORMS,
+)
 from erclutch.models.model import full_name
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Mask
@@ -131,9 +139,10 @@ class Laws(Kind):
                 if _called_for(train, one, fit_structure(train, two, intervals=False)):
                     quicker = [fit_structure(train, two)]
         named: set[str | None] = set()  # laws that were asked for by name
+        releases = field_releases(train)
         for name, _ in asked(settings, train, KIND):
             if name in settings.models:
-                named.add(_law_of(name, train))
+                named.add(_law_of(name, train, releases=releases))
         remembering, findings = with_memory(train, [*laws, *quicker], named)
         known = [LawCandidate(law.model.structure, outcome=law) for law in quicker]
         return Grown([*known, *remembering], findings)
@@ -173,7 +182,8 @@ def structures_of(
     friction = alone and not data.one_way if settings.friction is None else settings.friction
     offset = alone if settings.offset is None else settings.offset
 
-    pairs = [(_law_of(name, data), stages) for name, stages in named]
+    releases = field_releases(data)
+    pairs = [(_law_of(name, data, releases=releases), stages) for name, stages in named]
     structures: list[Structure] = []
     for name, stages in dict.fromkeys(pairs):
         if name is None:
@@ -185,14 +195,18 @@ def structures_of(
     return structures
 
 
-def _law_of(name: str, data: Dataset) -> str | None:
+def _law_of(name: str, data: Dataset, *, releases: bool) -> str | None:
     """The canonical specification of a law for these rows; None where it is nothing at one field.
 
-    ``ss`` and ``seo-seo`` are one, and files carry one name.
+    ``ss`` and ``seo-seo`` are one, and files carry one name. Where the field releases the device, a law without a form
+    of its own takes the one that falls: all others grow with the field.
     """
     law = law_from_name(name, data.device)
     _, *forms = name.strip().lower().split("/")
     forms.sort(key=lambda form: form == "forward")  # last: the others are forms of the yield effort
+    takes_a_form = law.yield_form is not None and not set(forms) & YIELD_FORMS.keys()
+    if takes_a_form and releases:
+        forms.insert(0, FALLING.name)
     each_once = dict.fromkeys(forms)
     full = "/".join([law.name, *each_once])
     return at_one_field(full, data.device) if data.one_field else full

@@ -1,6 +1,6 @@
 """Laws have names: each is a file in this folder or comes from another package (entry point ``erclutch.laws``).
 
-A specification is a law's name and, after slashes, how its yield effort grows with the field and ``forward`` if it
+A specification is a law's name and, after slashes, how its yield effort follows the field and ``forward`` if it
 keeps its sign: ``bingham``, ``bingham/critical``, ``rbfm-10/square/forward``. Without a form the device decides: square
 for the coaxial pair (the paper's), power for a single one. With ``constant`` the field has no say in the yield effort.
 """

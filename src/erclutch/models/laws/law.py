@@ -60,12 +60,12 @@ class ShapeParameter:
 
 @dataclass(frozen=True)
 class YieldForm:
-    """How the yield stress grows with the field.
+    """How the yield stress follows the field.
 
     Attributes:
-        name: identifier on the command line: square, power, critical, saturating, tanh or constant.
+        name: identifier on the command line: square, power, critical, saturating, tanh, falling or constant.
         label: how tables show it.
-        factor: ``factor(E, *shape)``, 0 at E = 0 and 1 at E = 1.
+        factor: ``factor(E, *shape)``, 1 at E = 1; 0 at E = 0 where the field strengthens the fluid.
         shape: its parameters.
     """
 

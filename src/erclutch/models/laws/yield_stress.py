@@ -1,5 +1,7 @@
 """Yield stress follows the field in one of these forms, each scaled to one at the reference field (normalised field 1).
 
+All grow with the field but two: `CONSTANT`, and `FALLING` for a device that its field releases.
+
 Sources: power law, Huang and Ishikawa equation (1) with exponents 1 - 2; critical-field form, Choi, Cho, Kim and Jhon
 2001, tau_y ~ E**2 tanh(sqrt(E / E_c)) / sqrt(E / E_c), checked in docs/decisions/0003-sources-of-ss-and-ccj.md; the
 tanh of magnetic saturation, in which MR fluids are usually quoted (tau_y ~ tanh(6.33e-6 H)), with an exponent of ours.
@@ -30,6 +32,10 @@ def _saturating(E: Any, n: Any, E_s: Any) -> Any:
 
 def _tanh(E: Any, E_s: Any) -> Any:
     return np.tanh(E / E_s) / np.tanh(1.0 / E_s)
+
+
+def _falling(E: Any, E_r: Any) -> Any:
+    return np.exp((1.0 - E) / E_r)
 
 
 def _constant(E: Any) -> Any:
@@ -84,7 +90,26 @@ TANH = YieldForm(
     ),
 )
 
+#: A magnet holds the effort and a current takes it away, as in a brake that is safe without power; or the "field" is the
+#: distance of a magnet, as of an eddy-current brake. Below a bound of 0.1 the field at rest would have e^10 times T_y.
+FALLING = YieldForm(
+    "falling",
+    "falling",
+    _falling,
+    (
+        ShapeParameter(
+            "E_r",
+            "field over which the yield effort falls to its e-th part",
+            0.1,
+            20.0,
+            FIELD,
+            scale="log",
+        ),
+    ),
+)
+
 #: For a log with one field: the yield effort is one number. Any other field gives the same effort.
 CONSTANT = YieldForm("constant", "const", _constant, ())
 
-YIELD_FORMS = {form.name: form for form in (SQUARE, POWER, CRITICAL, SATURATING, TANH, CONSTANT)}
+_ALL = (SQUARE, POWER, CRITICAL, SATURATING, TANH, FALLING, CONSTANT)
+YIELD_FORMS = {form.name: form for form in _ALL}

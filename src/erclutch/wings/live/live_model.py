@@ -58,6 +58,7 @@ def live_model(
             )
             raise SettingError(problem, where=str(path), remedy=remedy)
     from erclutch.export import ExportOptions, step_of
+    from erclutch.export.monotone import releases
     from erclutch.export.targets.python import build, library_name
 
     alarms = model.band is not None
@@ -83,6 +84,10 @@ def live_model(
     notes = list(step.notes)
     if step.field.range == (0.0, 0.0):
         notes.append("It was fitted without a field: it estimates, and no field gives a torque")
+    elif releases(model):
+        notes.append(
+            "Its effort falls as the field grows: where the loop takes the field away, the device holds"
+        )
     return LiveModel(
         library=cached(target, lambda folder: build(step, folder, find_compiler())),
         name=name,

@@ -193,10 +193,17 @@ def _model(run: Run, name: str | None) -> Model:
 
 def _unfit(model: Model) -> tuple[str, str]:
     """Why torque control cannot be tuned for a model, and the remedy; both "" where it can."""
+    from erclutch.export.monotone import releases
+
     if model.units.effort not in ("N*m", "?"):
         return f"gives {model.units.effort}", "Tune a device that turns, whose effort is in N m"
     if not model.trained_on.field[1] > 0.0:
         return "was fitted without a field", "Tune a device whose field changes its torque"
+    if releases(model):
+        return (
+            "has a torque that falls as the field grows",
+            "Tune a device that no field leaves free: the loop's way to safety is no field",
+        )
     if model.extras:
         return (
             "has further inputs, and the loop has fields and speeds",

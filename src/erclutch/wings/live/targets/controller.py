@@ -22,6 +22,7 @@ from erclutch.export.c.c_source import source
 from erclutch.export.c.compilers import Compiler, foreign, native, natives, run
 from erclutch.export.encode import comment
 from erclutch.export.exported_step import ExportedStep
+from erclutch.export.monotone import releases
 from erclutch.export.step_record import feels_state
 from erclutch.export.target_check import Check
 from erclutch.export.targets import c
@@ -104,7 +105,7 @@ def texts(step: ExportedStep) -> tuple[str, str]:
     """The .c and .h: the model's, and the controller after it.
 
     Raises:
-        ExportError: a model of positions, without a field, or with inputs that the controller does not know.
+        ExportError: a model of positions, without a field or released by it, or with inputs that the loop does not know.
     """
     if step.filter is not None or step.extras:
         problem = "the controller gives its model fields and speeds, and nothing else"
@@ -113,13 +114,16 @@ def texts(step: ExportedStep) -> tuple[str, str]:
             where=step.model.name,
             remedy="Export a model without further inputs, of speeds",
         )
+    problem = ""
     if step.field.range == (0.0, 0.0):
         problem = "the model was fitted without a field, so no field gives a wanted effort"
-        raise ExportError(
-            problem,
-            where=step.model.name,
-            remedy="Export it with --to c, which estimates the effort, or fit a log with a field",
+    elif releases(step.model):
+        problem = (
+            "the effort falls as the field grows, and this controller's way to safety is no field"
         )
+    if problem:
+        remedy = "Export it with --to c, which gives the effort"
+        raise ExportError(problem, where=step.model.name, remedy=remedy)
     code = _read("target_c/controller.c")
     for name in _PARTS:
         # Functions that the loop's files share are this file's own.
