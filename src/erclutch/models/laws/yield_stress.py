@@ -90,8 +90,8 @@ TANH = YieldForm(
     ),
 )
 
-#: A magnet holds the effort and a current takes it away, as in a brake that is safe without power; or the "field" is the
-#: distance of a magnet, as of an eddy-current brake. Below a bound of 0.1 the field at rest would have e^10 times T_y.
+#: A magnet holds the effort and a current takes it away, as in a brake that is safe without power; or the "field" is a
+#: magnet's distance, as of an eddy-current brake. Below a bound of 0.1 the field at rest would have e^10 times T_y.
 FALLING = YieldForm(
     "falling",
     "falling",

@@ -105,7 +105,7 @@ def texts(step: ExportedStep) -> tuple[str, str]:
     """The .c and .h: the model's, and the controller after it.
 
     Raises:
-        ExportError: a model of positions, without a field or released by it, or with inputs that the loop does not know.
+        ExportError: a model of positions, without a field or released by it, or with inputs beyond the loop's.
     """
     if step.filter is not None or step.extras:
         problem = "the controller gives its model fields and speeds, and nothing else"
