@@ -20,7 +20,8 @@ def test_a_setting_that_parts_the_efforts_is_asked_about(label: str) -> None:
     columns = {"t [s]": ROWS / 100, "w [rad/s]": SPEED, label: GAP, "torque [N*m]": TORQUE}
     plan = planned(columns)
     assert [question.signal for question in plan.questions] == ["field"]
-    assert f"--field none --input {label}" in plan.command().replace('"', "").replace("'", "")
+    assert f"--field {label}" in plan.command().replace('"', "").replace("'", "")
+    assert not planned(columns, field=label).questions
     assert not planned(columns, field="none").questions
 
 

@@ -43,8 +43,10 @@ SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
     {
         kind.name: kind
         for kind in (
-            # The gap of a magnet sets an eddy-current brake as a current sets another brake.
-            SignalKind("field", "command to the fluid of a single element", _FIELD_UNITS, ("m",)),
+            # The gap of a magnet sets an eddy-current brake, and a load or a pressure a dry brake, as a current sets others.
+            SignalKind(
+                "field", "command to the fluid of a single element", _FIELD_UNITS, ("m", "N", "Pa")
+            ),
             SignalKind(
                 "slip", "relative speed across the element's fluid", ("rad/s", "m/s", "1/s")
             ),

@@ -12,7 +12,7 @@ import numpy as np
 
 from erclutch.errors import CheckError, shell_word
 from erclutch.fit.checks.finding import Finding
-from erclutch.fit.checks.releasing_field import field_releases
+from erclutch.fit.checks.releasing_field import releasing_field
 from erclutch.fit.checks.sensor_check import sensor_findings
 from erclutch.fit.training_range import range_of
 from erclutch.logs.clock.resample import RESAMPLED
@@ -97,6 +97,7 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
     findings = (
         *_as_read(data),
         *_fields(data),
+        releasing_field(data),
         _one_slip(train),
         _drift(data),
         _sign(train),
@@ -223,14 +224,6 @@ def _fields(data: Dataset) -> Iterator[Finding]:
         message = f"{seen}: models are fitted without field terms and cannot know {unknown}"
         remedy = "Log with a changing field to learn it, or give logs at several"
         yield Finding("warning", STEADY_FIELD, message, remedy)
-
-    if field_releases(data):
-        message = (
-            "the effort falls as the field grows, as that of a brake that a current releases: laws take a yield effort "
-            "that falls"
-        )
-        remedy = "Check the field's column if a stronger field is to hold the device"
-        yield Finding("note", "releasing field", message, remedy)
 
     if len(data.elements) < 2:
         return

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from erclutch.fit.checks.finding import Finding
 from erclutch.logs.dataset import Dataset
 from erclutch.signals.array import largest_size, rms
 
@@ -16,6 +17,18 @@ _FALLS_BY = 0.2
 _TURNS_ROUND_BY = 0.5
 #: Share of the error of a line over the slip that the field has to take off.
 _WORTH = 0.1
+
+
+def releasing_field(data: Dataset) -> Finding | None:
+    """What is good to know of a device that its field releases."""
+    if not field_releases(data):
+        return None
+    message = (
+        "the effort falls as the field grows, as that of a brake that a current releases: laws take a yield effort that "
+        "falls"
+    )
+    remedy = "Check the field's column if a stronger field is to hold the device"
+    return Finding("note", "releasing field", message, remedy)
 
 
 def field_releases(data: Dataset) -> bool:

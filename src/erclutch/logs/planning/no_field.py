@@ -57,10 +57,6 @@ _MARKS = frozenset(
         "home homed homing contact ready done moving saturated sync status"
     ).split()
 )
-#: What the distance between two parts is called.
-_GAPS = frozenset(
-    {"gap", "airgap", "separation", "abstand", "luftspalt", "entrefer", "traferro", "entrehierro"}
-)
 _MANY = 4  # columns: more are told together
 _LOAD_CELL = re.compile(r"(?<![^\W_])(?:lc ?\d+|load ?cell\w*)(?![^\W_])", re.IGNORECASE)
 #: What a sine that a drive was told is made with; a field that alternates may be described so too.
@@ -114,25 +110,12 @@ def maybe_field(seen: SeenColumns, taken: Iterable[str]) -> list[SeenColumn]:
     open_ones: list[SeenColumn] = []
     for column in seen.without(taken):
         unit = column.unit or ""
-        if _is_a_gap_that_is_set(column):
-            open_ones.append(column)
-            continue
         # A unit that we do not know may be one of a field; a temperature or a level has its own scale.
         is_odd = bool(unit) and not units.is_unit(unit) and not _OWN_SCALE.fullmatch(unit)
         fits = column.fits(SIGNALS["field"].si_units)
         if (fits is not False or is_odd) and not _why_no_field(seen, column, taken):
             open_ones.append(column)
     return open_ones
-
-
-def _is_a_gap_that_is_set(column: SeenColumn) -> bool:
-    """Whether a column is a gap that keeps a few levels: the gap of a magnet is what sets an eddy-current brake."""
-    return (
-        column.spoken.says(_GAPS)
-        and column.shape.keeps_levels
-        and not column.shape.constant
-        and column.fits(("m",)) is not False
-    )
 
 
 def _why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:

@@ -47,9 +47,9 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
     if len(settings) != 1:
         return
     (name,) = settings
-    option = f"--field none --input {shell_word(draft.table.label(name))}"
+    option = f"--field {shell_word(draft.table.label(name))}"
     problem = f"no column for field, and the effort goes with the levels of {name}"
-    remedy = f"Give {option} if models are to know it, else --field none"
+    remedy = f"Give {option} if it sets the effort as a field does, else --field none"
     draft.ask("field", MappingError(problem, remedy=remedy), option)
     del draft.signals["field"]
 
