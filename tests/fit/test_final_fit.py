@@ -103,7 +103,7 @@ def test_a_model_of_all_rows_needs_a_run_to_be_kept_in(tmp_path: Path) -> None:
 
 def test_force_without_a_run_to_replace_is_refused(tmp_path: Path) -> None:
     said = refused("fit", "log.csv", "--force", cwd=tmp_path)
-    assert "no run is kept, so none is replaced" in said
+    assert "--force: no run is kept" in said
     assert "Give --out RUN too" in said
 
 

@@ -107,13 +107,8 @@ def fit(
     if out is not None:
         may_write(out, force)
     elif final or force:
-        problem = (
-            "a model of all rows is kept in a run"
-            if final
-            else "no run is kept, so none is replaced"
-        )
         where = "--final" if final else "--force"
-        raise SettingError(problem, where=where, remedy="Give --out RUN too")
+        raise SettingError("no run is kept", where=where, remedy="Give --out RUN too")
     settings = Settings(
         models=model_names(models),
         lag=lag,
