@@ -43,7 +43,7 @@ SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
     {
         kind.name: kind
         for kind in (
-            # The gap of a magnet sets an eddy-current brake, and a load or a pressure a dry brake, as a current sets others.
+            # The gap of a magnet sets an eddy-current brake, and a load or a pressure a dry one.
             SignalKind(
                 "field", "command to the fluid of a single element", _FIELD_UNITS, ("m", "N", "Pa")
             ),

@@ -24,8 +24,8 @@ def releasing_field(data: Dataset) -> Finding | None:
     if not field_releases(data):
         return None
     message = (
-        "the effort falls as the field grows, as that of a brake that a current releases: laws take a yield effort that "
-        "falls"
+        "the effort falls as the field grows, as that of a brake that a current releases: laws take a yield effort "
+        "that falls"
     )
     remedy = "Check the field's column if a stronger field is to hold the device"
     return Finding("note", "releasing field", message, remedy)
