@@ -26,6 +26,14 @@ def error_of(path: Path) -> str:
     return str(caught.value)
 
 
+@pytest.mark.skipif(not Path("/proc/uptime").exists(), reason="this system has no /proc")
+def test_no_look_is_taken_into_a_file_of_the_system_that_has_no_size(tmp_path: Path) -> None:
+    """A link to /proc/kmsg, called log.csv, was waited for without end."""
+    link = tmp_path / "log.csv"
+    link.symlink_to("/proc/uptime")
+    assert "the file is empty" in error_of(link)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -332,16 +332,16 @@ def _plain_for_a_hump(
     if not plainer:
         return base
     folds = folds_of(train)
-    with_hump: list[
-        tuple[float, FitOutcome[TorqueModel]]
-    ] = []  # error on the rows between, and the law
+    # Errors on the rows between, the law with the fewest numbers first.
+    with_hump: list[tuple[float, FitOutcome[TorqueModel]]] = []
     for law, humped in plainer[:_MOST_FORMS]:
         here = rung_of(folds, law.model.structure, dict(law.model.shape))
         if may_show(train, here, humped, has_to_take_off(_HUMP)):
             with_hump.append((rung_of(folds, humped, here.numbers).error, law))
     if not with_hump:
         return base
-    error, plain = min(with_hump, key=lambda pair: pair[0])
+    least = min(error for error, _ in with_hump)
+    error, plain = next(pair for pair in with_hump if pair[0] <= (1.0 + WORTH) * least)
     of_base = rung_of(folds, base.model.structure, dict(base.model.shape))
     return plain if error <= (1.0 + WORTH) * of_base.error else base
 

@@ -128,8 +128,8 @@ class FitOutcome(Shown, Generic[M]):
 
     @property
     def at_bounds(self) -> tuple[str, ...]:
-        """Names of the parameters that lie on a bound."""
-        return tuple(e.name for e in self.estimates if e.at_bound)
+        """Names of the parameters that the fit left on a bound; those that were kept at zero are none of these."""
+        return tuple(e.name for e in self.estimates if e.at_bound and e.name not in self.without)
 
     @property
     def unidentified(self) -> tuple[str, ...]:
