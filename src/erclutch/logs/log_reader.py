@@ -187,7 +187,7 @@ def _log_on_the_disk(file: Path) -> ReadableLog:
     if file.is_file():
         # The system's own files, such as /proc/kmsg, are regular and of no size, and a look into them may never end.
         if not file.stat().st_size:
-            raise LogError("the file is empty", remedy=ROWS_WANTED)
+            raise LogError("the file is empty", remedy=ROWS_WANTED, where=file.name)
         with readable(file), file.open("rb") as content:
             head = content.read(HEAD)
         plugin, notes = reader_of(head, file.suffix)
