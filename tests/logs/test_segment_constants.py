@@ -39,7 +39,7 @@ def test_one_number_a_segment_in_its_unit(tmp_path: Path) -> None:
         ("0, 1, 2, 3 A", "4 numbers for field and 3 segments"),
         ("0, much, 1 A", "the constant field is"),
         ("0,,1 A", "the constant field is"),
-        ("0, 1, 2 furlong", "does not fit field"),
+        ("0, 1, 2 kg", "does not fit field"),
     ],
 )
 def test_numbers_that_do_not_fit(tmp_path: Path, text: str, said: str) -> None:

@@ -83,7 +83,9 @@ def test_centres(pinned: Pinned) -> None:
     costs = fit_rbfn.forward_selection(cells, fit_rbfn.candidates(cells, 2), 0.7, 6)
     better = fit_rbfn.refined(cells, fit_rbfn.by_k_means(cells, 3, 1), one_spread=True)
     left = fit_rbfn.weights_for(x, y, None, better.centres, better.spreads)[1]
-    pinned([found, costs[0], costs[1], better.stop, left], rel=1e-3)
+    # Its last steps are of the size of rounding: which of both ends them differs from processor to processor.
+    assert better.stop in ("converged", "iterations")
+    pinned([found, costs[0], costs[1], left], rel=1e-3)
 
 
 def test_schedules(pinned: Pinned) -> None:

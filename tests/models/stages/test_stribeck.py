@@ -171,3 +171,14 @@ def test_a_sheet_of_points_asks_for_a_hump_only_where_there_is_one(random: int) 
 
 def test_points_of_a_table_may_ask_for_it_for_it_needs_no_time() -> None:
     assert not needs_time(stage_named("stribeck"))
+
+
+def test_rates_over_decades_make_no_hump_of_a_plain_yield_stress() -> None:
+    """The lowest rates lie below the least slip over which a sign turns, and a hump as narrow took up what was missing."""
+    field = np.repeat(np.linspace(0.0, 2.0, 5), 25)
+    rate = np.tile(np.geomspace(0.1, 300.0, 25), 5)
+    noise = np.random.default_rng(2).normal(0.0, 0.01, rate.size)
+    stress = (5.0 + 200.0 * field**1.6 + 0.8 * rate) * (1.0 + noise)
+    data = replace(rows_of(rate, field, stress), notes=of_points(rate.size, 1.0).notes)
+    rungs = grown(data, structure("none", "bingham"), among=["stribeck", "stribeck-1"])
+    assert len(rungs) == 1

@@ -26,6 +26,7 @@ from erclutch.fit.choice.rungs import (
 )
 from erclutch.fit.choice.stage_families import (
     edge_of,
+    fading_of,
     families,
     feels,
     has_company,
@@ -64,6 +65,8 @@ _POINTS_A_NUMBER = 2
 _OVER_CHANCE = 3.0
 #: Widest edge of plays, over the noise of the field, from which on they tell more than that noise is smoothed.
 _EDGE_OVER_NOISE = 4.0
+#: Times the slip over which the sign turns, at least, over which a hump fades.
+_BEYOND_THE_TURN = 2.0
 #: Of the largest field: what is no field; and the share of rows without any that tells what a memory does there.
 _NO_FIELD = 0.02
 _TOLD = 0.02
@@ -116,7 +119,7 @@ def grown(
             if numbers_of_fit(richer) * rows_a_number > train.rows:
                 continue
             rung = _rung_above(folds, here, richer, name)
-            if _edge_in_noise(train, rung, name):
+            if _edge_in_noise(train, rung, name) or fades_with_the_sign(rung, name):
                 continue
             over_chance = _OVER_CHANCE if train.in_no_time else 1.0
             worth = max(worth_of.get(name, WORTH), over_chance * by_chance(here, rung))
@@ -322,6 +325,15 @@ def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
         gains[name] = 1.0 - wider.error / rung.error
     most_helpful_first = sorted(gains.items(), key=lambda item: -item[1])
     return {name: gain for name, gain in most_helpful_first if gain >= WORTH}
+
+
+def fades_with_the_sign(rung: Rung, name: str) -> bool:
+    """Whether a hump fades where the law's sign still turns: a sign that turns sooner would say the same.
+
+    Of rates over decades the lowest lie below the least slip over which a sign can turn.
+    """
+    fading = fading_of(name)
+    return bool(fading) and rung.numbers[fading] < _BEYOND_THE_TURN * rung.numbers.get("w_s", 0.0)
 
 
 def _edge_in_noise(train: Dataset, rung: Rung, name: str) -> bool:

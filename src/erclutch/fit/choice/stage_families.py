@@ -105,6 +105,11 @@ def edge_of(name: str) -> str:
     return next((family.edge for family in _families() if name in family.ladder), "")
 
 
+def fading_of(name: str) -> str:
+    """The slip over which a stage fades that would be the sign's own turn if it were small; "" for other stages."""
+    return next((family.fades for family in _families() if name in family.ladder), "")
+
+
 def has_to_take_off(name: str) -> float:
     """The share of the error that a stage has to show beside a law before it is searched, and to take off; 0: none."""
     return next((family.striking for family in _families() if name in family.ladder), 0.0)

@@ -12,7 +12,15 @@ from erclutch.fit.checks.data_check import steady_command
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.one_field import refuse_field_terms
 from erclutch.fit.checks.releasing_field import field_releases
-from erclutch.fit.choice.ladder import WORTH, grown, helpful, may_show, of_iron, of_law
+from erclutch.fit.choice.ladder import (
+    WORTH,
+    fades_with_the_sign,
+    grown,
+    helpful,
+    may_show,
+    of_iron,
+    of_law,
+)
 from erclutch.fit.choice.rungs import Rung, folds_of, numbers_of_fit, rung_of
 from erclutch.fit.choice.scoring import TOLERATED, independent_rows, information_criteria
 from erclutch.fit.choice.stage_families import has_to_take_off, widened
@@ -337,7 +345,9 @@ def _plain_for_a_hump(
     for law, humped in plainer[:_MOST_FORMS]:
         here = rung_of(folds, law.model.structure, dict(law.model.shape))
         if may_show(train, here, humped, has_to_take_off(_HUMP)):
-            with_hump.append((rung_of(folds, humped, here.numbers).error, law))
+            rung = rung_of(folds, humped, here.numbers)
+            if not fades_with_the_sign(rung, _HUMP):
+                with_hump.append((rung.error, law))
     if not with_hump:
         return base
     least = min(error for error, _ in with_hump)

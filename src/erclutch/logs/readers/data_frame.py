@@ -121,5 +121,5 @@ READER = LogReader(
     claims=claims_nothing,
     read=read_frame,
     takes=is_frame,
-    tells_damage="",
+    tells_damage="not seen: what is in memory has no checksums",
 )

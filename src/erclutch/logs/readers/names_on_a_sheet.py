@@ -15,7 +15,8 @@ _HIGHEST = 50  # rows of a sheet that names the columns of another
 def named_by(table: Table, book: Any, sheet: str) -> Table:
     """The table with the names that another sheet has for its columns; as it is where it has names of its own.
 
-    One sheet alone may give them: it holds one row of as many texts as the table has columns, and nothing besides.
+    One sheet alone may give them: it holds one row of as many texts as the table has columns, two or more, and nothing
+    besides.
 
     Args:
         table: of a sheet.
@@ -29,7 +30,8 @@ def named_by(table: Table, book: Any, sheet: str) -> Table:
     rows_of_names: list[tuple[str, list[str]]] = []
     for other in others:
         labels = _only_row_of_texts(book.get_sheet_by_name(other))
-        if len(labels) == len(table.columns):
+        # One text alone may be a remark.
+        if len(labels) == len(table.columns) > 1:
             rows_of_names.append((other, labels))
     if len(rows_of_names) != 1:
         return table

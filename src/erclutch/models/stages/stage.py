@@ -247,6 +247,7 @@ class StageFamily:
             no such form.
         beside: the ladder tries it only where there is a stage of the family of this name; "": anywhere.
         edge: a parameter, a part of the field, that the ladder believes only above the noise of the field; "": none.
+        fades: a slip that the ladder believes only well beyond the one over which the law's sign turns; "": none.
         striking: share of the error that it must take off: the ladder searches it only where its columns show so much
             beside the law's. A corner that hardly shows is a bend, which other stages say. 0: as other stages.
         two_ways: the ladder tries it only where the slip goes either way: it is of what differs between the ways, and
@@ -260,6 +261,7 @@ class StageFamily:
     behind: tuple[str, ...] = ()
     beside: str = ""
     edge: str = ""
+    fades: str = ""
     striking: float = 0.0
     two_ways: bool = False
 

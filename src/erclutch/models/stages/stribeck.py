@@ -108,5 +108,10 @@ def _stribeck(number: int, forms: tuple[str, ...]) -> Stribeck:
 
 
 STAGE = StageFamily(
-    _stribeck, count=_USUAL, forms=("free",), ladder=("stribeck", "stribeck-1"), striking=0.02
+    _stribeck,
+    count=_USUAL,
+    forms=("free",),
+    ladder=("stribeck", "stribeck-1"),
+    fades="w_st",
+    striking=0.02,
 )
