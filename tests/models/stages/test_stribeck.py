@@ -174,7 +174,7 @@ def test_points_of_a_table_may_ask_for_it_for_it_needs_no_time() -> None:
 
 
 def test_rates_over_decades_make_no_hump_of_a_plain_yield_stress() -> None:
-    """The lowest rates lie below the least slip over which a sign turns, and a hump as narrow took up what was missing."""
+    """The lowest rates lie below the least slip over which a sign turns, and a narrow hump took up what was missing."""
     field = np.repeat(np.linspace(0.0, 2.0, 5), 25)
     rate = np.tile(np.geomspace(0.1, 300.0, 25), 5)
     noise = np.random.default_rng(2).normal(0.0, 0.01, rate.size)
