@@ -13,6 +13,7 @@ from erclutch.signals.array import Array, Mask, largest_size
 #: Points of the grid along a side of the field, and along the slip of an element.
 _FIELDS = 33
 _SLIPS = 11  # levels between the ends of the training range
+_RELEASED = 0.2  # share of the effort that a field takes away which releases a device
 _SLACK = 1e-9  # of the effort's scale: rounding is no turning point
 
 
@@ -95,14 +96,19 @@ def monotone_share(model: Model) -> float:
 
 
 def releases(model: Model) -> bool:
-    """Whether the largest field leaves less of the effort than no field does, over all speeds of the log."""
+    """Whether the largest field leaves clearly less of a single device's effort than no field, over all speeds.
+
+    The elements of a pair drive against each other, so a field may lower the size of their effort.
+    """
+    if model.structure.device != "single":
+        return False
     at_no_field = 0.0
     at_largest = 0.0
     for lines in _lines(model):
         size = np.abs(lines.effort)
         at_no_field += float(size[0].sum())
         at_largest += float(size[-1].sum())
-    return at_largest < at_no_field
+    return at_largest < (1.0 - _RELEASED) * at_no_field
 
 
 @dataclass(frozen=True)
