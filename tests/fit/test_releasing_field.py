@@ -9,9 +9,6 @@ import numpy as np
 import pytest
 
 from erclutch.cli.options import LogOptions
-from erclutch.errors import ExportError
-from erclutch.export import ExportOptions, export_model
-from erclutch.export.monotone import releases
 from erclutch.fit.checks.releasing_field import field_releases
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.laws.fit_law import fit_structure
@@ -87,16 +84,6 @@ def test_laws_without_a_form_of_their_own_take_the_one_that_falls() -> None:
     assert sorted(names) == ["bingham/falling", "bingham/tanh", "casson/falling", "quadratic"]
     assert comparison.recommended in {"bingham/falling", "casson/falling"}
     assert any("the effort falls as the field grows" in str(note) for note in comparison.findings)
-
-
-def test_no_controller_takes_a_device_for_safe_that_no_field_makes_hold(tmp_path: Path) -> None:
-    data = brake()
-    law = law_from_name("bingham/falling", "single")
-    model = fit_structure(data, Structure("single", "bingham/falling", law, friction=True)).model
-    assert releases(model)
-    with pytest.raises(ExportError, match="way to safety is no field"):
-        export_model(model, tmp_path / "out", "controller", ExportOptions("brake"))
-    export_model(model, tmp_path / "c", "c", ExportOptions("brake"))
 
 
 @pytest.mark.parametrize("name", ["Air gap [mm]", "Luftspalt [mm]", "entrefer (mm)"])
