@@ -36,7 +36,7 @@ def told_by_company(said: Mapping[str, SpokenName]) -> dict[str, str]:
 
 
 def _are_of_a_device(stems: Iterable[str]) -> bool:
-    """Whether some stems are whole names of a motion and of an effort, and others of a rate or the time beside them."""
+    """Whether the stems name an effort, and two or more of speed, position and time."""
     kinds: set[str] = set()
     for stem in stems:
         spoken = spoken_name(stem)
