@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import erclutch
+from tests.support.exported_models import MODELS
 
 #: Public names that come with a wing: tests/wings/test_public_names.py looks for them.
 OF_WINGS = {
@@ -93,6 +96,15 @@ def test_help_of_no_command_brings_numbers() -> None:
         imported_by(code) & {"numpy", "scipy", "pandas", "pyarrow", "pint", "sympy", "h5py"}
         == set()
     )
+
+
+def test_an_export_brings_nothing_that_only_a_fit_or_a_log_needs(tmp_path: Path) -> None:
+    """Half of its time is Python's and sympy's start; each of these takes as long again."""
+    model = tmp_path / "model.json"
+    model.write_text(json.dumps(MODELS["fnn-16, coaxial"].to_dict()), encoding="utf-8")
+    found = imported_by(command("export", str(model), "--out", str(tmp_path / "exported")))
+    assert "erclutch" in found
+    assert found & {"scipy", "pandas", "pyarrow", "pint", "h5py", "matplotlib", "numba"} == set()
 
 
 def test_every_public_name_is_there() -> None:

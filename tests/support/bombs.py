@@ -13,6 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tests.support.pace import within
+
 MIB = 1 << 20
 #: What a file may take, as a process and its children: MiB in memory, and seconds of processor time.
 MOST_MIB, MOST_SECONDS = 954, 10.0
@@ -242,7 +244,7 @@ class Taken(NamedTuple):
     @property
     def held(self) -> bool:
         """Whether it is a recording or one error, within the limits."""
-        return self.said != "" and self.mib <= MOST_MIB and self.seconds <= MOST_SECONDS
+        return self.said != "" and self.mib <= MOST_MIB and within(self.seconds, MOST_SECONDS)
 
 
 def read_alone(path: Path, seconds: float = 240.0) -> Taken:
