@@ -34,6 +34,7 @@ STAGES = (
         "effort-lag",
         "effort-second-order",
         "inertia",
+        "inertia/smooth",
         "stiffness",
         "viscous",
     ),

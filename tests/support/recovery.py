@@ -99,6 +99,7 @@ _STAGES = (
     _with_stage("effort-lag", {"tau_e": 4e-3}),
     _with_stage("effort-second-order", {"tau_s": 3e-3, "zeta_s": 0.3}),
     _with_stage("inertia", {}, m=1e-3),
+    _with_stage("inertia/smooth", {"tau_a": 4e-3}, m=1e-3),
     _with_stage("stiffness", {"tau_x": 0.2}, k=5.0),
     _with_stage("viscous", {"p": 0.5}, T_v=0.15, T_vy=0.2),
     _with_stage("sides", {"w_a": 0.2}, eta_a=0.08, T_a=0.1, T_ay=0.15),

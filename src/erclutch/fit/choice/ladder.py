@@ -29,10 +29,12 @@ from erclutch.fit.choice.stage_families import (
     fading_of,
     families,
     feels,
+    forgetting_of,
     has_company,
     has_field_behind,
     has_to_take_off,
     is_next,
+    simpler_than,
     widened,
     with_field_behind,
 )
@@ -43,6 +45,7 @@ from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws.yield_stress import POWER, SATURATING, TANH
 from erclutch.models.stages import NONE, stage_named
+from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Array, largest_size, rms
 from erclutch.signals.recording import TEMPERATURE
@@ -67,6 +70,8 @@ _OVER_CHANCE = 3.0
 _EDGE_OVER_NOISE = 4.0
 #: Times the slip over which the sign turns, at least, over which a hump fades.
 _BEYOND_THE_TURN = 2.0
+#: Of the slip: a travel that loses more at a time is forgotten before the slip turns (of a sine, after its radian).
+_FORGOTTEN = 0.5**0.5
 #: Of the largest field: what is no field; and the share of rows without any that tells what a memory does there.
 _NO_FIELD = 0.02
 _TOLD = 0.02
@@ -121,6 +126,12 @@ def grown(
             rung = _rung_above(folds, here, richer, name)
             if _edge_in_noise(train, rung, name) or fades_with_the_sign(rung, name):
                 continue
+            other = in_place_of_a_travel(train, rung, name)
+            if other and other not in left:
+                continue
+            if other:
+                name = other
+                rung = rung_of(folds, widened(here.structure, name), here.numbers)
             over_chance = _OVER_CHANCE if train.in_no_time else 1.0
             worth = max(worth_of.get(name, WORTH), over_chance * by_chance(here, rung))
             if rung.error < (1.0 - worth) * here.error:
@@ -138,7 +149,8 @@ def grown(
         taken = min(alike, key=lambda name: (worthy[name].numbers_of_fit, worthy[name].error))
         new = worthy[taken]
         rungs.append(_bent(folds, new) if len(rungs) == 1 else new)
-        left.remove(taken)
+        for name in (*simpler_than(left, taken), taken):
+            left.remove(name)
     rungs[-1] = _without_stand_ins(folds, rungs[-1], base)
     return rungs
 
@@ -334,6 +346,27 @@ def fades_with_the_sign(rung: Rung, name: str) -> bool:
     """
     fading = fading_of(name)
     return bool(fading) and rung.numbers[fading] < _BEYOND_THE_TURN * rung.numbers.get("w_s", 0.0)
+
+
+def in_place_of_a_travel(train: Dataset, rung: Rung, name: str) -> str:
+    """The stage that stands for a travel which is forgotten while the slip lasts; "" where the travel is true.
+
+    Such a travel is the slip, some time late, and no spring is told. Beside a viscous effort it says no more than an
+    inertia whose acceleration passes a low-pass.
+    """
+    forgetting, instead = forgetting_of(name)
+    if not forgetting:
+        return ""
+    stage = stage_named(name)
+    forgets_after = rung.numbers[forgetting]  # s
+    for element in train.elements:
+        signal = SlipAndStrength(element.slip, np.ones(train.rows))
+        (travel,) = stage.respond(signal, train.clock, [forgets_after], slice(None))
+        # What is forgotten in a second; as large as the slip where no travel is left to remember.
+        forgotten = rms(travel) / forgets_after
+        if forgotten > _FORGOTTEN * rms(element.slip):
+            return instead
+    return ""
 
 
 def _edge_in_noise(train: Dataset, rung: Rung, name: str) -> bool:

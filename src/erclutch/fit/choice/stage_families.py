@@ -110,6 +110,20 @@ def fading_of(name: str) -> str:
     return next((family.fades for family in _families() if name in family.ladder), "")
 
 
+def forgetting_of(name: str) -> tuple[str, str]:
+    """The time after which a stage forgets a travel, and the stage that says as much without one; else "" and ""."""
+    return next(
+        ((family.forgets, family.instead) for family in _families() if name in family.ladder),
+        ("", ""),
+    )
+
+
+def simpler_than(left: Sequence[str], name: str) -> list[str]:
+    """Those that are left of the stages of the same family that are simpler."""
+    family = next((family for family in families() if name in family), (name,))
+    return [each for each in family[: family.index(name)] if each in left]
+
+
 def has_to_take_off(name: str) -> float:
     """The share of the error that a stage has to show beside a law before it is searched, and to take off; 0: none."""
     return next((family.striking for family in _families() if name in family.ladder), 0.0)

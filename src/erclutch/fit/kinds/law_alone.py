@@ -10,6 +10,7 @@ import numpy as np
 from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.checks.data_check import steady_command
 from erclutch.fit.checks.finding import Finding
+from erclutch.fit.checks.noisy_acceleration import noisy_acceleration
 from erclutch.fit.checks.one_field import refuse_field_terms
 from erclutch.fit.checks.releasing_field import field_releases
 from erclutch.fit.choice.ladder import (
@@ -44,6 +45,7 @@ from erclutch.models.laws.yield_stress import (
     YIELD_FORMS,
 )
 from erclutch.models.model import full_name
+from erclutch.models.stages.inertia import SMOOTH_INERTIA
 from erclutch.models.structure import Structure
 from erclutch.signals.array import Mask
 from erclutch.signals.percent import percent
@@ -256,7 +258,7 @@ def with_memory(
     """The best law with stages of memory, as far as blocked validation on the training rows asks for them.
 
     Laws that were asked for by name get the same memory: without it they would look as if they had lost. The findings
-    name columns of the log that would take more of the error off.
+    name columns of the log that would take more of the error off, and a speed that is too noisy.
 
     Args:
         train: the training rows.
@@ -286,6 +288,8 @@ def with_memory(
         spare = helpful(train, rungs[-1])
 
     findings: list[Finding] = []
+    if SMOOTH_INERTIA in rungs[-1].structure.dynamics.split("+"):
+        findings.append(noisy_acceleration(rungs[-1].numbers["tau_a"], train.period))
     for name, gain in spare.items():
         seen = (
             f"the column {name!r}, which no model has as an input, would take {percent(gain)} off the error of the "

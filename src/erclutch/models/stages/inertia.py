@@ -2,7 +2,12 @@
 
 ::
 
-    a_k = (w_k - w_{k-1}) / dt,   column a
+    inertia:         a_k = (w_k - w_{k-1}) / dt,   column a
+    inertia/smooth:  tau_a b' + b = a,             column b
+
+A speed made of an encoder's positions is noisy, and its difference is noise alone. The smooth form passes the
+difference through a first-order low-pass: the fit weighs the noise that goes against the delay that comes. A step is
+exact for an acceleration that is held over the sample.
 """
 
 from __future__ import annotations
@@ -11,23 +16,35 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from erclutch.arithmetic.recursion import starts_of
+import numpy as np
+
+from erclutch.arithmetic.dual import pick
+from erclutch.arithmetic.recursion import recur, starts_of
 from erclutch.models.laws.law import Dimension, Gain, ShapeParameter
 from erclutch.models.stages.stage import Memory, Place, SlipAndStrength, StageFamily
 from erclutch.signals.clock import Clock
 
+_SMOOTH = "smooth"
+#: The stage with the low-pass, by its name.
+SMOOTH_INERTIA = f"inertia/{_SMOOTH}"
+
 
 @dataclass(frozen=True)
 class Inertia:
-    """The inertia as a stage on the slip."""
+    """The inertia as a stage on the slip.
 
-    name: str = "inertia"
-    title: str = "inertia, with the acceleration from the slip"
+    Attributes:
+        smooth: the acceleration passes a low-pass.
+    """
+
+    name: str
+    title: str
+    equation: str
+    smooth: bool
+    outputs: tuple[str, ...]
     source: str = "Newton's second law"
-    equation: str = "a = w'"
     place: Place = "slip"
     switches: bool = False
-    outputs: tuple[str, ...] = ("a",)
     gains: tuple[Gain, ...] = (
         Gain(
             "m",
@@ -45,8 +62,19 @@ class Inertia:
     )
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
-        """There are none: the inertia is a gain."""
-        return ()
+        """The time constant of the low-pass; without it none, since the inertia is a gain."""
+        if not self.smooth:
+            return ()
+        tau = ShapeParameter(
+            "tau_a",
+            "time constant of the low-pass of the acceleration",
+            lower=0.2 * period,
+            upper=100.0 * period,
+            dimension=Dimension(time=1),
+            scale="log",
+            usual=(0.5 * period, 20.0 * period),
+        )
+        return (tau,)
 
     def settled(self, signal: SlipAndStrength, q: Mapping[str, float]) -> tuple[Any, ...]:
         """No acceleration."""
@@ -69,10 +97,16 @@ class Inertia:
         before[1:] = slip[:-1]
         starts = starts_of(clock)
         before[starts] = slip[starts]
-        return [((slip - before) / clock.steps)[rows]]
+        acceleration = (slip - before) / clock.steps
+        if self.smooth:
+            share = -np.expm1(-clock.steps / q[0])
+            acceleration = recur(1.0 - share, share * acceleration, 0.0, clock)
+        return [pick(acceleration, rows)]
 
     def initial(self, signal: SlipAndStrength, q: Mapping[str, float]) -> Mapping[str, Any]:
         """Before the first row the slip was as in the first row."""
+        if self.smooth:
+            return {"slip": signal.slip, "acceleration": 0.0 * signal.slip}
         return {"slip": signal.slip}
 
     def step(
@@ -85,7 +119,34 @@ class Inertia:
         """One row."""
         before = memory.before("slip")
         memory.keep("slip", signal.slip)
-        return ((signal.slip - before) / memory.number(period),)
+        acceleration = (signal.slip - before) / memory.number(period)
+        if not self.smooth:
+            return (acceleration,)
+        share = memory.number(-float(np.expm1(-period / q["tau_a"])))
+        smoothed = (1.0 - share) * memory.before("acceleration") + share * acceleration
+        return (memory.keep("acceleration", smoothed),)
 
 
-STAGE = StageFamily(lambda count, forms: Inertia(), ladder=("inertia",))
+def _inertia(_: int, forms: tuple[str, ...]) -> Inertia:
+    if _SMOOTH not in forms:
+        return Inertia(
+            name="inertia",
+            title="inertia, with the acceleration from the slip",
+            equation="a = w'",
+            smooth=False,
+            outputs=("a",),
+        )
+    return Inertia(
+        name=SMOOTH_INERTIA,
+        title="inertia, with the acceleration from the slip behind a low-pass",
+        equation="tau_a b' + b = w'",
+        smooth=True,
+        outputs=("b",),
+    )
+
+
+STAGE = StageFamily(
+    _inertia,
+    forms=(_SMOOTH,),
+    ladder=("inertia", SMOOTH_INERTIA),
+)

@@ -248,6 +248,9 @@ class StageFamily:
         beside: the ladder tries it only where there is a stage of the family of this name; "": anywhere.
         edge: a parameter, a part of the field, that the ladder believes only above the noise of the field; "": none.
         fades: a slip that the ladder believes only well beyond the one over which the law's sign turns; "": none.
+        forgets: a time after which a travel is forgotten, which the ladder believes only where the slip turns sooner;
+            "": none.
+        instead: the stage that the ladder tries where the travel is forgotten sooner; "": none.
         striking: share of the error that it must take off: the ladder searches it only where its columns show so much
             beside the law's. A corner that hardly shows is a bend, which other stages say. 0: as other stages.
         two_ways: the ladder tries it only where the slip goes either way: it is of what differs between the ways, and
@@ -262,6 +265,8 @@ class StageFamily:
     beside: str = ""
     edge: str = ""
     fades: str = ""
+    forgets: str = ""
+    instead: str = ""
     striking: float = 0.0
     two_ways: bool = False
 

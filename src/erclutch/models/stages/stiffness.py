@@ -19,6 +19,7 @@ import numpy as np
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.recursion import recur
 from erclutch.models.laws.law import Dimension, Gain, ShapeParameter
+from erclutch.models.stages.inertia import SMOOTH_INERTIA
 from erclutch.models.stages.stage import Memory, Place, SlipAndStrength, StageFamily
 from erclutch.signals.clock import Clock
 
@@ -102,4 +103,9 @@ class Stiffness:
         return (memory.keep("travel", travel),)
 
 
-STAGE = StageFamily(lambda count, forms: Stiffness(), ladder=("stiffness",))
+STAGE = StageFamily(
+    lambda count, forms: Stiffness(),
+    ladder=("stiffness",),
+    forgets="tau_x",
+    instead=SMOOTH_INERTIA,
+)
