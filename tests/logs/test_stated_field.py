@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +39,10 @@ def written(path: Path, above: str = "", header: str = HEADER) -> Path:
         ("Coil current [mA]: 250\nOperator: me\n", 0.25, "A"),
         ("Strom: 1.5 A\nSpannung: 12 V\n", 1.5, "A"),  # a voltage beside a current drives it
         ("Voltage: 2 kV\nOperator: me\n", 2000.0, "V"),
+        ("field: 0.5 A\nOperator: me\n", 0.5, "A"),
+        ("Field: 2 kV/mm\nOperator: me\n", 2e6, "V/m"),
+        ("excitation current 0.5 A\nOperator: me\n", 0.5, "A"),
+        ("Magnet current (mA),500\nOperator: me\n", 0.5, "A"),
     ],
 )
 def test_the_header_states_the_field(tmp_path: Path, above: str, field: float, unit: str) -> None:
@@ -53,14 +58,55 @@ def test_the_header_states_the_field(tmp_path: Path, above: str, field: float, u
         "Current limit: 5 A\nOperator: me\n",
         "Excitation: 10 V\nOperator: me\n",  # of a load cell
         "Supply voltage: 24 V\nOperator: me\n",
-        "Set current: 2 A\nOperator: me\n",
         "Current: high\nOperator: me\n",
-        "Current: 5\nOperator: me\n",  # of nobody knows what
+        "Motor current: 2 A\nOperator: me\n",
+        "Rated current: 3 A\nOperator: me\n",
+        "Fuse: 5 A\nOperator: me\n",
+        "Range: 10 V\nOperator: me\n",
+        "Sample: 3A\nOperator: me\n",
+        "Coil resistance: 5 ohm\nOperator: me\n",
+        "Duty cycle: 3 min\nOperator: me\n",
     ],
 )
 def test_numbers_of_instruments_are_no_field(tmp_path: Path, above: str) -> None:
     log = read(written(tmp_path / "log.csv", above))
     assert not np.any(log.signals["field"])
+
+
+@pytest.mark.parametrize(
+    ("line", "quoted", "field"),
+    [
+        ("Command: 0.5 A", "Command: 0.5 A", "0.5 A"),
+        ("Excitation: 0.5 A", "Excitation: 0.5 A", "0.5 A"),
+        ("Set current: 2 A", "Set current: 2 A", "2 A"),  # told to a supply in all rows
+        ("Current: 5", "Current: 5", "5"),  # of nobody knows what
+        ("B = 0.2 T", "B: 0.2 T", "0.2 T"),
+        ("Stromstärke: 0,5 A", "Stromstärke: 0,5 A", "0.5 A"),
+        ("PWM duty: 50 %", "PWM duty: 50 %", "50 %"),
+        ("Field: 500 V", "Field: 500 V", "500 V"),
+        ("Test at I = 0.5 A, 25 C", "Test at I: 0.5 A, 25 C", "0.5 A"),
+        ("Notes: coil driven with 0.5 A", "Notes: coil driven with 0.5 A", "0.5 A"),
+        ("brake test with 0.5 A in the coil", "brake test with ... in the coil: 0.5 A", "0.5 A"),
+        ("0.5 A in the coil", "in the coil: 0.5 A", "0.5 A"),
+    ],
+)
+def test_a_line_that_may_state_the_field_is_quoted_and_asked_about(
+    tmp_path: Path, line: str, quoted: str, field: str
+) -> None:
+    """It was passed over in silence, and logs at several fields were fitted as if all had the same."""
+    written(tmp_path / "log.csv", f"{line}\nOperator: me\n")
+    printed = good("inspect", "log.csv", cwd=tmp_path, code=1)
+    assert f"a line above the rows says '{quoted}'" in " ".join(printed.split())
+    answer = f'--constant "field={field}"'
+    last = printed.splitlines()[-1]
+    assert last.endswith(answer)
+    assert "Understood" in good("inspect", "log.csv", *shlex.split(answer), cwd=tmp_path)
+
+
+def test_two_lines_that_may_state_the_field_are_both_quoted(tmp_path: Path) -> None:
+    written(tmp_path / "log.csv", "Command: 0.5 A\nB = 0.2 T\n")
+    printed = good("inspect", "log.csv", cwd=tmp_path, code=1)
+    assert "lines above the rows say 'Command: 0.5 A', 'B: 0.2 T'" in " ".join(printed.split())
 
 
 def test_two_currents_are_asked_about(tmp_path: Path) -> None:

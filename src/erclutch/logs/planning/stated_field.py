@@ -19,16 +19,23 @@ from erclutch.logs.columns.levels_in_names import (
 )
 from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME, FIELD_UNITS, NUMBER, number_of
 from erclutch.logs.columns.names import spoken_name
-from erclutch.logs.columns.vocabulary import OTHER, TOLD
+from erclutch.logs.columns.vocabulary import CURRENTS, OTHER, TOLD, set_of
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.remarked_field import ask_about_remarked_field
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
 #: Words of a header that may be those of an amplifier or a load cell, whatever their unit.
 _OF_INSTRUMENTS = frozenset({"excitation", "command", "cmd", "duty", "pwm", "field"})
 _CURRENTS = ("A",)
+#: What a field is measured in that no amplifier has.
+_OF_FIELDS_ALONE = ("A", "T", "A/m", "V/m")
+#: What a current is called by that magnetizes the fluid, in front of a word for a current.
+_OF_A_MAGNET = set_of("magnet electromagnet solenoid excitation exciting magnetizing")
+#: Whose current turns a shaft.
+_MACHINES = set_of("motor engine servo actuator")
 _LETTER_AND_UNIT = re.compile(
     r"I_(m?A)|U_(k?V)"
 )  # of a single number; a column so called may be a phase
@@ -78,7 +85,7 @@ def take_stated_field(draft: Draft) -> bool:
         remedy = f"If that is the field, give {option}; else --field none"
         draft.ask("field", MappingError(problem, remedy=remedy), option)
         return True
-    return _ask_about_the_name(draft)
+    return ask_about_remarked_field(draft) or _ask_about_the_name(draft)
 
 
 def ask_about_specimens(names: Sequence[str], told: ColumnMap) -> None:
@@ -135,14 +142,13 @@ def _beside_the_columns(draft: Draft) -> list[StatedLevel]:
             stated.append(StatedLevel(name, number, own or (letter and (letter[1] or letter[2]))))
     for key, text in draft.table.metadata.items():
         label, unit = split_label(key)
-        if not _is_called_so(label):
-            continue
         try:
             number, own = units.quantity(text)
         except UnitError:
             continue
-        if own or unit:
-            stated.append(StatedLevel(label, number, own or unit))
+        unit = own or unit
+        if unit and (_is_called_so(label) or _is_of_a_magnet(label, unit)):
+            stated.append(StatedLevel(label, number, unit))
     units_of_field = SIGNALS["field"].si_units[1:]  # of a current, a voltage or a magnetic field
     fitting: list[StatedLevel] = []
     for each in stated:
@@ -156,10 +162,19 @@ def _is_called_so(name: str) -> bool:
     """Whether a whole name is that of a current or a voltage, not of a limit, a set point or a supply."""
     spoken = spoken_name(name)
     form = spoken.forms["field"]
-    is_another = "field" in spoken.turned or bool({*spoken.words} & (TOLD | OTHER))
+    is_another = "field" in spoken.turned or bool({*spoken.words} & (TOLD | OTHER | _MACHINES))
     if not form or form in _OF_INSTRUMENTS or is_another:
         return False
     return len(form) > 2 or name == "I"
+
+
+def _is_of_a_magnet(name: str, unit: str) -> bool:
+    """Whether a whole name is ``field`` or ``magnet current``, and its unit is of no amplifier."""
+    words = spoken_name(name).words
+    is_field = words == ("field",)
+    is_current = len(words) == 2 and words[0] in _OF_A_MAGNET and words[1] in CURRENTS
+    fits = units.is_unit(unit) and units.fits(unit, _OF_FIELDS_ALONE) is not None
+    return (is_field or is_current) and fits
 
 
 def _ask_about_the_name(draft: Draft) -> bool:

@@ -17,6 +17,10 @@ _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
 _REMARK = re.compile(
     r"\W*([^\d\W][^\d:=,;\t]{1,40}?)\s+([+-]?\d+(?:\.\d+)?\s?([^\W\d_][\w/*^·]*))\s*"
 )
+# A current or a field among the words of a remark: ``brake test with 0.5 A in the coil``.
+_AMONG_WORDS = re.compile(
+    r"\W*((?:[^\d\W][^:=,;\t]{0,60}?\s)?)([+-]?\d+(?:\.\d+)?\s(?:m?A|m?T|k?V/mm|k?A/m))(?![\w/])([^:=,;\t]*)"
+)
 # A cell in quotes, with the mark behind it: signs that part keys from values have no meaning in it.
 _QUOTED_KEY = re.compile(r'[\s#%/,;]*"((?:[^"]|"")+)"\s*[:=,;\t]\s*(.*)')
 _NUMBER_AND_UNIT = re.compile(
@@ -57,9 +61,12 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
             if match is None:
                 remark = _REMARK.fullmatch(text)
                 match = remark if remark and units.is_unit(remark.group(3)) else None
+                match = match or _AMONG_WORDS.fullmatch(text)
             if match is None or len(pairs) == _MOST_PAIRS:
                 continue
-            key, value, *_ = match.groups()
+            key, value, *behind = match.groups()
+            if match.re is _AMONG_WORDS:
+                key = " ... ".join(filter(None, map(str.strip, [key, *behind])))
             value = value.strip(" \t,;")
             cells = value
             comma = _DECIMAL_COMMA.fullmatch(value)
