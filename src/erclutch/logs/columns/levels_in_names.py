@@ -18,6 +18,8 @@ _SPEED_IN_A_NAME = re.compile(
     rf"(?<![A-Za-z0-9.,])({NUMBER}) ?({'|'.join(sorted(_SPEED_UNITS, key=len, reverse=True))})(?![A-Za-z0-9/])"
 )
 
+_COUNT = re.compile(r"\d+")
+
 
 class StatedLevel(NamedTuple):
     """A number that may be the field or the speed of what bears the name.
@@ -69,3 +71,19 @@ def differ_by_field(names: Sequence[str]) -> bool:
     """Whether names are the same but for the field that each of them holds."""
     fields = {each.number for each in map(stated_in, names) if each is not None}
     return 1 < len(fields) == len(names) and len({*map(without_field, names)}) == 1
+
+
+def tell_fields_of_a_series(names: Sequence[str]) -> bool:
+    """Whether names are the same but for the field that each holds and a number that counts them from 0 or 1 on.
+
+    ``Test 1: current 0 A`` and ``Test 2: current 0.5 A`` are such names; two tests may have the same field.
+    """
+    if not names or any(stated_in(name) is None for name in names):
+        return False
+    bare = [without_field(name) for name in names]
+    counts = [_COUNT.findall(name) for name in bare]
+    are_counted = all(len(numbers) == 1 for numbers in counts)
+    if not are_counted or len({_COUNT.sub("#", name) for name in bare}) > 1:
+        return False
+    places = [int(numbers[0]) for numbers in counts]
+    return len(names) > 1 and places in ([*range(len(names))], [*range(1, len(names) + 1)])

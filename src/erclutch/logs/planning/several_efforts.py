@@ -9,7 +9,11 @@ from fnmatch import fnmatchcase
 from erclutch.errors import MappingError
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.labels import split_label
-from erclutch.logs.columns.levels_in_names import differ_by_field, stated_in
+from erclutch.logs.columns.levels_in_names import (
+    differ_by_field,
+    stated_in,
+    tell_fields_of_a_series,
+)
 from erclutch.logs.columns.name_pattern import constants_of
 from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
@@ -113,8 +117,12 @@ def _with_fields_in_names(logs: list[Log], device: DeviceName | None) -> list[Lo
     """
     stated = {name: stated_in(name) for name, _, _ in logs}
     named = [name for name, field in stated.items() if field is not None]
-    if not differ_by_field(named) or any(own.declines("field") for _, _, own in logs):
+    is_told = differ_by_field(named) or tell_fields_of_a_series(named)
+    if not is_told or any(own.declines("field") for _, _, own in logs):
         return logs
+    alike = "which differs from the others in that alone"
+    if not differ_by_field(named):
+        alike += " beside its count"
     with_fields: list[Log] = []
     for name, table, own in logs:
         plan = plan_of(table, own, device=device)
@@ -126,7 +134,7 @@ def _with_fields_in_names(logs: list[Log], device: DeviceName | None) -> list[Lo
         if field is not None:
             text = f"{field.number!r} {field.unit}"
             own = replace(own, constants={"field": text, **own.constants})
-            note = f"the field is {text} by the name of the recording, which differs from the others in that alone"
+            note = f"the field is {text} by the name of the recording, {alike}"
             table = replace(table, notes=(*table.notes, note))
         elif plan.is_of_a_log:
             return logs

@@ -34,6 +34,7 @@ from erclutch.logs.readers.side_by_side import read_side_by_side
 from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import decode
 from erclutch.logs.readers.text_table import read_text
+from erclutch.logs.readers.titled_blocks import may_hold_titles, titled_blocks
 from erclutch.logs.table import Table
 from erclutch.signals import units
 
@@ -47,6 +48,8 @@ _LONGEST_PROSE = 1 << 16  # bytes
 _ANY_DELIMITER = re.compile(r"[\s,;|]+")
 _WORD = re.compile(r"[^\W\d_]{3}")
 _DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
+#: Words with one number that has a decimal comma: ``Test 2: current 0,5 A``.
+_TITLE_WITH_A_DECIMAL_COMMA = re.compile(r"\W*[^\W\d_]{2}[^,;\t]*[ =:]\d+,\d+ ?[^\W\d_]*\s*")
 _BESIDE_DECIMAL_COMMAS = ("\t", ";")  # delimiters of lines whose commas all stand between digits
 _LONGEST_SETTING = 3  # cells: a name, a number and its unit
 _BEGINS_WITH_A_NUMBER = re.compile(r"[-+]?[.,]?\d")
@@ -73,8 +76,8 @@ def _read(source: LogSource) -> Table:
     beside = read_side_by_side(source)
     if beside is not None:
         return beside
-    tables: dict[str, _Part] | None = None
-    if not source.variable:
+    tables: dict[str, _Part] | None = dict(_titled_in(source.data)) or None
+    if not source.variable and tables is None:
         try:
             table = read_text(source)
         except LogError:
@@ -193,6 +196,41 @@ class _Part(NamedTuple):
     text: str
 
 
+@lru_cache(maxsize=1)
+def _titled_in(data: bytes) -> Mapping[str, _Part]:
+    """The tests of a text that stand under titles below one line of names; none where each has names of its own."""
+    if len(data) > _LARGEST or not may_hold_titles(data):
+        return {}
+    lines = lines_of(decode(data))
+    blocks = titled_blocks(lines, _is_row)
+    heads = lines_of_names(lines) if blocks else []
+    first_names = next((line for line in blocks[0].above if _names(line)), None) if blocks else None
+    if not blocks or len(heads) > 1:
+        return {}
+    # What stands above the names is said of all tests, but for what each says of its own.
+    own = {_setting(line) for block in blocks[1:] for line in block.above} - {""}
+    titles = {block.title for block in blocks} - {""}
+    shared: list[str] = []
+    above = blocks[0].above
+    place_of_names = above.index(first_names) if first_names is not None else len(above)
+    for place, line in enumerate(above):
+        is_of_the_first = _setting(line) in own or any(title in line for title in titles)
+        is_of_all = not is_of_the_first if place < place_of_names else _names(line) is not None
+        if is_of_all:
+            shared.append(line)
+    parts: dict[str, _Part] = {}
+    for number, block in enumerate(blocks, start=1):
+        name = block.title[:60] or f"table {number}"
+        name = f"{name} ({number})" if name in parts else name
+        settings = {key: line for line in block.above if (key := _setting(line))}
+        parts[name] = _Part(block.line, settings, "\n".join([*shared, *block.rows]))
+    of_all = set[str].intersection(*(set(part.settings) for part in parts.values()))
+    for name, part in parts.items():
+        kept = {key: line for key, line in part.settings.items() if key in of_all}
+        parts[name] = part._replace(settings=kept)
+    return parts
+
+
 @lru_cache(maxsize=1)  # each table of a text is read by a call of its own
 def _tables_in(data: bytes) -> Mapping[str, _Part]:
     """The tables of a text by name; none in one that is too long for a search."""
@@ -286,6 +324,8 @@ def _cells(line: str) -> tuple[str, ...]:
     for delimiter in _BESIDE_DECIMAL_COMMAS:
         if delimiter in line and "," in line and "," not in _DECIMAL_COMMA.sub("", line):
             return tuple(cells_of(line, delimiter))
+    if _TITLE_WITH_A_DECIMAL_COMMA.fullmatch(line):
+        return (line.strip(),)
     return tuple(max((cells_of(line, delimiter) for delimiter in DELIMITERS), key=len))
 
 
