@@ -9,7 +9,8 @@ amended.
     python studies/lowest_field.py [--before no-field] [--devices 5] [--first 0] [--cases "field 0"]
 
 Before, the parts at no field were among those that choose (no-field); or of laws that the parts cannot tell apart the
-one with the fewest parameters was chosen, not the one with the least error on all parts (ties). A rule that was tried
+one with the fewest parameters was chosen, not the one with the least error on all parts (ties); or the least error
+decided however little the errors differ (alike). A rule that was tried
 and left out stands in the place of a rule before, too: the two lowest fields above none are left out together as well,
 so that a law has to go further down from the fields that it knows (low-pair).
 
@@ -122,6 +123,7 @@ def parts_with_low_pair(train: Dataset) -> LeftOut | None:
 BEFORE: dict[str, tuple[str, Any]] = {
     "no-field": ("has_no_field", lambda train, start, stop: False),
     "ties": ("burdens_of", parameters_of),
+    "alike": ("_ALIKE", 0.0),
     "low-pair": ("parts_of_training", parts_with_low_pair),
 }
 

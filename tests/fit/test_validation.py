@@ -293,6 +293,14 @@ def errors_of(*sizes: float) -> list[Array]:
     return [size * shape for size in sizes]
 
 
+def outcomes_of(**parameters: int) -> dict[str, Any]:
+    """Of each model what decides a tie: how many parameters it has, and that it is a law."""
+    return {
+        name: SimpleNamespace(parameters=count, freedom=0, model=SimpleNamespace(law_part=None))
+        for name, count in parameters.items()
+    }
+
+
 def test_each_part_counts_the_same_and_a_part_at_rest_counts_less() -> None:
     errors = {"a": errors_of(1.0, 10.0, 0.001), "b": errors_of(2.0, 9.0, 0.002)}
     np.testing.assert_allclose(part_weights(errors), [9.0, 1.0, 10.0])
@@ -305,11 +313,7 @@ def test_of_models_that_are_as_good_the_least_error_on_all_parts_decides_or_the_
 ) -> None:
     """The first part is at no field: it chooses no model, but it breaks ties."""
     errors = {"plain": errors_of(1.5, 1.0, 1.0), "rich": errors_of(1.0, 1.0, 1.0)}
-    outcomes: dict[str, Any] = {}
-    for name, parameters in (("plain", 8), ("rich", 9)):
-        outcomes[name] = SimpleNamespace(
-            parameters=parameters, model=SimpleNamespace(law_part=None)
-        )
+    outcomes = outcomes_of(plain=8, rich=9)
     burdens = burdens_of(errors, outcomes, LeftOut("parts", (), further, fields=3, lowest=1))
     assert min(burdens, key=burdens.__getitem__) == taken
 
@@ -320,7 +324,19 @@ def test_ties_are_decided_by_whole_fields_where_no_row_is_without_a_field(
 ) -> None:
     """The first two parts are whole fields, the third is a motion."""
     errors = {"in fields": errors_of(1.0, 1.0, 2.0), "in motions": errors_of(1.1, 1.1, 1.0)}
-    burdens = burdens_of(errors, {}, LeftOut("parts", (), True, fields=2, lowest=lowest))
+    outcomes = outcomes_of(**{"in fields": 8, "in motions": 8})
+    burdens = burdens_of(errors, outcomes, LeftOut("parts", (), True, fields=2, lowest=lowest))
+    assert min(burdens, key=burdens.__getitem__) == taken
+
+
+@pytest.mark.parametrize(("more", "taken"), [(1.001, "plain"), (1.02, "rich")])
+def test_of_laws_that_do_not_part_at_other_fields_either_the_fewest_parameters_decide(
+    more: float, taken: str
+) -> None:
+    """A valve's Bingham law erred by a ten-thousandth more than one with two more numbers, both at a bound."""
+    errors = {"plain": errors_of(more, more, more), "rich": errors_of(1.0, 1.0, 1.0)}
+    outcomes = outcomes_of(plain=6, rich=10)
+    burdens = burdens_of(errors, outcomes, LeftOut("parts", (), True, fields=3, lowest=1))
     assert min(burdens, key=burdens.__getitem__) == taken
 
 

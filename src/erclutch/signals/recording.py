@@ -47,11 +47,19 @@ SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
             SignalKind(
                 "field", "command to the fluid of a single element", _FIELD_UNITS, ("m", "N", "Pa")
             ),
+            # The fluid of a valve flows through a gap that stands still.
             SignalKind(
-                "slip", "relative speed across the element's fluid", ("rad/s", "m/s", "1/s")
+                "slip",
+                "relative speed across the element's fluid, or the flow rate of a valve",
+                ("rad/s", "m/s", "1/s"),
+                ("m^3/s",),
             ),
             SignalKind("position", "relative position across the element's fluid", ("rad", "m")),
-            SignalKind("effort", "torque or force that the device transmits", ("N*m", "N", "Pa")),
+            SignalKind(
+                "effort",
+                "torque or force that the device transmits, or the pressure drop of a valve",
+                ("N*m", "N", "Pa"),
+            ),
             SignalKind("E1", "field of clutch CH1", _FIELD_UNITS),
             SignalKind("E2", "field of clutch CH2", _FIELD_UNITS),
             SignalKind("E", "signed field: positive drives CH1, negative CH2", _FIELD_UNITS),

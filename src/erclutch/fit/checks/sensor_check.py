@@ -19,8 +19,9 @@ _USUAL = {
     "N": (1e-3, 1e6),
     "N*m": (1e-6, 1e5),
 }
-#: Units of effort and slip of which one is of a turning device and the other of a device on a line.
-_NO_POWER = {("N", "rad/s"), ("N*m", "m/s")}
+#: Units of effort and slip of which one is of a device that turns, moves along a line or lets a fluid flow, and the
+#: other of another.
+_NO_POWER = {("N", "rad/s"), ("N*m", "m/s"), ("N", "m^3/s"), ("N*m", "m^3/s")}
 #: Share of the rows at the very end of the effort's range from which its sensor may be saturated.
 _SATURATED = 0.005
 _FEWEST_SATURATED = 4  # rows: a table of points has one at its end
@@ -78,7 +79,7 @@ def _ranges(data: Dataset) -> Iterator[Finding]:
         message = (
             f"an effort in {data.units.effort} beside a slip in {data.units.slip} makes no power"
         )
-        remedy = "Check both units: a force goes with m/s, a torque with rad/s"
+        remedy = "Check both units: a force goes with m/s, a torque with rad/s, a pressure with m^3/s"
         yield Finding("warning", "units", message, remedy)
 
     # A sensor that is saturated has many rows at one end of its range.

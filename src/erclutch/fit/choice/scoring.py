@@ -404,7 +404,7 @@ TOLERATED = 0.05
 def recommend(
     scores: Mapping[str, Score],
     excesses: Mapping[str, BandedFigure],
-    burden: Mapping[str, float],
+    burden: Mapping[str, float] | Mapping[str, tuple[float, float]],
     sound: Collection[str] | None = None,
     freedom: Mapping[str, int] | None = None,
 ) -> tuple[str, str]:
@@ -419,7 +419,8 @@ def recommend(
     Args:
         scores: test score by model.
         excesses: how much larger the test error is than the best one's, by model.
-        burden: number of parameters by model, or another measure of which less is better.
+        burden: number of parameters by model, or another measure of which less is better, or two: the second decides
+            where the first is equal.
         sound: models that may be recommended; None or none of them: all.
         freedom: how far a model is free of physics beyond its rows: a law 0, a law with a network 1, a network 2.
 
@@ -439,7 +440,7 @@ def recommend(
     nearest = min(allowed, key=lambda name: scores[name].rmse.value)
     free = freedom or {}
 
-    def order(name: str) -> tuple[int, float, float]:
+    def order(name: str) -> tuple[int, float | tuple[float, float], float]:
         return free.get(name, 0), burden[name], scores[name].rmse.value
 
     return best, min(good or [nearest], key=order)

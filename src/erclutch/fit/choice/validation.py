@@ -34,6 +34,8 @@ _LEFT = 0.2  # of the rows: that many are left at least where one of two logs is
 _NEAR = 1.4
 _MOST = 3  # of a kind
 _MOST_LAWS = 5  # where whole fields or motions tell their forms apart
+#: Share of an error by which errors on other fields or motions are alike: rows of another day differ by more.
+_ALIKE = 0.005
 _AT_REST = (
     0.1  # of the largest least error on any part: what the measure of a part is no smaller than
 )
@@ -253,22 +255,35 @@ def chosen(
 
 def burdens_of(
     usable: Mapping[str, Sequence[Array]], outcomes: Mapping[str, AnyOutcome], parts: LeftOut
-) -> dict[str, float]:
+) -> dict[str, tuple[float, float]]:
     """What decides between models that the parts which choose cannot tell apart, by their names; less is better.
 
     On other rows of the same fields and motions such models do the same, so the fewest parameters decide. Where whole
     fields or motions are left out, the next log may lie beyond all, where the models part, and a parameter more is a
     small price. So the error on all parts decides, those at no field among them: they are evidence, if not enough to
     choose by. Where no row is without a field, the next log may well be: a device is off at times. Motions say nothing
-    of that, so the error on whole fields decides.
+    of that, so the error on whole fields decides. Models that are as free of physics and do not part there either have
+    one burden in that, and the fewest parameters decide.
     """
+    parameters = {name: float(counted_parameters(outcomes[name])) for name in usable}
     if not parts.further:
-        return {name: float(counted_parameters(outcomes[name])) for name in usable}
+        return {name: (count, 0.0) for name, count in parameters.items()}
     telling = usable
     if parts.fields and not parts.lowest:
         telling = {name: own[: parts.fields] for name, own in usable.items()}
     weights = part_weights(telling)
-    return {name: _weighed_rms(weights, own) for name, own in telling.items()}
+    errors = {name: _weighed_rms(weights, own) for name, own in telling.items()}
+
+    least: dict[int, float] = {}  # by freedom
+    for name, error in errors.items():
+        freedom = outcomes[name].freedom
+        least[freedom] = min(error, least.get(freedom, error))
+    burdens: dict[str, tuple[float, float]] = {}
+    for name, error in errors.items():
+        of_the_best = least[outcomes[name].freedom]
+        is_alike = error <= (1.0 + _ALIKE) * of_the_best
+        burdens[name] = (of_the_best if is_alike else error, parameters[name])
+    return burdens
 
 
 def counted_parameters(outcome: AnyOutcome) -> int:

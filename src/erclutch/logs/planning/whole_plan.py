@@ -82,6 +82,7 @@ from erclutch.logs.planning.stated_scales import (
     offer_stated_scales,
 )
 from erclutch.logs.planning.stated_slip import offer_a_stated_slip
+from erclutch.logs.planning.valve_in_flow_mode import propose_flow_and_pressure
 from erclutch.logs.readers.lying_tables import WIDEST
 from erclutch.logs.table import Table
 from erclutch.signals.device import DeviceName
@@ -123,6 +124,7 @@ STEPS = (
     Step("which columns are frequencies of a spectrum", pass_over_axes_of_spectra),
     Step("which channels no supply feeds", pass_over_idle_and_raw_channels),
     Step("which column each signal is that nobody named", guess_what_is_needed),
+    Step("whether a valve's flow rate and pressure drop are meant", propose_flow_and_pressure),
     Step("which of several joints is proposed", propose_one_joint),
     Step("whether a drive's current may stand for the effort", offer_the_current_of_a_drive),
     Step("which column a stated scale is for", offer_stated_scales),

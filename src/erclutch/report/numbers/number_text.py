@@ -169,6 +169,8 @@ def chart_scale(unit: str, size: float) -> Scale:
     )
 
 
-def effort_word(unit: str) -> str:
-    """Torque or force, where the unit tells."""
+def effort_word(unit: str, unit_of_slip: str) -> str:
+    """Torque, force, stress or pressure, where the units of effort and slip tell."""
+    if (unit, unit_of_slip) == ("Pa", "m^3/s"):
+        return "pressure"
     return {"N*m": "torque", "N": "force", "Pa": "stress"}.get(unit, "effort")

@@ -173,7 +173,8 @@ class Material:
     @property
     def word(self) -> str:
         """What the effort is: torque, force."""
-        return effort_word(self.body["units"]["effort"])
+        units = self.body["units"]
+        return effort_word(units["effort"], units["slip"])
 
     @cached_property
     def effort(self) -> Scale:
