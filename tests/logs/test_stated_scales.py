@@ -106,3 +106,34 @@ def test_a_number_beside_vectors_whose_name_ends_in_its_unit_is_a_scale() -> Non
     table = Table("a.mat", columns, units, "0" * 64, constants=beside, path="a.mat")
     plan = plan_of(table, ColumnMap())
     assert '--position "LVDT_V" --scale "position=5 mm/V"' in plan.command().replace("'", '"')
+
+
+@pytest.mark.parametrize(
+    "stated",
+    [
+        {"LVDT": "25 mm/V", "Load cell": "500 N/V", "Current monitor": "1 A/V"},
+        {"LVDT": "40 mV/mm", "Load cell": "2 mV/N", "Current probe": "1000 mV/A"},
+        {"LVDT": "0.04 V/mm", "Load cell": "0.5 kN/V", "Monitor": "1 V/A"},
+    ],
+)
+def test_of_several_sensors_in_volts_each_gets_the_scale_of_its_own_kind(
+    stated: dict[str, str],
+) -> None:
+    """A monitor of 1 A/V was asked about as 1 kV/V, and no sensor got its number."""
+    columns = {"t": TIME, "LVDT": SPEED, "LoadCell": TORQUE, "Imon": FIELD}
+    units = {"t": "s", "LVDT": "V", "LoadCell": "V", "Imon": "V"}
+    table = Table("a.txt", columns, units, "0" * 64, metadata=stated, path="a.txt")
+    words = shlex.split(plan_of(table, ColumnMap()).command())
+    scales = {words[at + 1] for at, word in enumerate(words) if word == "--scale"}
+    force = "effort=0.5 kN/V" if "kN" in stated["Load cell"] else "effort=500 N/V"
+    assert scales == {"position=25 mm/V", force, "field=1 A/V"}
+
+
+def test_a_scale_of_another_kind_fills_no_place() -> None:
+    columns = {"t": TIME, "LVDT": SPEED, "LoadCell": TORQUE, "I [A]": FIELD}
+    units = {"t": "s", "LVDT": "V", "LoadCell": "V", "I [A]": "A"}
+    stated = {"Load cell": "500 N/V", "Laser": "1e-320 V/mm"}
+    table = Table("a.txt", columns, units, "0" * 64, metadata=stated, path="a.txt")
+    command = plan_of(table, ColumnMap()).command()
+    assert "effort=500 N/V" in command
+    assert "position=NUMBER m/V" in command

@@ -21,6 +21,7 @@ from erclutch.logs.plan import SignalPlan
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.guesses import OF_A_SUPPLY, faintness
 from erclutch.logs.planning.missing_columns import missing
+from erclutch.logs.planning.stated_scales import scales_stated
 from erclutch.signals.array import Array
 
 #: Words of a drive in the name of its current (i_q, q_current, motor_current), and of the current beside it.
@@ -254,8 +255,14 @@ def doubt_the_monitor_of_an_amplifier(draft: Draft) -> None:
     words = {*column.spoken.words}
     if column.written_unit != "V" or largest > _OUTPUT or words.isdisjoint(_MONITORS):
         return
-    output = "1 A" if words & CURRENTS else "1 kV"
     label = shell_word(draft.table.label(field.column))
+    stated = [each for each in scales_stated(draft, "field") if each.is_over("V")]
+    if len(stated) == 1:
+        doubt = f"in volts, and the file says {stated[0].said}"
+        scale = shell_word(f"field={stated[0].over('V')}")
+        draft.doubt("field", doubt, f"{label} --scale {scale}")
+        return
+    output = "1 A" if words & CURRENTS else "1 kV"
     doubt = f"which ends at {largest:.3g} V, as the monitor of an amplifier does, of which 1 V may mean {output}"
     doubt += f": put its number in place of the {output}, or give --field {label} if it is the voltage itself"
     draft.doubt("field", doubt, f"{label} --scale {shell_word(f'field={output}/V')}")

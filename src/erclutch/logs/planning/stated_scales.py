@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import replace
-from math import pi
+from math import isfinite, pi
 from typing import NamedTuple
 
 from erclutch.errors import MappingError, UnitError, shell_word
@@ -18,6 +18,8 @@ from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.vocabulary import CURRENTS, set_of
 from erclutch.logs.planning.draft import Draft, scaled
+from erclutch.signals import units
+from erclutch.signals.recording import SIGNALS
 
 _OF_AN_ENCODER = set_of(
     "count counts cpr ppr pulse pulses tick ticks encoder enc lines impulse inkremente increments"
@@ -58,14 +60,24 @@ class StatedScale(NamedTuple):
     sensor: str
 
     def over(self, sensor: str) -> str:
-        """The scale as an option has it."""
-        return f"{self.number:.10g} {self.made}/{sensor}"
+        """The scale as an option has it, for a column in another unit of that sensor, too."""
+        number = self.number
+        if self.sensor != "count":
+            factor, _ = units.fits(self.sensor, (sensor,)) or (1.0, sensor)
+            number /= factor
+        return f"{number:.10g} {self.made}/{sensor}"
+
+    def is_over(self, sensor: str) -> bool:
+        """Whether a column in a unit may be the numbers of that sensor."""
+        if "count" in (self.sensor, sensor):
+            return self.sensor == sensor
+        return units.is_unit(sensor) and units.fits(self.sensor, (sensor,)) is not None
 
 
 def doubt_counts_and_motors(draft: Draft) -> None:
     """Doubt a guessed position of counts, and a motion or an effort in front of a gear whose ratio the file states."""
     position = draft.guessed("position")
-    turns = [each for each in _stated(draft, "position") if each.sensor == "count"]
+    turns = [each for each in scales_stated(draft, "position") if each.sensor == "count"]
     if position is not None and position.unit is None and len(turns) == 1:
         column = draft.seen.columns[position.column]
         if column.spoken.says(_COUNTED):
@@ -131,7 +143,7 @@ def _offer(
     draft: Draft, question: str, signal: str, columns: list[SeenColumn], sensor: str
 ) -> None:
     """Answer a question by the one column that a stated scale is for."""
-    scales = [each for each in _stated(draft, signal) if each.sensor == sensor]
+    scales = [each for each in scales_stated(draft, signal) if each.sensor == sensor]
     if len(columns) != 1 or len(scales) != 1:
         return
     column = columns[0]
@@ -158,21 +170,22 @@ def fill_in_stated_scales(draft: Draft) -> None:
         made, sensor = place.groups()
         is_count = sensor in COUNTS or sensor in ("count", "tick")
         own = "count" if is_count else sensor
-        fitting = [each for each in _stated(draft, signal) if each.sensor == own]
+        fitting = [each for each in scales_stated(draft, signal) if each.is_over(own)]
         if len(fitting) != 1:
             continue
         filled = fitting[0].over(sensor)
         hole = f"NUMBER {made}/{sensor}"
+        problem, listed, columns_of_file = question.problem.partition("; the file has")
         draft.questions[about] = replace(
             question,
-            problem=f"{question.problem}; the file says {fitting[0].said}",
+            problem=f"{problem}; the file says {fitting[0].said}{listed}{columns_of_file}",
             remedy=question.remedy.replace(hole, filled),
             option=question.option.replace(hole, filled),
         )
         draft.examples = [example.replace(hole, filled) for example in draft.examples]
 
 
-def _stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
+def scales_stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
     """The scales of a signal that the file states above its rows, each once."""
     seen: set[tuple[float, str]] = set()
     texts = dict(draft.table.metadata)
@@ -203,7 +216,24 @@ def _stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
             except (MappingError, UnitError):
                 continue
             if made and sensor:
-                stated = StatedScale(said, factor, made, sensor)
+                stated = _of_signal(StatedScale(said, factor, made, sensor), signal)
         if stated is not None and (stated.number, stated.sensor) not in seen:
             seen.add((stated.number, stated.sensor))
             yield stated
+
+
+def _of_signal(stated: StatedScale, signal: str) -> StatedScale | None:
+    """The scale if it may be that of a signal: 25 mm/V is of a position, whichever signal is asked about."""
+    kinds = SIGNALS[signal].si_units
+    if stated.sensor in COUNTS:
+        return stated if units.fits(stated.made, kinds) else None
+    # 2 mV/N is what a load cell gives for a force, and 100 mV/A a probe for a current.
+    gives_a_voltage = units.fits(stated.made, ("V",)) and not units.fits(stated.sensor, ("V",))
+    if gives_a_voltage and units.fits(stated.sensor, kinds):
+        number = 1.0 / stated.number
+        return (
+            stated._replace(number=number, made=stated.sensor, sensor=stated.made)
+            if isfinite(number)
+            else None
+        )
+    return stated if units.fits(stated.made, kinds) else None
