@@ -79,7 +79,9 @@ def _ranges(data: Dataset) -> Iterator[Finding]:
         message = (
             f"an effort in {data.units.effort} beside a slip in {data.units.slip} makes no power"
         )
-        remedy = "Check both units: a force goes with m/s, a torque with rad/s, a pressure with m^3/s"
+        remedy = (
+            "Check both units: a force goes with m/s, a torque with rad/s, a pressure with m^3/s"
+        )
         yield Finding("warning", "units", message, remedy)
 
     # A sensor that is saturated has many rows at one end of its range.
