@@ -65,7 +65,7 @@ _ROWS_A_NUMBER = 10
 #: The same of points of a table: none is like the point before.
 _POINTS_A_NUMBER = 2
 #: Times the share that chance takes off a stage must take off points, which are few while many stages are tried.
-_OVER_CHANCE = 3.0
+OVER_CHANCE = 3.0
 #: Widest edge of plays, over the noise of the field, from which on they tell more than that noise is smoothed.
 _EDGE_OVER_NOISE = 4.0
 #: Times the slip over which the sign turns, at least, over which a hump fades.
@@ -132,7 +132,7 @@ def grown(
             if other:
                 name = other
                 rung = rung_of(folds, widened(here.structure, name), here.numbers)
-            over_chance = _OVER_CHANCE if train.in_no_time else 1.0
+            over_chance = OVER_CHANCE if train.in_no_time else 1.0
             worth = max(worth_of.get(name, WORTH), over_chance * by_chance(here, rung))
             if rung.error < (1.0 - worth) * here.error:
                 worthy[name] = rung

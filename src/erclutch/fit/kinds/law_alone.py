@@ -13,18 +13,21 @@ from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.noisy_acceleration import noisy_acceleration
 from erclutch.fit.checks.one_field import refuse_field_terms
 from erclutch.fit.checks.releasing_field import field_releases
+from erclutch.fit.choice.base_law import (
+    MOST_FORMS,
+    grown_from_the_plainest,
+    plain_for_a_hump,
+    plainest_of_the_best,
+    plainest_with_form,
+)
 from erclutch.fit.choice.ladder import (
-    WORTH,
-    fades_with_the_sign,
     grown,
     helpful,
-    may_show,
     of_iron,
     of_law,
 )
-from erclutch.fit.choice.rungs import Rung, folds_of, numbers_of_fit, rung_of
+from erclutch.fit.choice.rungs import Rung
 from erclutch.fit.choice.scoring import TOLERATED, independent_rows, information_criteria
-from erclutch.fit.choice.stage_families import has_to_take_off, widened
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.laws.field_levels import more_numbers_than_fields
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
@@ -55,10 +58,6 @@ from erclutch.signals.recording import TEMPERATURE
 _ADDED_TERMS = 2
 #: Separate time constants are asked for by the data when they lower the criterion by this much: "very strong" evidence.
 _EVIDENCE = 10.0
-#: Other laws that are tried with the memory that was found, or with a hump.
-_MOST_FORMS = 3
-#: The stage that gives a plain law a friction that falls with the slip.
-_HUMP = "stribeck"
 
 
 @dataclass(frozen=True)
@@ -142,7 +141,7 @@ class Laws(Kind):
         quicker: list[FitOutcome[TorqueModel]] = []
         lagged = [law for law in laws if law.model.structure.dynamics == "lag"]
         if lagged and not steady_command(train):
-            one = _plainest_of_the_best(lagged)
+            one = plainest_of_the_best(lagged)
             two = replace(one.model.structure, dynamics="rise-fall")
             # Intervals take half the time of a fit, and few logs ask for the second time constant.
             with one_thread():
@@ -243,13 +242,6 @@ def _called_for(
     )
 
 
-def _plainest_of_the_best(laws: Sequence[FitOutcome[TorqueModel]]) -> FitOutcome[TorqueModel]:
-    """The law with the fewest numbers that is nearly the best on the training rows."""
-    best = min(laws, key=lambda law: law.train_cost)
-    near = [law for law in laws if law.train_cost <= (1.0 + TOLERATED) * best.train_cost]
-    return min(near, key=lambda law: (law.parameters, law.train_cost))
-
-
 def with_memory(
     train: Dataset,
     laws: Sequence[FitOutcome[TorqueModel]],
@@ -278,12 +270,17 @@ def with_memory(
 
     # Behind the stages of the best.
     best = min(known, key=lambda law: law.train_cost)
-    base = _plainest_of_the_best(known)
+    base = plainest_of_the_best(known)
     with one_thread():
-        base = _plain_for_a_hump(train, known, base)
+        base = plain_for_a_hump(train, known, base)
     first_rung = replace(base.model.structure, dynamics=best.model.structure.dynamics)
     with one_thread():
         rungs = grown(train, first_rung, tuple(train.extras))
+        if train.in_no_time:
+            plain = plainest_with_form(known)
+            of_plain = grown_from_the_plainest(train, plain, rungs)
+            if of_plain:
+                base, first_rung, rungs = plain, plain.model.structure, of_plain
         # Share of the error that a column would take off, by its name.
         spare = helpful(train, rungs[-1])
 
@@ -323,43 +320,6 @@ def with_memory(
     return candidates, tuple(findings)
 
 
-def _plain_for_a_hump(
-    train: Dataset,
-    laws: Sequence[FitOutcome[TorqueModel]],
-    base: FitOutcome[TorqueModel],
-) -> FitOutcome[TorqueModel]:
-    """A plainer law in place of the base, where the hump of its friction says as much with no more numbers.
-
-    Some laws of fluids have a yield effort that falls with the slip. They describe dry friction that falls too, by
-    numbers that no one can read as levels and a speed of it.
-    """
-    most = numbers_of_fit(base.model.structure)
-    plainer: list[tuple[FitOutcome[TorqueModel], Structure]] = []  # each with its hump
-    for law in sorted(laws, key=lambda law: (law.parameters, law.train_cost)):
-        structure = law.model.structure
-        humped = widened(structure, _HUMP)
-        has_form = structure.law.yield_form is not None
-        if has_form and not structure.remembers and numbers_of_fit(humped) <= most:
-            plainer.append((law, humped))
-    if not plainer:
-        return base
-    folds = folds_of(train)
-    # Errors on the rows between, the law with the fewest numbers first.
-    with_hump: list[tuple[float, FitOutcome[TorqueModel]]] = []
-    for law, humped in plainer[:_MOST_FORMS]:
-        here = rung_of(folds, law.model.structure, dict(law.model.shape))
-        if may_show(train, here, humped, has_to_take_off(_HUMP)):
-            rung = rung_of(folds, humped, here.numbers)
-            if not fades_with_the_sign(rung, _HUMP):
-                with_hump.append((rung.error, law))
-    if not with_hump:
-        return base
-    least = min(error for error, _ in with_hump)
-    error, plain = next(pair for pair in with_hump if pair[0] <= (1.0 + WORTH) * least)
-    of_base = rung_of(folds, base.model.structure, dict(base.model.shape))
-    return plain if error <= (1.0 + WORTH) * of_base.error else base
-
-
 def _of_another_form(
     train: Dataset,
     rung: Rung,
@@ -383,7 +343,7 @@ def _of_another_form(
     if not others:
         return []
     others.sort(key=lambda law: (law.parameters, law.train_cost))
-    few = others[:_MOST_FORMS]
+    few = others[:MOST_FORMS]
     with one_thread():
         rungs = [of_law(train, rung, law.model.structure) for law in few]
     best = min(range(len(few)), key=lambda place: rungs[place].error)
