@@ -158,10 +158,8 @@ def versions() -> dict[str, str]:
     }
 
 
-@cache
-def _version_of(library: str) -> str:
-    """The installed version, which is looked up in the folders of all packages."""
-    return importlib.metadata.version(library)
+#: The installed version of a library, which is looked up in the folders of all packages.
+_version_of = cache(importlib.metadata.version)
 
 
 def _entry_to_dict(entry: RankedModel, model_id: str, title: str) -> dict[str, Any]:

@@ -41,7 +41,11 @@ def feels(
     stage = stage_named(name)
     if train.in_no_time and needs_time(stage):
         return False
-    if _is_of_two_ways(name) and not _goes_either_way(train):
+    of_two_ways = any(family.two_ways for family in _families() if name in family.ladder)
+    # A slip that never turns does not show what differs between its two ways.
+    if of_two_ways and not any(
+        element.slip.min() < 0.0 < element.slip.max() for element in train.elements
+    ):
         return False
     place = stage.place
     if place == "command":
@@ -51,16 +55,6 @@ def feels(
     if place != "temperature":
         return True
     return TEMPERATURE in extras and set(base.law.parts) >= {"yield", "viscous"}
-
-
-def _is_of_two_ways(name: str) -> bool:
-    """Whether a stage is of what differs between the ways of the slip."""
-    return any(family.two_ways for family in _families() if name in family.ladder)
-
-
-def _goes_either_way(train: Dataset) -> bool:
-    """Whether the slip of an element takes both signs."""
-    return any(element.slip.min() < 0.0 < element.slip.max() for element in train.elements)
 
 
 def is_next(left: Sequence[str], name: str) -> bool:

@@ -45,7 +45,10 @@ def with_pairs_named(table: Table) -> Table:
         if not of_time or of_time != channel:
             return table
         channels.append(channel)
-    stamps = [_known(table.columns[name]) for name in over_times]
+    stamps: list[Array] = []
+    for name in over_times:
+        times = table.columns[name]
+        stamps.append(times[np.isfinite(times)])
     if len({*channels}) < len(channels) or not all(np.all(np.diff(each) > 0.0) for each in stamps):
         return table
     if not _are_times([table.units.get(name) for name in over_times], stamps, channels):
@@ -74,10 +77,6 @@ def _stem(name: str, letter: str) -> str:
         if match:
             return match["stem"].strip()
     return ""
-
-
-def _known(values: Array) -> Array:
-    return values[np.isfinite(values)]
 
 
 def _are_times(

@@ -215,7 +215,16 @@ class SeenColumns:
         rising = [
             column for column in open_ones if column.spoken.ends_in_time and column.shape.rises
         ]
-        return rising[0].name if rising and _tell_one_time(rising) else None
+        if not rising:
+            return None
+        # Several may be one time, as that of a loop and that of its computer: then none drifts by a step.
+        first = rising[0]
+        step = float(np.max(np.diff(first.values), initial=0.0))
+        for column in rising[1:]:
+            drift = np.ptp(column.values - first.values)
+            if column.written_unit != first.written_unit or drift > step:
+                return None
+        return first.name
 
     def of_one_side(self, names: Sequence[str], partners: Iterable[str]) -> list[str]:
         """The one column on the side of the gear where all of its partners are, or of their limb; else all columns."""
@@ -291,17 +300,6 @@ def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
         counters=tuple(counters),
         empty=tuple(empty),
     )
-
-
-def _tell_one_time(columns: Sequence[SeenColumn]) -> bool:
-    """Whether all columns are one time, as that of a loop and that of its computer: none drifts by a step."""
-    first = columns[0].values
-    step = float(np.max(np.diff(first), initial=0.0))
-    for column in columns[1:]:
-        apart = column.values - first
-        if column.written_unit != columns[0].written_unit or np.ptp(apart) > step:
-            return False
-    return True
 
 
 def _desired(columns: Mapping[str, SeenColumn]) -> list[str]:

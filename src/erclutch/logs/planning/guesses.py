@@ -113,7 +113,12 @@ def _settle_several_speeds(draft: Draft, doubt: MappingError) -> None:
 def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
     """Take a column that was guessed, and say how sure that is; False for a position that goes with no slip."""
     if signal == "position" and motion:
-        likely = likely._replace(column=_of_the_same_joint(draft, likely.column, motion))
+        # The position with the motion's number in its name, where the guess has the number of another joint.
+        numbers = _NUMBER.findall(motion)
+        if len(numbers) == len(_NUMBER.findall(likely.column)) == 1:
+            own = _NUMBER.sub(numbers[0], likely.column)
+            if own in draft.table.columns and own not in draft.taken:
+                likely = likely._replace(column=own)
     column = draft.seen.columns[likely.column]
     is_named = likely.reason.startswith("name")
     if signal == "position" and motion:
@@ -143,15 +148,6 @@ def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
         doubt = f"which never exceeds {strongest:.3g}, as the output of a sensor: --field none if it drives no coil"
         draft.doubt(signal, doubt)
     return True
-
-
-def _of_the_same_joint(draft: Draft, position: str, motion: str) -> str:
-    """The position with the motion's number in its name, where the guessed position has the number of another joint."""
-    numbers = _NUMBER.findall(motion)
-    if len(numbers) != 1 or len(_NUMBER.findall(position)) != 1:
-        return position
-    own = _NUMBER.sub(numbers[0], position)
-    return own if own in draft.table.columns and own not in draft.taken else position
 
 
 def faintness(field: SignalPlan, values: Array) -> float | None:

@@ -20,6 +20,8 @@ _OUTPUTS = frozenset({"output", "ausgang", "sortie", "salida", "uscita", "drive"
 def pass_over_idle_and_raw_channels(draft: Draft) -> None:
     """Take volts and amperes for no signal that nothing feeds, or that a sensor or a controller gives."""
     named = {*draft.taken}
+    terms = [draft.seen.columns.get(letter) for letter in "PID"]
+    of_a_controller = all(term is not None and not term.written_unit for term in terms)
     for column in draft.seen.columns.values():
         if column.name in named:
             continue
@@ -28,20 +30,13 @@ def pass_over_idle_and_raw_channels(draft: Draft) -> None:
         speaks = spoken.forms["field"] or spoken.heads.get("field")
         is_called_a_field = bool(speaks) or "field" in spoken.may_be | spoken.within
         why = ""
-        if _is_a_term_of_a_controller(draft, column):
+        if column.name == "I" and of_a_controller:
             why = "stands beside P and D: taken for a term of a controller"
         elif column.fits(_SUPPLIED) and not is_called_a_field:
             why = _why_no_supply(draft, column)
         if why:
             draft.no_signals.append(column.name)
             draft.notes.append(f"column {column.name} {why}, left out")
-
-
-def _is_a_term_of_a_controller(draft: Draft, column: SeenColumn) -> bool:
-    """Whether a column without a unit is the I of P, I and D."""
-    terms = [draft.seen.columns.get(letter) for letter in "PID"]
-    has_a_unit = any(term is None or term.written_unit for term in terms)
-    return column.name == "I" and not has_a_unit
 
 
 def _why_no_supply(draft: Draft, column: SeenColumn) -> str:

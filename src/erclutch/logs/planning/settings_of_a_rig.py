@@ -11,7 +11,6 @@ import numpy as np
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.vocabulary import set_of
 from erclutch.logs.planning.draft import Draft
-from erclutch.signals.array import Array
 from erclutch.signals.recording import NO_FIELD
 
 _SETTINGS = set_of(
@@ -34,16 +33,18 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
     ):
         return
     wanted = {str(choice.column) for choice in draft.told.inputs}
-    efforts = draft.table.columns[effort.column]
-    settings = [
-        column.name
-        for column in draft.seen.without(draft.taken)
-        if column.shape.keeps_levels
-        and column.spoken.says(_SETTINGS)
-        and column.name not in wanted
-        and draft.table.label(column.name) not in wanted
-        and _parts(column.values, efforts)
-    ]
+    sizes = np.abs(draft.table.columns[effort.column])
+    settings: list[str] = []
+    for column in draft.seen.without(draft.taken):
+        is_wanted = column.name in wanted or draft.table.label(column.name) in wanted
+        is_set = column.shape.keeps_levels and column.spoken.says(_SETTINGS)
+        if is_wanted or not is_set:
+            continue
+        known = np.isfinite(column.values) & np.isfinite(sizes)
+        levels = np.unique(column.values[known])
+        means = [float(sizes[known & (column.values == level)].mean()) for level in levels]
+        if len(means) > 1 and max(means) > _DIFFERS * min(means):
+            settings.append(column.name)
     if len(settings) != 1:
         return
     (name,) = settings
@@ -52,11 +53,3 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
     remedy = f"Give {option} if it sets the effort as a field does, else --field none"
     draft.ask("field", MappingError(problem, remedy=remedy), option)
     del draft.signals["field"]
-
-
-def _parts(levels: Array, efforts: Array) -> bool:
-    """Whether the mean size of an effort differs from level to level."""
-    known = np.isfinite(levels) & np.isfinite(efforts)
-    sizes = np.abs(efforts[known])
-    means = [float(sizes[levels[known] == level].mean()) for level in np.unique(levels[known])]
-    return len(means) > 1 and max(means) > _DIFFERS * min(means)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, cast
 
 import numpy as np
@@ -26,10 +26,13 @@ def opened(nodes: dict[str, Any], *, as_structs: bool = True) -> dict[str, Any]:
     """
     headings: dict[str, list[str]] = {}  # texts by the name of their variable
     for name, node in nodes.items():
-        # An array of characters has lines, which are filled up to one length.
-        texts = cast("list[str]", node) if all_of(node, str) else _lines_of(node)
-        if texts:
-            headings[name] = texts
+        if all_of(node, str):
+            headings[name] = cast("list[str]", node)
+        elif isinstance(node, str) and "\n" in node:
+            # An array of characters has lines, which are filled up to one length.
+            lines = [line.strip() for line in node.split("\n")]
+            if max(map(len, lines)) <= _LONGEST_NAME:
+                headings[name] = lines
     parts_of: dict[str, dict[str, Any]] = {}  # of each variable
     for name, node in nodes.items():
         if all_of(node, str):
@@ -71,37 +74,25 @@ def _names_of(count: int, headings: Mapping[str, list[str]]) -> list[str] | None
     """The one cell of as many different texts, with the units of a cell of as many; None where two cells may be it."""
     fitting = {key: texts for key, texts in headings.items() if len(texts) == count}
     if len(fitting) > 1:
-        called = [key for key in fitting if _OF_UNITS.search(key)]
-        written = [key for key, texts in fitting.items() if _are_units(texts)]
-        of_units = called or written
+        of_units = [key for key in fitting if _OF_UNITS.search(key)]
+        if not of_units:
+            for key, texts in fitting.items():
+                # A signal without a unit has an empty text or a line.
+                written = [text for text in texts if text.strip(" -")]
+                if written and all(map(units.is_unit, written)):
+                    of_units.append(key)
     else:
         of_units = []
     names = [texts for key, texts in fitting.items() if key not in of_units]
     if len(names) != 1 or len(of_units) > 1 or len({*names[0]}) < count:
         return None
-    return _with_units(names[0], fitting[of_units[0]]) if of_units else names[0]
-
-
-def _are_units(texts: Sequence[str]) -> bool:
-    """Whether texts are the units of signals; a signal without a unit has an empty text or a line."""
-    written = [text for text in texts if text.strip(" -")]
-    return bool(written) and all(map(units.is_unit, written))
-
-
-def _with_units(names: Sequence[str], of_units: Sequence[str]) -> list[str]:
-    """Names with the unit of each in brackets."""
-    return [
-        f"{name} [{unit}]" if name and unit.strip(" -") and "[" not in name else name
-        for name, unit in zip(names, of_units, strict=True)
-    ]
-
-
-def _lines_of(node: Any) -> list[str]:
-    """The lines of a text that has several short lines; none of another node."""
-    if not isinstance(node, str) or "\n" not in node:
-        return []
-    lines = [line.strip() for line in node.split("\n")]
-    return lines if max(map(len, lines)) <= _LONGEST_NAME else []
+    if not of_units:
+        return names[0]
+    labels: list[str] = []
+    for name, unit in zip(names[0], fitting[of_units[0]], strict=True):
+        wants_unit = name and unit.strip(" -") and "[" not in name
+        labels.append(f"{name} [{unit}]" if wants_unit else name)
+    return labels
 
 
 def _opened_structs(name: str, items: list[dict[str, Any]]) -> dict[str, Any]:

@@ -127,10 +127,8 @@ def _word_before(cell: str) -> str:
     return (match["word"] or "").strip() if match else ""
 
 
-@lru_cache(maxsize=1024)
-def _is_unit(text: str) -> bool:
-    """Whether a text is a unit; a cell of many rows is looked at once."""
-    return units.is_unit(text)
+#: Whether a text is a unit; a cell of many rows is looked at once.
+_is_unit = lru_cache(maxsize=1024)(units.is_unit)
 
 
 def is_of_one_quantity(unit: str | None, other: str) -> bool:

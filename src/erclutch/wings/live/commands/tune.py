@@ -100,7 +100,9 @@ def tune(
     from erclutch.wings.live.tuning_plot import describe_loops
     from erclutch.wings.rig.twin.parameters import load_rig
 
-    _require_bandwidths(bandwidth=bandwidth, torque_bandwidth=torque_bandwidth)
+    for name, hertz in (("bandwidth", bandwidth), ("torque_bandwidth", torque_bandwidth)):
+        if hertz is not None:
+            require(0.1, unit=" Hz", **{name: hertz})
     may_fill(out)
     may_write_file(out / "control.toml", force)
     rig = load_rig(rig_file)
@@ -156,10 +158,6 @@ def tune(
     pictures = save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_))
     if not json:
         terminal.say(out / "control.toml", *pictures)
-
-
-def _require_bandwidths(**asked: float | None) -> None:
-    require(0.1, unit=" Hz", **{name: hertz for name, hertz in asked.items() if hertz is not None})
 
 
 # --- what the run says ------------------------------------------------------------------------------------------------
