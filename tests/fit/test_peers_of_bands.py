@@ -1,18 +1,14 @@
 """Bands of independent errors are those of `crepes` and of MAPIE, to the last bit (SYNTHETIC).
 
 Both know no clumps of errors and no direction of the slip, so rows here are independent and errors are given in the
-direction of the slip already.
+direction of the slip already. Each test imports its peer: each process that collects tests would wait for all of them.
 """
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from crepes import ConformalRegressor
-from mapie.conformity_scores import AbsoluteConformityScore
-from mapie.regression import SplitConformalRegressor
 from numpy.typing import NDArray
-from sklearn.dummy import DummyRegressor
 
 from erclutch.fit.bands.prediction_bands import LEVEL, calibrated
 from erclutch.logs.dataset import Dataset
@@ -62,6 +58,8 @@ def calibration(request: pytest.FixtureRequest) -> tuple[Band, float, Array, NDA
 def test_crepes_gives_each_cell_the_same_half_widths(
     calibration: tuple[Band, float, Array, NDArray[np.intp]],
 ) -> None:
+    from crepes import ConformalRegressor
+
     band, _, directed, cells = calibration
     own = own_errors(cells)
     some = np.isin(cells, own)
@@ -75,6 +73,10 @@ def test_crepes_gives_each_cell_the_same_half_widths(
 def test_mapie_gives_each_cell_the_same_half_widths(
     calibration: tuple[Band, float, Array, NDArray[np.intp]],
 ) -> None:
+    from mapie.conformity_scores import AbsoluteConformityScore
+    from mapie.regression import SplitConformalRegressor
+    from sklearn.dummy import DummyRegressor
+
     band, _, directed, cells = calibration
     for cell in own_errors(cells):
         own = directed[cells == cell]
@@ -88,6 +90,10 @@ def test_mapie_gives_each_cell_the_same_half_widths(
 def test_the_plain_band_is_that_of_crepes_and_mapie(
     calibration: tuple[Band, float, Array, NDArray[np.intp]],
 ) -> None:
+    from crepes import ConformalRegressor
+    from mapie.regression import SplitConformalRegressor
+    from sklearn.dummy import DummyRegressor
+
     _, plain, directed, _ = calibration
     crepes = ConformalRegressor()
     crepes.fit(np.abs(directed))
