@@ -102,6 +102,8 @@ TOGETHER = {
     "tests/wings/app/test_app_road.py": "app road",
     "tests/wings/fleet/test_fleet.py": "fleet",
     "tests/wings/paper/test_experiments.py": "experiments",
+    "tests/wings/rheology/test_flowcurve.py::test_held_out_rates_judge": "all laws on a curve",
+    "tests/wings/rheology/test_flowcurve.py::test_the_yield_stress_that": "all laws on a curve",
 }
 #: Slow tests that take a minute or more: they come before the others, so that no processor waits for them at the end.
 LONGEST = (
