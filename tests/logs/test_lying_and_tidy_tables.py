@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,30 @@ def test_the_signals_of_a_tidy_table_with_times_of_their_own_are_joined_at_those
     assert table.columns["torque"].tolist() == [torque for _, _, torque in ROWS[:-1]]
     assert any("joined by straight lines" in note for note in table.notes)
     assert not plan_of(table, ColumnMap()).questions
+
+
+@pytest.mark.parametrize("id_of", [lambda name: f"0x{len(name):03X}", lambda name: str(len(name))])
+def test_the_number_of_a_message_is_no_signal_of_a_tidy_table(
+    tmp_path: Path, id_of: Callable[[str], str]
+) -> None:
+    rows = ""
+    for t, _, torque in ROWS:
+        for at, name, value in ((t, "speed [rad/s]", 100 * t), (t + 0.004, "torque [Nm]", torque)):
+            rows += f"{at},can0,{id_of(name)},{name},{value}\n"
+    table = read_table(written(tmp_path, f"timestamp,bus,id,signal,value\n{rows}"))
+    assert {*table.columns} == {"timestamp", "speed", "torque"}
+    assert "column id is the same in all values of a signal: left out" in table.notes
+
+
+def test_a_number_that_differs_within_a_signal_leaves_a_tidy_table_as_it_is(
+    tmp_path: Path,
+) -> None:
+    rows = "".join(
+        f"{t},{n},speed,{100 * t}\n{t + 0.004},{n},torque,{torque}\n"
+        for n, (t, _, torque) in enumerate(ROWS)
+    )
+    table = read_table(written(tmp_path, f"time,counter,signal,value\n{rows}"))
+    assert "counter" in table.columns
 
 
 @pytest.mark.parametrize(

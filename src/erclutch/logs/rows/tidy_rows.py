@@ -47,12 +47,18 @@ def untidied(table: Table) -> Table:
     others = [name for name in table.columns if name not in values]
     times = [name for name in others if spoken_name(name).is_time]
     clocks = len(times) + (table.clock is not None)
-    if clocks != 1 or len(others) != len(times):
-        return table
-
     signals = table.words[named[0]]
     numbers = range(len(signals.words))
     parts = [np.flatnonzero(signals.of_row == number) for number in numbers]  # rows of each
+    # A number that all values of a signal share is one of its message, such as its id on a bus.
+    of_messages = [
+        name
+        for name in others
+        if name not in times and all(_is_one(table.columns[name][part]) for part in parts)
+    ]
+    if clocks != 1 or len(others) != len(times) + len(of_messages):
+        return table
+
     all_are_named = sum(part.size for part in parts) == table.rows
     if not 2 <= len(parts) <= _MOST_SIGNALS or not all_are_named:
         return table
@@ -94,6 +100,11 @@ def untidied(table: Table) -> Table:
     columns = [*([at] * len(times)), *of_signals]
     note = f"column {named[0]} names the signal of each value: {len(parts)} signals are taken as columns"
     notes = [each for each in table.notes if "parts the rows by" not in each]
+    if of_messages:
+        left_out = (
+            f"column {', '.join(of_messages)} is the same in all values of a signal: left out"
+        )
+        joined_notes.insert(0, left_out)
     return replace(
         table,
         columns=dict(zip(names, columns, strict=True)),
@@ -105,6 +116,11 @@ def untidied(table: Table) -> Table:
         unreadable={},
         notes=(*notes, note, *joined_notes, *renamed),
     )
+
+
+def _is_one(values: Array) -> bool:
+    """Whether all values are one number."""
+    return values.size > 0 and bool(np.all(values == values[0]))
 
 
 def _in_one_unit(
