@@ -10,6 +10,7 @@ import pytest
 
 from erclutch.errors import LogError
 from erclutch.logs import read, read_table
+from erclutch.logs.columns.labels import split_label
 from erclutch.logs.readers import hdf5
 from erclutch.logs.readers.found_recordings import Found, chosen, joined_by_time
 
@@ -65,6 +66,44 @@ def test_times_that_do_not_grow_or_meet_are_refused(times: np.ndarray) -> None:
     del both["slow"].columns["time"]
     with pytest.raises(LogError, match="group slow has no time"):
         joined_by_time(both, "group")
+
+
+@pytest.mark.parametrize(
+    ("label", "unit", "turn", "first"),
+    [
+        ("angle", "deg", 360.0, 0.0),
+        ("angle", "rad", 2 * np.pi, -np.pi),
+        ("shaft", "rev", 1.0, 0.0),
+        ("position_deg", None, 360.0, -180.0),
+        ("position", None, 2 * np.pi, 0.0),
+    ],
+)
+def test_an_angle_that_starts_again_is_joined_over_its_jumps(
+    label: str, unit: str | None, turn: float, first: float
+) -> None:
+    def wrapped(turns: np.ndarray) -> np.ndarray:
+        return (turns * turn - first) % turn + first
+
+    two = groups()
+    two["slow"] = Found({"time": SLOW, label: wrapped(1.7 * SLOW)}, {"time": "s", label: unit})
+    table = chosen(two, "fast + slow", "group", "none")
+    joined = table.columns[split_label(label)[0]]
+    off = (joined - wrapped(1.7 * FAST[SLOW[-1] >= FAST]) + turn / 2) % turn - turn / 2
+    np.testing.assert_allclose(off, 0.0, atol=1e-9 * turn)
+    assert np.ptp(joined) <= turn
+    assert any("over its jumps after a full turn" in note for note in table.notes)
+
+
+@pytest.mark.parametrize(("label", "unit"), [("torque", None), ("speed", "deg/s"), ("x", "mm")])
+def test_what_is_no_angle_is_joined_by_lines_whatever_its_jumps(
+    label: str, unit: str | None
+) -> None:
+    two = groups()
+    saw = (612.0 * SLOW) % 360.0
+    two["slow"] = Found({"time": SLOW, label: saw}, {"time": "s", label: unit})
+    joined = joined_by_time(two, "group")
+    last = [*joined.columns.values()][-1]
+    np.testing.assert_allclose(last, np.interp(FAST[SLOW[-1] >= FAST], SLOW, saw))
 
 
 @pytest.mark.usefixtures("read_here")

@@ -207,3 +207,14 @@ def test_any_ratio_keeps_a_line_and_its_time(rows: int, ratio: float) -> None:
     np.testing.assert_allclose(got.signals["slip"], 2 * got.time - 1, atol=1e-3)
     assert got.time[0] >= t[0]
     assert got.time[-1] <= t[-1] + 1e-9
+
+
+def test_an_angle_that_starts_again_is_drawn_out_before_the_filter() -> None:
+    t = np.arange(4000) / 1000
+    angle = 2.0 * np.sin(2.0 * t) + 9.0 * t  # rad
+    signals = {"field": np.ones(t.size), "position": angle % (2 * np.pi), "effort": t}
+    units = {"field": "A", "position": "rad", "effort": "N*m"}
+    log = resampled(recording_from_arrays(signals, units, rate=1000.0), 200.0)
+    slip = build_dataset(log).elements[0].slip
+    np.testing.assert_allclose(slip[9:-9], (4.0 * np.cos(2.0 * log.time) + 9.0)[9:-9], atol=0.01)
+    assert any("starts again after a full turn, 6 times" in note for note in log.notes)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from erclutch.errors import MappingError, SettingError, keywords_checked
 from erclutch.logs.clock.timing import IN_NO_TIME
 from erclutch.logs.field_between_logs import CourseOfLog, require_one_field
-from erclutch.logs.speed_of_position import drawn_out, speed_of
+from erclutch.logs.speed_of_position import speed_of
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import (
@@ -25,6 +25,7 @@ from erclutch.signals.device import (
     Units,
     elements_of,
 )
+from erclutch.signals.full_turns import drawn_out
 from erclutch.signals.recording import NO_FIELD, Recording
 from erclutch.signals.shown import Shown, one_line
 from erclutch.signals.speed import Derivative
@@ -348,15 +349,11 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
     spans = [Span(start, stop, period) for start, stop in log.segments]
     clock = Clock(log.time, tuple(spans))
 
-    signals = dict(log.signals)
+    signals, notes_of_turns = drawn_out(log)
+    notes += notes_of_turns
     units = dict(log.units)
     for position, speed in SPEED_OF.items():
         if position in signals and speed not in signals:
-            if units.get(position) == "rad":
-                signals[position], turns = drawn_out(signals[position], clock)
-                if turns:
-                    anew = f"{position} starts again after a full turn, {turns} times"
-                    notes.append(f"{anew}: drawn out without jumps")
             signals[speed], how = speed_of(signals[position], clock, derivative)
             unit = units.get(position, UNKNOWN)
             units[speed] = UNKNOWN if unit in ("", UNKNOWN) else f"{unit}/s"

@@ -1,14 +1,10 @@
-"""The speed is made of a logged position, also where steps are unequal or a sensor starts again after a full turn."""
+"""The speed is made of a logged position, also where steps are unequal."""
 
 from __future__ import annotations
-
-import numpy as np
 
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.speed import Derivative, differentiate
-
-_TURN = 2.0 * np.pi * (1.0 + 1e-6)  # that the angles of a sensor that starts again lie within
 
 
 def speed_of(position: Array, clock: Clock, derivative: Derivative) -> tuple[Array, str]:
@@ -41,17 +37,3 @@ def speed_of(position: Array, clock: Clock, derivative: Derivative) -> tuple[Arr
         speed,
         f"{how}, in {len(others)} of {len(clock.spans)} segments by the central one: few rows stand there",
     )
-
-
-def drawn_out(angle: Array, clock: Clock) -> tuple[Array, int]:
-    """An angle without the jumps of a sensor that starts again after a full turn, and how many there were."""
-    if np.ptp(angle) > _TURN:
-        return angle, 0
-    parts = [angle[span.start : span.stop] for span in clock.spans]
-    turns = 0
-    for part in parts:
-        jumps = np.abs(np.diff(part)) > np.pi
-        turns += int(np.count_nonzero(jumps))
-    if not turns:
-        return angle, 0
-    return np.concatenate([np.unwrap(part) for part in parts]), turns

@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import LogError
-from erclutch.logs.columns.labels import name_columns, split_label
+from erclutch.logs.columns.labels import name_columns, own_unit, split_label
+from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
+from erclutch.signals.full_turns import FULL_TURNS, between_samples, starts_again
 
 TIME = re.compile(r"t|time|zeit|tout|timestamps?|time_?s", re.I)
 #: Names that say nothing of a signal: its file or its recording says it.
@@ -25,6 +27,8 @@ NO_NAME = re.compile(
     r"c\d+|y|x|val|values?|data|signal|samples?|reading|measurements?|wert|valeur|valor", re.I
 )
 _T = TypeVar("_T")
+_NEARLY = 0.9  # share of a full turn that a sensor which starts again goes through
+_NO_ANGLE = ("1", "")
 _KEEPS = 0.2  # share of the rows from which on a column keeps its levels
 #: In place of a name: the names of all recordings are wanted, or their tables. No recording is called so.
 ALL = "*"
@@ -202,6 +206,7 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
     """Recordings of other rates beside the first, at the first's times, as far as all of them have rows.
 
     A column that keeps its levels (a command) holds each value until the next; any other is joined by straight lines.
+    An angle that starts again after a full turn goes the shorter way.
 
     Args:
         recordings: by name; the times are those of the first.
@@ -254,6 +259,11 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
             elif repeats > _KEEPS * (values.size - 1):
                 joined = values[last_before]
                 how = "each value held until the next"
+            elif turn := _turn_after_which_it_starts_again(
+                label, recording.units.get(label), values
+            ):
+                joined = between_samples(at, clock, values, turn)
+                how = "joined by straight lines, over its jumps after a full turn too"
             else:
                 joined = np.asarray(np.interp(at, clock, values), np.float64)
                 how = "joined by straight lines"
@@ -262,6 +272,22 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
             units_of[own_label] = recording.units.get(label)
             notes.append(f"column {own_label} of {name}: {how}")
     return replace(base, columns=columns, units=units_of, notes=notes)
+
+
+def _turn_after_which_it_starts_again(label: str, unit: str | None, values: Array) -> float | None:
+    """A full turn in the unit of an angle that jumps after it; None where nothing starts again.
+
+    Where no unit is told, the name says that a column is a position, and its range whether it is in rad or deg.
+    """
+    name, unit_in_label = split_label(label)
+    told = own_unit(name, unit or unit_in_label, ("rad",))
+    if told:
+        angle = units.fits(told, ("rad",)) if units.is_unit(told) else None
+        turns = [FULL_TURNS[0] / angle[0]] if angle and told not in _NO_ANGLE else []
+    else:
+        may_turn = "position" in spoken_name(name).may_be
+        turns = [turn for turn in FULL_TURNS if may_turn and np.ptp(values) > _NEARLY * turn]
+    return next((turn for turn in turns if starts_again(values, turn)), None)
 
 
 def joined_topics(
