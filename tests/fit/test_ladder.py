@@ -132,3 +132,31 @@ def test_a_stage_shows_only_beside_the_best_of_the_laws_own_starts() -> None:
     data = log(0, swings=False)
     unknown = Rung(BASE, 1.0, {}, np.inf)
     assert not may_show(data, unknown, replace(BASE, dynamics="self-heating"))
+
+
+@pytest.mark.slow
+def test_bristles_under_a_hump_get_their_own_stage_and_no_other() -> None:
+    """A joint in presliding: LuGre's published equations in fine steps, SYNTHETIC, with static and sliding level."""
+    sliding, static, fades, stiffness, damping = 10.0, 16.0, 0.004, 1e5, 150.0
+    time: Array = PERIOD * np.arange(4000.0)
+    slip = 0.01 * np.sin(4.4 * time) + 0.008 * np.sin(11.9 * time + 1.0)
+    bent, friction = sliding / stiffness, np.empty(time.size)
+    for k, w in enumerate(slip.tolist()):
+        level = sliding + (static - sliding) * np.exp(-((w / fades) ** 2))
+        rate = 0.0
+        for _ in range(20):
+            rate = w - stiffness * abs(w) / level * bent
+            bent += rate * PERIOD / 20
+        friction[k] = stiffness * bent + damping * rate
+    noise = 0.2 * np.random.default_rng(1).standard_normal(time.size)
+    clock = Clock(time, (Span(0, time.size, PERIOD),))
+    element = Element(np.zeros(time.size), slip)
+    effort = friction + 60.0 * slip + noise
+    joint = Dataset("single", (element,), effort, clock, Units("N", "A", "m/s"))
+    law = law_from_name("bingham/constant", "single")
+    base = Structure("single", "bingham/constant", law, "none", False, True)
+    rung = grown(joint, base)[-1]
+    assert rung.structure.dynamics == "lugre/field"
+    assert rung.error == pytest.approx(0.2, rel=0.05)
+    assert rung.numbers["h_l"] == pytest.approx(static / sliding, rel=0.05)
+    assert rung.numbers["w_l"] * np.sqrt(np.mean(slip**2)) == pytest.approx(fades, rel=0.05)
