@@ -103,7 +103,7 @@ def read_table(
         table = read_by(log.plugin, source)
     else:
         with placed(log.path.name):
-            whole = read_by(log.plugin, replace(source, variable=group.recording))
+            whole = _whole(log.path, source.digest, group.recording, decimal)
             table = rows_of(whole, group.column, group.word)
     return finished(table, log.notes, path)
 
@@ -161,6 +161,10 @@ def tables_in(
     if reader.each is not None and len(names) > 1:
         with suppress(LogError):  # such as too much for one reading
             at_once = _at_once(log.path, source_of(log).digest)
+        joints = tuple(name for name in names if name not in at_once)
+        if len(joints) > 1:
+            with suppress(LogError):
+                at_once = {**at_once, **_at_once(log.path, source_of(log).digest, joints)}
     tables: dict[str, Table | LogError] = {}
     for name in names:
         try:
@@ -215,14 +219,25 @@ def recordings_of_file(path: str | Path) -> list[str]:
     return list(_names_at_once(log.path, source_of(log).digest))
 
 
-@lru_cache(maxsize=1)
-def _at_once(file: Path, digest: str) -> Mapping[str, Table | LogError]:
-    """The tables of all recordings of a file; of the last file they are kept, since a look at it asks several times."""
+@lru_cache(maxsize=2)
+def _at_once(
+    file: Path, digest: str, names: tuple[str, ...] = ()
+) -> Mapping[str, Table | LogError]:
+    """The tables of all recordings of a file, or of those named; a look at a file asks for both several times."""
     log = log_at(file)
     each = log.plugin.of_type(LogReader).each
     assert each is not None
+    source = replace(source_of(log), digest=digest, variable="\n".join(names) or None)
     with log.plugin.working(f"failed on {file.name}"):
-        return each(replace(source_of(log), digest=digest))
+        return each(source)
+
+
+@lru_cache(maxsize=1)
+def _whole(file: Path, digest: str, recording: str | None, decimal: str | None) -> Table:
+    """A recording whose rows are parted by the words of a column: it is kept, for each word asks for it."""
+    log = log_at(file)
+    source = replace(source_of(log), digest=digest, variable=recording, decimal=decimal)
+    return read_by(log.plugin, source)
 
 
 @lru_cache(maxsize=1)

@@ -93,8 +93,11 @@ def _with_the_field(file: RecordingsOfFile, name: str, plan: Plan) -> list[str]:
     if not said.isdisjoint({"field", "E", "E1", "E2"}) or plan.sure_field:
         return []
     beside: list[str] = []
-    for other in [other for other in file.tables if other != name][:_MOST_JOINED]:
-        joined = file.joined(JOINT.join([name, other]))
+    others = [other for other in file.tables if other != name][:_MOST_JOINED]
+    joints = [JOINT.join([name, other]) for other in others]
+    tables_of_joints = readable_tables(file.path, joints, file.told.decimal)
+    for other, joint in zip(others, joints, strict=True):
+        joined = tables_of_joints.get(joint)
         if joined is not None:
             of_both = plan_if_any(joined, file.told, file.device)
             field = "" if of_both is None else of_both.sure_field

@@ -88,7 +88,9 @@ def in_child(
         return [str(name) for name in answer(source, ALL)[1]["recordings"]]
 
     def each(source: LogSource) -> dict[str, Table | LogError]:
-        return tables_of_answer(source, answer(source, EACH))
+        # One child for all names: its start takes longer than a table of most files.
+        asked = f"{EACH}\n{source.variable}" if source.variable else EACH
+        return tables_of_answer(source, answer(source, asked))
 
     return {"read": read, "recordings": recordings, "each": each}
 
@@ -164,23 +166,25 @@ def answer_of(path: str, reader: str, variable: str) -> child_process.Answer:
     """
     module = import_module(f"erclutch.logs.readers.{reader}")
     find: Callable[[str, str | None], Table] = module.find
+    asked, *names = variable.split("\n") if variable.startswith(EACH) else [variable]
     try:
-        if variable != EACH:
+        if asked != EACH:
             return answer_of_table(find(path, variable or None))
-        if hasattr(module, "find_each"):
+        if not names and hasattr(module, "find_each"):
             return answer_of_each(module.find_each(path))
-        find(path, ALL)
+        if not names:
+            find(path, ALL)
     except RecordingNames as answer:
-        if variable != EACH:
+        if asked != EACH:
             return [], {"recordings": answer.names}
-        tables: dict[str, Table | LogError] = {}
-        for name in answer.names:
-            try:
-                tables[name] = find(path, name)
-            except LogError as error:
-                tables[name] = error
-        return answer_of_each(tables)
-    return answer_of_each({})
+        names = answer.names
+    tables: dict[str, Table | LogError] = {}
+    for name in names:
+        try:
+            tables[name] = find(path, name)
+        except LogError as error:
+            tables[name] = error
+    return answer_of_each(tables)
 
 
 if __name__ == "__main__":
