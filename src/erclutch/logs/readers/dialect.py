@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from itertools import pairwise
+from itertools import chain, pairwise
 
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns
@@ -174,9 +174,24 @@ def _marks(tail: Sequence[str], asked: str | None) -> Marks:
                 best_marks = Marks(delimiter, decimal)
     # Of a short table the first lines name columns, perhaps with blanks in the names.
     rows = tail[len(tail) // 2 :]
-    if best_marks.delimiter is None and all(cells_of(row, "\t") == row.split() for row in rows):
+    if best_marks.delimiter is None and _are_cut_at_tabs(rows, best_marks):
         return Marks("\t", best_marks.decimal)
     return best_marks
+
+
+def _are_cut_at_tabs(rows: Sequence[str], blanks: Marks) -> bool:
+    """Whether rows that blanks cut into more numbers are cut at tabs: a blank is in words only, as in "step 2"."""
+    cells = [cells_of(row, "\t") for row in rows]
+    if all(row == line.split() for row, line in zip(cells, rows, strict=True)):
+        return True
+    widths = {len(row) for row in cells}
+    if len(widths) != 1 or widths == {1}:
+        return False
+    for cell in chain(*cells):
+        first, *others = cell.split() or [""]
+        if others and blanks.is_number(first):
+            return False
+    return True
 
 
 def _numeric_columns(rows: Sequence[Sequence[str]], marks: Marks) -> list[bool]:
