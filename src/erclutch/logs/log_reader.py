@@ -19,6 +19,7 @@ import numpy as np
 from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
 from erclutch.logs.readers.budget import Budget, size_of, within_seconds
+from erclutch.logs.readers.first_bytes import is_text
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
@@ -88,8 +89,8 @@ class LogReader:
         extent: rows and columns of a file that has windows, rows that hold no numbers included; it reads as little of
             the file as it can.
         recordings: names of the recordings that a file holds, each of which is a `LogSource.variable`. None: one only.
-        each: the tables of all recordings of a file by name, read at once, or what stands against one. None: they are
-            read one by one.
+        each: the tables of all recordings of a file by name, read at once, or what stands against one; of a file that
+            joins recordings those whose names ``variable`` has, one a line. None: they are read one by one.
         takes: whether an object in memory, such as a DataFrame, is a log of this format. None: the reader has files.
         tells_damage: whether damaged bytes are seen in such a file (by checksums, say), as the rest of a sentence.
         folder: name of the file by which a folder is one log of this format; "": a log is a file.
@@ -239,7 +240,11 @@ def reader_of(head: bytes, suffix: str) -> tuple[Plugin, list[str]]:
     notes: list[str] = []
     readers = _readers(notes)
     named = [plugin for plugin, reader in readers if suffix.lower() in reader.suffixes]
-    by_suffix = named[0] if named else registry.find(GROUP, "text")
+    text = registry.find(GROUP, "text")
+    by_suffix = named[0] if named else text
+    # Testing machines and LabVIEW write a text cut at tabs under the name of a workbook, which Excel opens as one.
+    if suffix.lower() == ".xls" and is_text(head):
+        by_suffix = text
     for plugin, reader in readers:
         try:
             with plugin.working("failed to look at a file"):

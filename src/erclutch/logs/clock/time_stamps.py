@@ -77,6 +77,7 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
 
     period = regular.period
     uniform = regular.wander <= 1.0
+    _refuse_uneven_coarse(stamps, period, column)
     _refuse_short(period, column)
     gaps = [start - 1 for start in regular.starts[1:]]
     steps = np.delete(np.diff(stamps), gaps)
@@ -178,11 +179,21 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
     raise TimingError(problem, remedy=remedy)
 
 
+def _refuse_uneven_coarse(stamps: Array, period: float, column: str) -> None:
+    """Refuse stamps of whole seconds, say, that stand over unlike numbers of rows: no row has a time then."""
+    if period == 0.0:
+        rate = stamps.size / (stamps[-1] - stamps[0])  # Hz
+        problem = f"column {column} has {np.unique(stamps).size} stamps for {stamps.size} rows, not evenly"
+        remedy = f"Give the sampling rate ({rate:.3g} Hz in the mean: --rate {rate:.3g}), or log finer stamps"
+        raise TimingError(problem, remedy=remedy)
+
+
 def _refuse_short(step: float, column: str) -> None:
     """Refuse a step in s that no logger takes."""
     if abs(step) < _SHORTEST:
-        shortest = f"the shortest of {_SHORTEST:g} s"
-        problem = f"steps of column {column} are {step:.3g} s, below {shortest}"
+        problem = (
+            f"steps of column {column} are {step:.3g} s, below the shortest of {_SHORTEST:g} s"
+        )
         remedy = "Check its unit, choose the time column (--time) or give a sampling rate (--rate)"
         raise TimingError(problem, remedy=remedy)
 

@@ -116,7 +116,7 @@ OTHER = set_of(
 NOT_MEASURED = set_of(
     "predicted pred estimated est estimate simulated sim model calc calculated computed theoretical expected limit max "
     "min std var offset bias residual fit fitted ideal nominal peak design diseno prev previous hat prediction "
-    "reconstructed observer clipped saturated"
+    "reconstructed observer clipped saturated gain cutoff"
 )
 #: What the parts of an effort are called that a model adds up.
 PARTS_OF_A_MODEL = set_of(

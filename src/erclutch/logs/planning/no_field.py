@@ -165,7 +165,10 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
     is_a_part = bool(words) and bare_words[-1] in _PARTS and _OF_A_TEST.issuperset(bare_words[:-1])
     if shape.rises and is_a_part and are_whole(column.values):
         return "numbers the parts of the test"
-    if len(words) > 1 and words[-1] == "id" and are_whole(column.values):
+    is_a_current = len(words) == 1 and any(
+        "iq" in other.spoken.stem_words for other in seen.columns.values()
+    )
+    if words[-1:] == ("id",) and are_whole(column.values) and not is_a_current:
         return "tells one device from another"  # a current along an axis is no whole number
     is_share_of_a_load = column.written_unit == "%" and "load" in words  # that a brake is told
     if column.spoken.is_accounted and not is_share_of_a_load:
