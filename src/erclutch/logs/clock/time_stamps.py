@@ -182,18 +182,16 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
 def _refuse_uneven_coarse(stamps: Array, period: float, column: str) -> None:
     """Refuse stamps of whole seconds, say, that stand over unlike numbers of rows: no row has a time then."""
     if period == 0.0:
-        rate = stamps.size / (stamps[-1] - stamps[0])  # Hz
+        rate = f"{stamps.size / (stamps[-1] - stamps[0]):.3g}"  # Hz
         problem = f"column {column} has {np.unique(stamps).size} stamps for {stamps.size} rows, not evenly"
-        remedy = f"Give the sampling rate ({rate:.3g} Hz in the mean: --rate {rate:.3g}), or log finer stamps"
-        raise TimingError(problem, remedy=remedy)
+        raise TimingError(problem, remedy=f"Give a rate ({rate} Hz in the mean: --rate {rate})")
 
 
 def _refuse_short(step: float, column: str) -> None:
     """Refuse a step in s that no logger takes."""
     if abs(step) < _SHORTEST:
-        problem = (
-            f"steps of column {column} are {step:.3g} s, below the shortest of {_SHORTEST:g} s"
-        )
+        below = f"below the shortest of {_SHORTEST:g} s"
+        problem = f"steps of column {column} are {step:.3g} s, {below}"
         remedy = "Check its unit, choose the time column (--time) or give a sampling rate (--rate)"
         raise TimingError(problem, remedy=remedy)
 

@@ -28,6 +28,7 @@ BLANK = " \t\r\n"
 _MAY_BE_SIGNED = r"0[xX](?:[89a-fA-F][0-9a-fA-F]{3}|[89a-fA-F][0-9a-fA-F]{7})"
 #: A number, and a comment behind it.
 _REMARKED = r"^([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+((?:#|//|%|!)\s*\D.*)$"
+_REMARKS = ("#", "//", "%", "!")
 #: Behind a name that an earlier column has too.
 _COPY = re.compile(r" \(\d+\)$")
 _LONGEST_NUMBER = 400  # characters of a cell
@@ -73,8 +74,11 @@ def read_cells(
             notes.append(f"column {label} holds {word!r} {what}")
             cells = cells.mask(beyond)
         # A remark may stand behind a number.
-        parts = texts.str.extract(_REMARKED)
-        remarked = (cells.notna() & parts[0].notna()).to_numpy()
+        if any(mark in body for mark in _REMARKS):
+            parts = texts.str.extract(_REMARKED)
+            remarked = (cells.notna() & parts[0].notna()).to_numpy()
+        else:
+            parts, remarked = pd.DataFrame(), np.zeros(len(cells), np.bool_)
         if remarked.any():
             remark = parts[1][remarked].iloc[0][:40]
             what = f"remarks behind {int(remarked.sum())} numbers ({remark!r}): left out"
@@ -89,8 +93,13 @@ def read_cells(
     texts = cells.astype(str).str.strip()
     # Cells of thousands of digits are no numbers of a log, and take the time of their length squared.
     short = texts.where(texts.str.len() <= _LONGEST_NUMBER, "x")
-    plain = short.map(lambda cell: ungrouped(str(cell), dialect.decimal))
-    values = pd.to_numeric(plain.where(filled), errors="coerce").to_numpy(dtype=np.float64)
+    values = np.full(len(short), np.nan)
+    if dialect.decimal == ".":  # most cells are written as Python writes them, and are read at once
+        values = np.array(pd.to_numeric(short.where(filled), errors="coerce"), np.float64)
+    others = filled & np.isnan(values)
+    if others.any():
+        plain = short[others].map(lambda cell: ungrouped(str(cell), dialect.decimal))
+        values[others] = pd.to_numeric(plain, errors="coerce").to_numpy(dtype=np.float64)
     bad = filled & np.isnan(values)
     count = int(bad.sum())
     if not count:
