@@ -12,9 +12,9 @@ from erclutch.errors import LogError
 from erclutch.logs import read, read_table
 from tests.support.plans_of_columns import planned
 
-ROWS = np.arange(80)
+ROWS = np.arange(80.0)
 TEXT = "t [s]\tspeed [rad/s]\ttorque [N*m]\n" + "".join(
-    f"{k / 100}\t{k % 7}\t{k % 5 - 2}\n" for k in ROWS
+    f"{k / 100}\t{k % 7}\t{k % 5 - 2}\n" for k in range(80)
 )
 
 

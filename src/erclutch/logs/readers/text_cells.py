@@ -28,7 +28,6 @@ BLANK = " \t\r\n"
 _MAY_BE_SIGNED = r"0[xX](?:[89a-fA-F][0-9a-fA-F]{3}|[89a-fA-F][0-9a-fA-F]{7})"
 #: A number, and a comment behind it.
 _REMARKED = r"^([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+((?:#|//|%|!)\s*\D.*)$"
-_REMARKS = ("#", "//", "%", "!")
 #: Behind a name that an earlier column has too.
 _COPY = re.compile(r" \(\d+\)$")
 _LONGEST_NUMBER = 400  # characters of a cell
@@ -74,16 +73,16 @@ def read_cells(
             notes.append(f"column {label} holds {word!r} {what}")
             cells = cells.mask(beyond)
         # A remark may stand behind a number.
-        if any(mark in body for mark in _REMARKS):
-            parts = texts.str.extract(_REMARKED)
-            remarked = (cells.notna() & parts[0].notna()).to_numpy()
-        else:
-            parts, remarked = pd.DataFrame(), np.zeros(len(cells), np.bool_)
+        remarked = (
+            cells.notna().to_numpy() & pd.to_numeric(texts, errors="coerce").isna().to_numpy()
+        )
+        parts = texts[remarked].str.extract(_REMARKED)
+        remarked[remarked] = parts[0].notna()
         if remarked.any():
-            remark = parts[1][remarked].iloc[0][:40]
+            remark = parts[1].dropna().iloc[0][:40]
             what = f"remarks behind {int(remarked.sum())} numbers ({remark!r}): left out"
             notes.append(f"column {label} has {what}")
-            cells = cells.mask(remarked, parts[0])
+            cells = cells.mask(remarked, parts[0].reindex(cells.index))
 
     if pd.api.types.is_numeric_dtype(cells.dtype):
         if cells.dtype == bool:
