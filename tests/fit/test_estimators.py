@@ -1,7 +1,7 @@
 """scikit-learn's own checks on every estimator, and the uses that they are for.
 
-A fixture imports the estimators, and each test what it needs of scikit-learn: its import takes a tenth of the time in
-which each process collects all tests.
+A fixture imports the estimators, and each test what it needs of scikit-learn: its import takes half a second of each
+process that collects all tests.
 """
 
 from __future__ import annotations
