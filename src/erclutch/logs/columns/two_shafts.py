@@ -45,6 +45,7 @@ _CLUTCH = (
     *("离合器", "離合器", "クラッチ", "муфт"),
 )
 _UNITS_OF_MOTION = {"slip": ("rad/s", "m/s"), "position": ("rad", "m")}
+_FRICTION = 0.1  # of the largest effort, which bearings between two sensors take away at most
 _APART = 0.01  # of the largest speed, by which the shafts of a clutch differ at least
 _USUAL = (0.01, 0.99)  # quantiles
 _IN_PERCENT = (
@@ -126,7 +127,8 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
     """The speeds, or the positions, of both ends of a clutch or damper; None for no or several pairs.
 
     Their names are the same but for a word for the driving and the driven shaft; or for the numbers 1 and 2, where the
-    file has one effort at most: of two joints each has its own. No other column may be called like that motion.
+    file has one effort at most, or two that are nearly the same: of two joints each has its own. No other column may be
+    called like that motion.
     """
     short_names = NAMES[signal].split()
     si_units = _UNITS_OF_MOTION[signal]
@@ -136,7 +138,7 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
     driven: dict[tuple[str, str | None], list[str]] = {}
     numbered: dict[tuple[str, str | None], list[str]] = {}
     called_so: set[str] = set()  # columns whose whole name says that they are such a motion
-    efforts = 0
+    efforts: list[str] = []
     for name in table.columns:
         if name in table.made:
             continue
@@ -158,12 +160,12 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
             called_so.add(name)
         is_effort = "effort" in said.may_be or bool(unit_fits(name, unit, ("N*m", "N")))
         if is_effort and not said.is_time:
-            efforts += 1
+            efforts.append(name)
 
     pairs: list[tuple[str, str]] = []
     for what in driving.keys() & driven.keys():
         pairs += product(driving[what], driven[what])
-    if not pairs and efforts <= 1:
+    if not pairs and (len(efforts) <= 1 or _carry_one_effort(table, efforts)):
         for family in numbered.values():
             first, *others = sorted(family)
             if len(others) == 1 and first.endswith("1") and others[0].endswith("2"):
@@ -173,6 +175,18 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
     ends = pairs[0]
     slip_is_logged = bool(called_so.difference(ends))  # then it needs no difference
     return None if slip_is_logged else ends
+
+
+def _carry_one_effort(table: Table, efforts: list[str]) -> bool:
+    """Whether two efforts are those of both ends of one device: they differ by its friction alone."""
+    if len(efforts) != 2:
+        return False
+    first, second = (table.columns[name] for name in efforts)
+    known = np.isfinite(first) & np.isfinite(second)
+    largest = float(np.abs(first[known]).max(initial=0.0))
+    apart = np.abs(np.abs(first[known]) - np.abs(second[known]))
+    is_alike = float(np.median(apart)) <= _FRICTION * largest if known.any() else False
+    return largest > 0.0 and is_alike and not bool(np.ptp(second[known]) == 0.0)
 
 
 @lru_cache(maxsize=4096)

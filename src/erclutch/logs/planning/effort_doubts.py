@@ -7,6 +7,7 @@ import numpy as np
 from erclutch.errors import UnitError, shell_word
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.quotients import rubbing_force
+from erclutch.logs.columns.rated_torque import share_of_rated_torque
 from erclutch.logs.columns.two_courses import is_sum_of
 from erclutch.logs.planning.draft import Draft
 from erclutch.signals import units
@@ -47,6 +48,17 @@ def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:
         doubt += f": give --effort {label} alone if you want no torque"
         draft.doubt("effort", doubt, f"{label} --scale {shell_word(f'effort={arm:g} N*m/N')}")
         return
+
+
+def doubt_a_share_of_a_rated_torque(draft: Draft) -> None:
+    """Doubt a guessed effort without a unit that a drive tells in thousandths of its rated torque."""
+    effort = draft.guessed("effort")
+    if effort is None or effort.unit or "effort" in draft.told.scales:
+        return
+    share = share_of_rated_torque(draft.seen.columns[effort.column])
+    if share is not None:
+        doubt = f"in which a 1 is {share.words}, by its name, and no N m"
+        draft.doubt("effort", doubt, share.option.removeprefix("--effort "))
 
 
 def doubt_an_effort_with_inertia(draft: Draft) -> None:

@@ -8,6 +8,7 @@ from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.labels import COUNTS
 from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.quotients import pressing_loads
+from erclutch.logs.columns.rated_torque import share_of_rated_torque
 from erclutch.logs.columns.seen_columns import UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.logs.columns.two_courses import is_rate_of
 from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOLD
@@ -103,6 +104,7 @@ def missing(
     of_a_sensor = sensor_options(free, signal)
     if of_a_sensor:
         remedy = f"Give what its sensor means, such as {of_a_sensor}"
+    doubt += _said_of_rated_torque(free) if signal == "effort" else ""
 
     misfits = [column for column in free if column.unit and column.fits(si_units) is False]
     refused = next((column for column in misfits if _is_called(column, signal)), None)
@@ -128,6 +130,15 @@ def missing(
             break
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
     return MappingError(problem, remedy=remedy)
+
+
+def _said_of_rated_torque(free: Iterable[SeenColumn]) -> str:
+    """What is said of the first column that tells shares of a rated torque; "" where none does."""
+    for column in free:
+        share = share_of_rated_torque(column)
+        if share is not None:
+            return f"; a 1 in column {column.name} is {share.words}, which the file does not tell"
+    return ""
 
 
 def _is_a_rate(seen: SeenColumns, column: SeenColumn) -> bool:
@@ -169,6 +180,9 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
     """
     si_units = SIGNALS[signal].si_units
     for column in free:
+        share = share_of_rated_torque(column) if signal == "effort" else None
+        if share is not None:
+            return share.option
         weight = _WEIGHTS.get(column.unit or column.spoken.end or "")
         # A scale shows a weight that changes while it is pulled: ``Weight_g``.
         front, _, end = column.name.rpartition("_")

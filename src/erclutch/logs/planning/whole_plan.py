@@ -22,6 +22,7 @@ from erclutch.logs.planning.current_for_effort import offer_the_current_of_a_dri
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.effort_doubts import (
     doubt_a_force_at_a_stated_arm,
+    doubt_a_share_of_a_rated_torque,
     doubt_a_torque_in_a_unit_of_force,
     doubt_an_effort_of_a_controller,
     doubt_an_effort_with_inertia,
@@ -82,6 +83,7 @@ from erclutch.logs.planning.stated_scales import (
     offer_stated_scales,
 )
 from erclutch.logs.planning.stated_slip import offer_a_stated_slip
+from erclutch.logs.planning.twin_speeds import doubt_one_of_twin_speeds
 from erclutch.logs.planning.valve_in_flow_mode import propose_flow_and_pressure
 from erclutch.logs.readers.lying_tables import WIDEST
 from erclutch.logs.table import Table
@@ -161,9 +163,11 @@ STEPS = (
     Step("whether slip times effort is the logged power", hold_power),
     Step("no column is the effort and another signal", refuse_the_effort_twice),
     Step("whether act means actual or actuator", doubt_what_act_means),
+    Step("whether the slip is one of two shafts' speeds", doubt_one_of_twin_speeds),
     Step("whether the slip has its sign", doubt_a_speed_without_its_sense),
     Step("whether the effort has its sign", doubt_an_effort_without_its_sense),
     Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),
+    Step("whether a drive tells a share of its rated torque", doubt_a_share_of_a_rated_torque),
     Step("whether counts or a motor want a stated number", doubt_counts_and_motors),
     Step("whether the effort is the device's alone", doubt_an_effort_with_inertia),
     Step("whether a controller computed the effort", doubt_an_effort_of_a_controller),

@@ -1,0 +1,69 @@
+"""Drives tell a torque as a share of the rated torque: in percent, in thousandths (CiA 402), or per unit.
+
+Such numbers are no N m, whatever their column is called: what the rated torque is only the user can say.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from erclutch.errors import shell_word
+from erclutch.logs.columns.seen_columns import SeenColumn
+
+#: The torque actual value of CiA 402, in thousandths of the rated torque.
+_OF_CIA_402 = re.compile(
+    r"(?:0x)?6077(?:h|[ :_./-]|sub|$)|\btorque[ _]?actual[ _]?value", re.IGNORECASE
+)
+_IS_TORQUE = re.compile(
+    r"torque|moment|couple|coppia|trq|力矩|转矩|扭矩|トルク|\bM\b", re.IGNORECASE
+)
+_THOUSANDTHS = re.compile(r"‰|per[ _-]?mill?e?\b|promille|0\.1 ?%", re.IGNORECASE)
+_RATED = r"(?:of[ _])?(?:the[ _])?(?:rated|nominal|nom|rtd|nenn\w*|M_?[nN])\w*"
+_PERCENT = re.compile(
+    rf"(?:%|percent|pct|prozent)[ _]*{_RATED}|{_RATED}[ _]*(?:%|percent|pct)", re.IGNORECASE
+)
+_PER_UNIT = re.compile(r"(?<![^\W_])(?:p\.?u\.?|per[ _]unit)(?![^\W_])", re.IGNORECASE)
+_OVER_RATED = re.compile(r"\b[MT]\w*\s*/\s*[MT]_?(?:n|N|nom|rated)\b")
+
+
+class RatedShare(NamedTuple):
+    """How a column tells its torque.
+
+    Attributes:
+        words: what a number of it is.
+        option: what answers it once the rated torque is put in.
+    """
+
+    words: str
+    option: str
+
+
+def share_of_rated_torque(column: SeenColumn) -> RatedShare | None:
+    """How a column tells a share of a rated torque; None for a column that tells none."""
+    written = column.written_unit or ""
+    said = f"{column.name} [{written}]" if written else column.name
+    is_of_cia = not written and _OF_CIA_402.search(column.name) is not None
+    is_over_rated = _OVER_RATED.search(column.name) is not None
+    is_torque = _IS_TORQUE.search(column.name.replace("_", " ")) is not None
+    is_torque = is_torque or "effort" in column.spoken.may_be
+    if not (is_of_cia or is_over_rated or is_torque):
+        return None
+    if is_of_cia or _THOUSANDTHS.search(said):
+        return _share(column, "a thousandth of the rated torque", "count")
+    if _PERCENT.search(said) or (is_over_rated and written == "%"):
+        return _share(column, "a percent of the rated torque", "%")
+    if _PER_UNIT.search(said) or (is_over_rated and not written):
+        return _share(column, "the rated torque", "count")
+    return None
+
+
+def _share(column: SeenColumn, words: str, sensor: str) -> RatedShare:
+    # A unit that is no unit to us is replaced by the name that the scale has for it.
+    label = (
+        f"{column.name} [{sensor}]"
+        if column.written_unit not in (None, "", sensor)
+        else column.name
+    )
+    scale = shell_word(f"effort=NUMBER N*m/{sensor}")
+    return RatedShare(words, f"--effort {shell_word(label)} --scale {scale}")

@@ -1,0 +1,61 @@
+"""A torque that a drive tells as a share of its rated torque is never taken for N m: the rated torque is asked for."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.logs import read
+from tests.support.command import good
+
+pytestmark = pytest.mark.usefixtures("read_here")
+TIME = np.arange(300) / 100
+SLIP = 20 * np.sin(3 * TIME)
+FIELD = np.where(TIME < 1.5, 0.0, 1.0)
+TORQUE = (0.3 + 1.5 * FIELD) * np.tanh(2 * SLIP)  # N m
+RATED = 2.0  # N m
+
+
+@pytest.mark.parametrize(
+    ("name", "of_rated", "sensor"),
+    [
+        ("Actual torque (% rated)", 100.0, "%"),
+        ("Torque [% of rated]", 100.0, "%"),
+        ("Istmoment [% Nennmoment]", 100.0, "%"),
+        ("M/M_N [%]", 100.0, "%"),
+        ("torque_permille", 1000.0, "count"),
+        ("Drehmoment [‰]", 1000.0, "count"),
+        ("6077h:00 Torque actual value", 1000.0, "count"),
+        ("0x6077", 1000.0, "count"),
+        ("torque_actual_value", 1000.0, "count"),
+        ("torque_pu", 1.0, "count"),
+    ],
+)
+def test_the_rated_torque_is_asked_for(
+    tmp_path: Path, name: str, of_rated: float, sensor: str
+) -> None:
+    shares = of_rated * TORQUE / RATED
+    rows = zip(TIME, SLIP, FIELD, shares, strict=True)
+    text = "\n".join(f"{t:.2f},{w:.4f},{i:g},{share:.4f}" for t, w, i, share in rows)
+    (tmp_path / "log.csv").write_text(f"t [s],slip [rad/s],coil current [A],{name}\n{text}\n")
+    printed = " ".join(good("inspect", "log.csv", cwd=tmp_path, code=1).split())
+    assert "of the rated torque" in printed or "is the rated torque" in printed
+    assert f"effort=NUMBER N*m/{sensor}" in printed
+    *_, answer = printed.rpartition("erclutch inspect log.csv ")
+    filled = answer.replace("NUMBER", f"{RATED / of_rated:g}")
+    words = shlex.split(filled)
+    options = dict(zip(words[::2], words[1::2], strict=True))
+    log = read(tmp_path / "log.csv", effort=options["--effort"], scale=options["--scale"])
+    assert log.units["effort"] == "N*m"
+    assert log.signals["effort"] == pytest.approx(TORQUE, abs=2e-4)
+
+
+@pytest.mark.parametrize("name", ["torque actual [Nm]", "Rated torque test [Nm]", "torque_Nm"])
+def test_a_torque_in_its_unit_is_no_share(tmp_path: Path, name: str) -> None:
+    rows = zip(TIME, SLIP, FIELD, TORQUE, strict=True)
+    text = "\n".join(f"{t:.2f},{w:.4f},{i:g},{torque:.4f}" for t, w, i, torque in rows)
+    (tmp_path / "log.csv").write_text(f"t [s],slip [rad/s],coil current [A],{name}\n{text}\n")
+    assert read(tmp_path / "log.csv").units["effort"] == "N*m"
