@@ -13,6 +13,7 @@ import numpy as np
 
 from erclutch.errors import RunError, placed
 from erclutch.files import LOG_ENDINGS, refuse_ending, takes_files, unwritable, whole_file
+from erclutch.files.spreadsheet_cells import shown_as_words
 from erclutch.signals.array import Array
 
 LabelledColumns = Sequence[tuple[str, str]]
@@ -148,7 +149,7 @@ def _csv(
     with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write(f"# {about.get('label', 'erclutch')}: {json.dumps(about)}\n")
         labels = [f"{name} [{unit}]" if unit else name for name, unit in columns]
-        file.write(",".join(labels) + "\n")
+        file.write(",".join(map(shown_as_words, labels)) + "\n")
         for chunk in chunks:
             # Nine digits, and of a time as many as tell its rows apart: seconds since 1970 need sixteen.
             forms: list[str] = []

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 
 from erclutch.errors import SettingError
 from erclutch.export.encode import latex, markdown, markup
+from erclutch.files.spreadsheet_cells import shown_as_words
 from erclutch.fit.choice.standing import chosen_name, standing_of_run
 from erclutch.report.numbers.number_text import unit_text
 from erclutch.runs.run_folder import Run
@@ -229,14 +230,14 @@ def _csv(table: PaperTable) -> str:
 
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(table.header)
+    writer.writerow(map(shown_as_words, table.header))
     for row in table.rows:
         line: list[object] = []
         for cell in row:
             if isinstance(cell, tuple):
                 line += cell
             else:
-                line.append(cell)
+                line.append(shown_as_words(cell) if isinstance(cell, str) else cell)
         writer.writerow(line)
     return out.getvalue()
 

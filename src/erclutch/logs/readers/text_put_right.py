@@ -5,6 +5,9 @@ Each change is a file of its own. They come in the order in which one may need w
 
 from __future__ import annotations
 
+import re
+
+from erclutch.logs.readers.formula_cells import without_formula_marks
 from erclutch.logs.readers.keyed_heads import with_keyed_heads
 from erclutch.logs.readers.loose_text import (
     with_a_line_of_names,
@@ -23,6 +26,9 @@ from erclutch.logs.readers.unit_cells import without_units_in_cells
 from erclutch.logs.readers.unit_columns import with_units_in_cells
 from erclutch.logs.readers.waveform_lines import with_steps_above
 
+#: In front of a number or a quote at the beginning of a cell.
+_FORMULA_MARK = re.compile(r"""(?:^|[,;\t|])[ ]?"?(?:=["\d.+-]|'[\d.+-])""", re.MULTILINE)
+
 
 def put_right(text: str) -> tuple[str, list[str]]:
     """The text as a table of rows, whatever its logger made of these; and a note on each change.
@@ -39,6 +45,9 @@ def put_right(text: str) -> tuple[str, list[str]]:
     if not text.isascii():
         text, other_minus = with_plain_minus(text)
         notes.append(other_minus)
+    if ("=" in text or "'" in text) and _FORMULA_MARK.search(text):
+        text, formulas = without_formula_marks(text)
+        notes.append(formulas)
     if "]" in text:
         text, matrix = without_matrix(text)
         notes.append(matrix)

@@ -17,6 +17,7 @@ from typing import Any
 from erclutch.errors import RunError
 from erclutch.export.encode import latex
 from erclutch.files import unwritable, whole_file
+from erclutch.files.spreadsheet_cells import shown_as_words
 from erclutch.report.plots.plot_description import COLUMN
 from erclutch.signals.array import Array
 
@@ -201,7 +202,7 @@ def save_numbers(
     """
     with placed(path) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
+        writer.writerow(map(shown_as_words, header))
         writer.writerows([f"{v:.9g}" if isinstance(v, float) else v for v in row] for row in rows)
     return path
 
