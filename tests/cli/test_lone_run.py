@@ -74,3 +74,25 @@ def test_a_run_that_stands_in_the_wrong_place_is_not_taken_twice(tmp_path: Path)
     _folder(tmp_path, "a")
     said = refused("score", "a", "log.csv", cwd=tmp_path)
     assert "a is a run: give it as --run a." in said
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--run", "a", "log.csv"),
+        ("--run", "a", "b c", "log.csv", "--json"),
+        ("--json", "--run", "log.csv", "a"),
+    ],
+)
+def test_a_log_behind_the_run_is_a_log(words: tuple[str, ...], tmp_path: Path) -> None:
+    _folder(tmp_path, "a")
+    _folder(tmp_path, "b c")
+    (tmp_path / "log.csv").write_text("t,u\n0,1\n", encoding="utf-8")
+    said = refused("score", *words, cwd=tmp_path)
+    assert "LOG is missing" not in said
+    assert "run.json" in said  # which says nothing
+
+
+def test_a_name_behind_the_run_that_is_no_file_is_no_log(tmp_path: Path) -> None:
+    _folder(tmp_path, "a")
+    assert "LOG is missing" in refused("score", "--run", "a", "lgo.csv", cwd=tmp_path)

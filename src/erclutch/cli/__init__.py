@@ -119,6 +119,7 @@ def _run(words: Sequence[str]) -> int:
     from cyclopts import CycloptsError
 
     from erclutch.cli.folded_help import HELP_ALL, whole_help
+    from erclutch.cli.logs_behind_runs import words_with_logs_first
     from erclutch.cli.lone_run import words_with_lone_run
     from erclutch.cli.parser import app, fraction_given, load_command, misused
 
@@ -130,7 +131,7 @@ def _run(words: Sequence[str]) -> int:
         with whole_help(whole=HELP_ALL in words):
             result = app(plain, exit_on_error=False, print_error=False)
     except CycloptsError as error:
-        completed = words_with_lone_run(plain, error)
+        completed = words_with_logs_first(plain, error) or words_with_lone_run(plain, error)
         if completed is None:
             return failed(misused(error), 2)
         return _run(completed)
