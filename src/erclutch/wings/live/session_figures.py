@@ -136,9 +136,14 @@ class SessionFigures:
                 latest = before[:, 2].max() / 1e6  # ms
                 # Where no wake-up was late, a step took long.
                 by = f", by up to {latest:.1f} ms" if latest >= _TOLD else ""
+                late: list[str] = []
+                if lost:
+                    samples = f"{lost} sample{'s'[: lost != 1]} of the rig"
+                    late.append(f"{samples} did not come in time")
+                if overran:
+                    late.append(f"{overran} step{'s'[: overran != 1]} came late{by}")
                 self.busy = (
-                    f"This machine was busy: in the second before, {lost} sample{'s'[: lost != 1]} of the rig did not "
-                    f"come in time, and {overran} step{'s'[: overran != 1]} came late{by}. "
+                    f"This machine was busy: in the second before, {' and '.join(late)}. "
                     "Close other programs first."
                 )
         self._last = last[last[:, 0] > rows[-1, 0] - _BEFORE]
