@@ -185,7 +185,7 @@ def test_a_field_that_never_falls_to_zero() -> None:
     data = good()
     finding = only(findings(changed(data, field=data.elements[0].field + 200.0)))
     assert (finding.level, finding.subject) == ("note", "coverage")
-    assert "never falls below 200" in finding.message
+    assert "never falls below 200 V, so" in finding.message
 
 
 def coaxial(both: int) -> Dataset:

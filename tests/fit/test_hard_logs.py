@@ -210,7 +210,8 @@ def test_a_law_of_two_fields_stays_eligible_before_a_network_that_errs_more() ->
     assert result.recommended == "bingham"
     assert result.standing.word == "recommended"
     assert any(
-        "rows cannot tell it from the law's own terms: friction" in note for note in chosen.notes
+        "left out: friction, which these rows cannot tell from the law's own terms" in note
+        for note in chosen.notes
     )
     assert chosen.test.rmse.value < 0.06
 

@@ -382,7 +382,10 @@ def _never_seen(train: Dataset) -> Iterator[Finding]:
     for element in train.elements:
         strength = np.abs(element.field)
         if not train.one_field and float(strength.min()) > 0.05 * float(strength.max()):
-            message = f"the field never falls below {strength.min():g}, so effort at zero field is extrapolated"
+            least = amount(f"{strength.min():g}", train.units.field)
+            message = (
+                f"the field never falls below {least}, so effort at zero field is extrapolated"
+            )
             yield Finding("note", "coverage", message, "Log some time without field")
             break
 

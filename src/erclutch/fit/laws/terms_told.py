@@ -80,7 +80,7 @@ def with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[
         starts = [start] if structure.remembers else []
         cured = fit_structure(train, fewer, starts=starts, most=most)
         if cured.sound and cured.train_cost <= most:
-            note = f"left out, since these rows cannot tell it from the law's own terms: {words}"
+            note = f"left out: {words}, which these rows cannot tell from the law's own terms"
             return replace(cured, notes=(*law.notes, note))
     if law.sound or not structure.remembers:
         return law
@@ -94,7 +94,7 @@ def with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[
         cured = fit_structure(train, structure, starts=[start], without=some, most=most)
         if cured.sound and cured.train_cost <= most:
             words = " and ".join(meanings[name] for name in some)
-            note = f"left out, since these rows cannot tell it from the memory's terms: {words}"
+            note = f"left out: {words}, which these rows cannot tell from the memory's terms"
             return replace(cured, notes=(*law.notes, note))
     return law
 
