@@ -11,7 +11,7 @@ import pytest
 
 from erclutch import files
 from erclutch.errors import LogError, RunError
-from erclutch.files import file_digest, small_file, small_text, toml_of
+from erclutch.files import file_digest, small_file, small_json, small_text, toml_of
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.runs import kept_columns
 from erclutch.runs.run_folder import read_run
@@ -39,6 +39,13 @@ def test_a_small_file_is_a_plain_file(make: Callable[[Path], None], tmp_path: Pa
     for read in (small_file, small_text, file_digest):
         with pytest.raises(OSError, match="it is a pipe or a device and no plain file"):
             read(tmp_path / "odd")
+
+
+def test_json_that_is_nested_without_end_is_told(tmp_path: Path) -> None:
+    """What Python says of such a file is an error of its own kind, which half of the readers forgot."""
+    (tmp_path / "deep.json").write_text("[" * 100_000)
+    with pytest.raises(ValueError, match="it is nested too deep"):
+        small_json(tmp_path / "deep.json")
 
 
 def test_a_small_file_is_small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -179,8 +179,9 @@ def test_what_is_said_of_a_run_is_kept_and_shown(
     assert VERDICT.fill(material)["note"] == ""
 
 
-def test_a_spoilt_about_is_one_line(tmp_path: Path) -> None:
-    (tmp_path / "about.json").write_text('{"title": 3}')
+@pytest.mark.parametrize("text", ['{"title": 3}', "[" * 100_000])
+def test_a_spoilt_about_is_one_line(tmp_path: Path, text: str) -> None:
+    (tmp_path / "about.json").write_text(text)
     with pytest.raises(RunError, match=r"about\.json: cannot be understood"):
         read_about(tmp_path)
     with pytest.raises(SettingError, match="3,000 letters"):

@@ -18,7 +18,7 @@ from erclutch._version import __version__
 from erclutch.errors import ErclutchError, ExportError
 from erclutch.export.exported_step import ExportedStep, ExportOptions
 from erclutch.export.step_record import step_of
-from erclutch.files import file_digest, plain_words, small_text
+from erclutch.files import file_digest, plain_words, small_json
 from erclutch.models.load import load_model
 from erclutch.models.model_file import UNFIT, number_of, pair_of, require_schema, truth_of
 from erclutch.registry import Plugin, require
@@ -97,8 +97,8 @@ def read_export(folder: str | Path) -> Exported:
     where = str(place)
     again = "Export the model again"
     try:
-        read: Any = json.loads(small_text(place / _MARKER))
-    except (OSError, ValueError, RecursionError) as error:
+        read: Any = small_json(place / _MARKER)
+    except (OSError, ValueError) as error:
         remedy = "Give a folder that erclutch export wrote"
         if (place / "run.json").is_file():
             remedy = f"This is a run: erclutch export {shlex.quote(str(place))} makes one"

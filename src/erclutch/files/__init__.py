@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import json
 import os
 import re
 import secrets
@@ -87,6 +88,18 @@ def small_text(path: Path) -> str:
         OSError, UnicodeDecodeError: see `small_file`; `plain_words` says why.
     """
     return small_file(path).decode()
+
+
+def small_json(path: Path) -> Any:
+    """What such a file of JSON holds.
+
+    Raises:
+        OSError, ValueError: it cannot be read, or is no JSON; `plain_words` says why.
+    """
+    try:
+        return json.loads(small_text(path))
+    except RecursionError as error:
+        raise ValueError("it is nested too deep") from error
 
 
 def _require_plain(path: Path) -> None:

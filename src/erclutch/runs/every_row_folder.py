@@ -20,7 +20,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import RunError
-from erclutch.files import file_digest, plain_words, small_text
+from erclutch.files import file_digest, plain_words, small_json
 from erclutch.logs.any_size import Cut
 from erclutch.models.model_file import digest_of, keeps_digest
 from erclutch.runs.every_row import KIND, SCHEMA, EveryRow, PartSums, require_unchanged
@@ -124,8 +124,8 @@ def _with_its_digest(path: Path, changed: str) -> dict[str, Any]:
         RunError: the file cannot be read, or was changed.
     """
     try:
-        body = json.loads(small_text(path))
-    except (OSError, ValueError, RecursionError) as error:
+        body = small_json(path)
+    except (OSError, ValueError) as error:
         raise RunError(
             f"cannot be read: {plain_words(error)}", where=str(path), remedy=_ANEW
         ) from error

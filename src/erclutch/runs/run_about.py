@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import RunError, SettingError
-from erclutch.files import plain_words, small_text, unwritable, whole_file
+from erclutch.files import plain_words, small_json, unwritable, whole_file
 
 FILE = "about.json"
 _LONGEST = 2000  # letters of a text
@@ -76,7 +76,7 @@ def kept_about(run_folder: Path) -> RunAbout:
     if not path.is_file():
         return RunAbout()
     try:
-        body: Any = json.loads(small_text(path))
+        body: Any = small_json(path)
         texts = cast("dict[str, Any]", body)
         if not isinstance(body, dict) or not all(isinstance(text, str) for text in texts.values()):
             raise ValueError("it is no object of texts")

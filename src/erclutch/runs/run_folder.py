@@ -26,7 +26,7 @@ import numpy as np
 
 from erclutch.errors import RunError
 from erclutch.export.c_names import named_after
-from erclutch.files import file_digest, plain_words, small_text
+from erclutch.files import file_digest, plain_words, small_json
 from erclutch.fit.choice.standing import Standing, standing_of_run
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
@@ -266,7 +266,7 @@ def read_run(folder: str | Path) -> Run:
         problem = "not a run: run.json lies in the folder of a run, and this is a file"
         raise RunError(problem, where=str(folder), remedy="Give the --out folder of erclutch fit")
     try:
-        body = json.loads(small_text(path))
+        body = small_json(path)
         # Fails on half a character, which no report can hold.
         json.dumps(body, ensure_ascii=False).encode()
     except (OSError, ValueError, RecursionError) as error:

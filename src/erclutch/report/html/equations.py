@@ -19,7 +19,7 @@ from markupsafe import Markup
 
 from erclutch.arithmetic.operand import Operand
 from erclutch.errors import RunError
-from erclutch.files import cache_folder, small_text
+from erclutch.files import cache_folder, small_json
 from erclutch.models.laws import Law, law_from_name
 from erclutch.models.stages import slip_stages
 from erclutch.report.plots.paper_style import placed
@@ -70,7 +70,7 @@ def _kept_terms(digest: str, make: Callable[[], list[str]]) -> tuple[Markup, ...
     kept = cache_folder() / f"equation-{digest[:24]}.json"
     terms: list[str] | None = None
     with contextlib.suppress(OSError, ValueError):
-        read: object = json.loads(small_text(kept))
+        read: object = small_json(kept)
         if isinstance(read, list) and all(
             isinstance(term, str) for term in cast("list[object]", read)
         ):

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from erclutch.errors import ErclutchError
-from erclutch.files import small_text, whole_file
+from erclutch.files import small_json, whole_file
 from erclutch.files.places import put_beside, put_new
 from erclutch.runs.run_about import RunAbout, about_with
 
@@ -293,7 +293,7 @@ class Workspace:
 
     def _abouts(self) -> dict[str, dict[str, str]]:
         with contextlib.suppress(OSError, ValueError, AttributeError):
-            body: Any = json.loads(small_text(self.folder / _ABOUT))
+            body: Any = small_json(self.folder / _ABOUT)
             known = [each.name for each in dataclass_fields(RunAbout)]
             abouts: dict[str, dict[str, str]] = {}
             for log, said in body.items():

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from erclutch.errors import ErclutchError, RunError, SettingError, keywords_checked
-from erclutch.files import file_digest, may_fill, may_write, small_text, whole_file
+from erclutch.files import file_digest, may_fill, may_write, plain_words, small_json, whole_file
 from erclutch.files.places import nothing, release, reserve
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import ColumnMap
@@ -242,7 +242,7 @@ def _fill(
     for task in tasks:
         # What an earlier start kept counts if it is whole, and the logs and the mappings beside them are the same.
         with suppress(OSError, ValueError, KeyError, TypeError):
-            kept = json.loads(small_text(_file(folder, task.name)))
+            kept = small_json(_file(folder, task.name))
             is_same = kept["device"] == task.name and kept["sha256"] == _digests(task)
             was_our_defect = str(kept["failed"]).startswith("unforeseen")  # perhaps mended by now
             if is_same and not was_our_defect:
@@ -393,11 +393,13 @@ def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
     held: Any = None
     if marker.is_file():
         try:
-            held = json.loads(small_text(marker))
-        except ValueError as error:
+            held = small_json(marker)
+        except (OSError, ValueError) as error:
             if not force:
                 raise RunError(
-                    f"{MARKER}: {error}", where=str(folder), remedy="Give --force to begin anew"
+                    f"{MARKER}: {plain_words(error)}",
+                    where=str(folder),
+                    remedy="Give --force to begin anew",
                 ) from error
     else:
         may_write(folder, False, MARKER, "a fleet")

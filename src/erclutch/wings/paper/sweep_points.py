@@ -63,7 +63,7 @@ class Points:
                 self._known[str(body["key"])] = body["value"]
             else:
                 self.others += 1
-        except (ValueError, KeyError, TypeError) as error:
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
             remedy = "Delete it, or give another --out"
             raise RunError(
                 f"this is no {self._kind}", where=str(self.path), remedy=remedy
