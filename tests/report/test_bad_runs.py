@@ -27,6 +27,17 @@ def error_of(run: Path) -> str:
     return message
 
 
+def sign(run: Path) -> None:
+    """The digests made anew, as a hand does that changed the rows."""
+    from erclutch.models.model_file import digest_of
+    from erclutch.runs.run_folder import file_digest
+
+    body = json.loads((run / "run.json").read_text())
+    body["files"]["predictions.parquet"] = file_digest(run / "predictions.parquet")
+    body["digest"] = digest_of({k: v for k, v in body.items() if k != "digest"})
+    (run / "run.json").write_text(json.dumps(body))
+
+
 @pytest.mark.parametrize(
     "name", ["run.json", "table.csv", "predictions.parquet", "models/bingham.json"]
 )
@@ -71,16 +82,26 @@ def test_predictions_of_another_run(run: Path) -> None:
     """Even with a digest that fits: the columns must."""
     import pyarrow.parquet as pq
 
-    from erclutch.models.model_file import digest_of
-    from erclutch.runs.run_folder import file_digest
-
     path = run / "predictions.parquet"
     pq.write_table(pq.read_table(path).drop_columns(["effort:bingham"]), path)
-    body = json.loads((run / "run.json").read_text())
-    body["files"]["predictions.parquet"] = file_digest(path)
-    body["digest"] = digest_of({k: v for k, v in body.items() if k != "digest"})
-    (run / "run.json").write_text(json.dumps(body))
+    sign(run)
     assert "does not fit run.json" in error_of(run)
+
+
+@pytest.mark.parametrize("value", [float("inf"), float("nan"), 1e200])
+@pytest.mark.parametrize("column", ["slip", "effort"])
+def test_a_row_that_holds_no_usual_number(run: Path, column: str, value: float) -> None:
+    """Even with a digest that fits: the report took roots of sums of such rows."""
+    import pyarrow.parquet as pq
+
+    path = run / "predictions.parquet"
+    table = pq.read_table(path)
+    values = table[column].to_numpy().copy()
+    values[len(values) // 2] = value
+    place = table.column_names.index(column)
+    pq.write_table(table.set_column(place, column, [values]), path)
+    sign(run)
+    assert f"{column} is not a number up to 1e+150 in each row" in error_of(run)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from erclutch.errors import LogError, RunError
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.readers.budget import RAISED
@@ -15,6 +17,8 @@ from erclutch.runs.run_shape import INPUT
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
+
+_LARGEST = 1e150  # of a row: its square is a number
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,11 @@ def read_rows(run: Run) -> RunRows:
     path = run.file("predictions.parquet")
     try:
         columns: dict[str, Any] = dict(kept_columns(path))
+        for name, column in columns.items():
+            # The estimates of a model that diverged stand there too, and are what they are.
+            measured = name == "effort" or name.startswith(("field", "slip"))
+            if measured and not (np.abs(column) <= _LARGEST).all():
+                raise ValueError(f"{name} is not a number up to {_LARGEST:g} in each row")
         columns["test"] = columns["test"] != 0.0
         body = run.body
         test = columns["test"]
