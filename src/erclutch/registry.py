@@ -14,8 +14,9 @@ Nothing of a plug-in is imported before its value is asked for. Where a name sta
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Generator, Iterable, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from dataclasses import dataclass
 from functools import cache, cached_property, wraps
 from importlib import import_module
@@ -95,6 +96,18 @@ class Plugin:
         Raises:
             PluginError: a plug-in of another package cannot be imported, or one of ours needs a wing that is not there.
         """
+        if self.own:
+            return self._imported()
+        try:
+            # What a package prints while it is imported is no part of a table or of JSON.
+            with redirect_stdout(sys.stderr):
+                return self._imported()
+        except PluginError:
+            raise
+        except ErclutchError as error:
+            raise self.fault(f"cannot be loaded: {error.problem}") from error
+
+    def _imported(self) -> Any:
         module, _, attribute = self.source.partition(":")
         with self.working("cannot be loaded"):
             value: Any = import_module(module)
@@ -113,13 +126,10 @@ class Plugin:
             yield
         except ErclutchError:
             raise
-        except (
-            Exception,
-            SystemExit,
-            KeyboardInterrupt,
-        ) as error:
-            # Of somebody else: told, and no crash of ours.
-            if _asked_for_from_outside(error):
+        except BaseException as error:
+            # Of somebody else: told, and no crash of ours. What we interrupt by is told where it was begun.
+            is_interrupt_of_ours = type(error).__module__.startswith("erclutch.")
+            if is_interrupt_of_ours or _asked_for_from_outside(error):
                 raise
             if self.own and isinstance(error, ModuleNotFoundError):
                 raise (
@@ -127,7 +137,7 @@ class Plugin:
                 ) from None
             if self.own:
                 raise
-            said = " ".join(str(error).split())[:300] or "no reason given"
+            said = _said_by(error)
             frame = extract_tb(error.__traceback__)[-1]
             place = f"{PurePath(frame.filename).name}, line {frame.lineno}"
             raise self.fault(f"{doing}: {type(error).__name__}: {said} ({place})") from error
@@ -184,6 +194,21 @@ def plugins(group: str) -> tuple[Plugin, ...]:
     """A group's plug-ins: ours, then those of other packages but for names that are ours."""
     own = _own(group)
     return (*own.values(), *(plugin for plugin in _others(group) if plugin.name not in own))
+
+
+def sound(group: str, kind: type[Any]) -> tuple[list[tuple[Plugin, Any]], list[PluginError]]:
+    """A group's plug-ins whose value is of a type, each with its value, and what is wrong with each of the others.
+
+    Work that asked for no plug-in by name goes on without those that fail.
+    """
+    values: list[tuple[Plugin, Any]] = []
+    wrong: list[PluginError] = []
+    for plugin in plugins(group):
+        try:
+            values.append((plugin, plugin.of_type(kind)))
+        except PluginError as error:
+            wrong.append(error)
+    return values, wrong
 
 
 def hidden(group: str) -> tuple[Plugin, ...]:
@@ -269,6 +294,14 @@ def of_missing_wing(error: ModuleNotFoundError, what: str) -> PluginError | None
     wing = below[0] if below else "all wings"
     remedy = "Install erclutch whole: its package has all wings"
     return PluginError(f"{what} needs the wing {wing}, whose folder is not there", remedy=remedy)
+
+
+def _said_by(error: BaseException) -> str:
+    """What an error of somebody else says of itself, on a line: that may fail too."""
+    try:
+        return " ".join(str(error).split())[:300] or "no reason given"
+    except Exception:
+        return "it cannot say why"
 
 
 def _asked_for_from_outside(error: BaseException) -> bool:

@@ -50,7 +50,14 @@ def test_two_packages_of_one_name_are_refused(install: Install) -> None:
 
 
 @pytest.mark.parametrize(
-    "ends", ["raise KeyboardInterrupt", "raise SystemExit(0)", "import sys; sys.exit()"]
+    "ends",
+    [
+        "raise KeyboardInterrupt",
+        "raise SystemExit(0)",
+        "import sys; sys.exit()",
+        "raise GeneratorExit",
+        "raise type('Own', (BaseException,), {'__str__': lambda self: 1 / 0})()",
+    ],
 )
 def test_a_plug_in_that_ends_the_program_is_an_error_that_names_it(
     install: Install, ends: str
@@ -61,7 +68,8 @@ def test_a_plug_in_that_ends_the_program_is_an_error_that_names_it(
     install("my-plug", groups, f"def THING(*_):\n    {ends}\n")
     guarded = find("erclutch.commands", "mine")
     with pytest.raises(
-        PluginError, match=r"'mine' of my-plug 1\.5 failed: (KeyboardInterrupt|SystemExit)"
+        PluginError,
+        match=r"'mine' of my-plug 1\.5 failed: (KeyboardInterrupt|SystemExit|GeneratorExit|Own)",
     ):
         guarded.guarded(guarded.value)()
     with (

@@ -10,17 +10,19 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 import numpy as np
 
 from erclutch import registry
+from erclutch.errors import PluginError, SettingError
 from erclutch.fit.checks.data_check import steady_command
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.no_time import refuse_memory
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
+from erclutch.models.laws import law_from_name
 from erclutch.models.model import Model
 from erclutch.models.stages import canonical
 from erclutch.signals.array import Mask
@@ -134,10 +136,97 @@ class Kind(ABC):
         return Grown()
 
 
+class OutsideKind(Kind):
+    """A kind of another package: what it raises names the package, and so does an answer that is none."""
+
+    def __init__(self, kind: Kind, plugin: registry.Plugin) -> None:
+        """Look at what the kind says of itself.
+
+        Raises:
+            PluginError: an attribute is of a wrong type.
+        """
+        self.kind, self._plugin = kind, plugin
+        with plugin.working("does not say what it is"):
+            self.place, self.words = int(kind.place), int(kind.words)
+            self.side_by_side = bool(kind.side_by_side)
+            first, further = kind.work
+            self.work = (float(first), float(further))
+            self.readers = dict(kind.readers)
+
+    def means(self, model: str) -> bool:
+        """See `Kind.means`."""
+        return bool(self._plugin.guarded(self.kind.means)(model))
+
+    def candidates(self, settings: Settings, train: Dataset) -> Sequence[Candidate]:
+        """See `Kind.candidates`."""
+        return self._candidates(self._plugin.guarded(self.kind.candidates)(settings, train))
+
+    def grown(self, settings: Settings, train: Dataset, fitted: Sequence[Fitted]) -> Grown:
+        """See `Kind.grown`."""
+        grown = self._plugin.guarded(self.kind.grown)(settings, train, fitted)
+        if not isinstance(grown, Grown):
+            raise self._plugin.fault(f"returns a {type(grown).__name__}, it must be a Grown")
+        return Grown(self._candidates(grown.candidates), grown.findings)
+
+    def _candidates(self, given: Any) -> Sequence[Candidate]:
+        if not isinstance(given, list | tuple):
+            raise self._plugin.fault(
+                f"returns a {type(given).__name__}, it must be a list of candidates"
+            )
+        for each in cast("Sequence[Any]", given):
+            works = callable(getattr(each, "fit", None)) and callable(getattr(each, "refit", None))
+            if not works or not isinstance(getattr(each, "name", None), str):
+                raise self._plugin.fault(
+                    f"gives {each!r:.40} as a candidate; a candidate has a name, fit and refit"
+                )
+        return cast("Sequence[Candidate]", given)
+
+
 def kinds() -> list[tuple[registry.Plugin, Kind]]:
-    """All kinds in the order of their places, each with the plug-in that brings it."""
-    loaded = [(plugin, plugin.of_type(Kind)) for plugin in registry.plugins(GROUP)]
-    return sorted(loaded, key=lambda pair: pair[1].place)
+    """All kinds in the order of their places, each with the plug-in that brings it; without those that fail."""
+    return sorted(_kinds_and_failures()[0], key=lambda pair: pair[1].place)
+
+
+def _kinds_and_failures() -> tuple[list[tuple[registry.Plugin, Kind]], list[PluginError]]:
+    """All kinds that load, and what is wrong with each of the others."""
+    loaded, failures = registry.sound(GROUP, Kind)
+    usable: list[tuple[registry.Plugin, Kind]] = []
+    for plugin, kind in loaded:
+        try:
+            usable.append((plugin, kind if plugin.own else OutsideKind(kind, plugin)))
+        except PluginError as error:
+            failures.append(error)
+    return usable, failures
+
+
+def kind_of(model: str) -> Kind:
+    """The kind that a name means: one of ours before those of other packages; our first for what no other knows.
+
+    Raises:
+        PluginError: nobody knows the name, and a kind of another package, which might, fails.
+    """
+    loaded, failures = _kinds_and_failures()
+    ours = sorted((kind for plugin, kind in loaded if plugin.own), key=lambda kind: kind.place)
+    laws, *further = ours
+    others = [kind for plugin, kind in loaded if not plugin.own]
+    is_law = _names_a_law(model)
+    if is_law:  # no package takes the name of a law
+        others = [kind for kind in others if kind.words > 1]
+    for kind in (*further, *others):
+        if kind.means(model):
+            return kind
+    if failures and not is_law:
+        problem = f"nobody knows the model {model!r:.60}, and {failures[0].problem}"
+        raise PluginError(problem, remedy=failures[0].remedy)
+    return laws
+
+
+def _names_a_law(model: str) -> bool:
+    try:
+        law_from_name(model.split("+")[0])
+    except SettingError:
+        return False
+    return True
 
 
 def asked(settings: Settings, train: Dataset, kind: Kind) -> list[tuple[str, str]]:
@@ -147,12 +236,9 @@ def asked(settings: Settings, train: Dataset, kind: Kind) -> list[tuple[str, str
     """
     own: list[tuple[str, str]] = []  # models that name their stages
     without: list[str] = []
-    first, *further = [each for _, each in kinds()]
     for model in names(settings):
-        is_of_kind = kind.means(model)
-        if kind is first:  # all models that no other kind means are of the first kind
-            is_of_kind = not any(each.means(model) for each in further)
-        if not is_of_kind:
+        meant = kind_of(model)
+        if kind is not (meant.kind if isinstance(meant, OutsideKind) else meant):
             continue
         words = model.replace(" ", "").split("+")
         specification = "+".join(words[: kind.words])

@@ -14,15 +14,13 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
+from erclutch.logs.outside_reader import require_reader, sound_names, sound_table
 from erclutch.logs.readers.budget import Budget, size_of, within_seconds
 from erclutch.logs.readers.first_bytes import is_text
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
-from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -176,7 +174,7 @@ def log_at(path: str | Path | DataFrame) -> ReadableLog:
     name = type(path).__name__
     notes: list[str] = []
     for plugin, reader in _readers(notes):
-        if reader.takes is not None and reader.takes(path):
+        if reader.takes is not None and _says(plugin, reader.takes, path, notes):
             return ReadableLog(Path(name), plugin, is_file=False, notes=notes, memory=path)
     remedy = "Give the path of a file, or a pandas DataFrame"
     raise LogError(f"a log cannot be a {name}", remedy=remedy)
@@ -246,12 +244,8 @@ def reader_of(head: bytes, suffix: str) -> tuple[Plugin, list[str]]:
     if suffix.lower() == ".xls" and is_text(head):
         by_suffix = text
     for plugin, reader in readers:
-        try:
-            with plugin.working("failed to look at a file"):
-                if reader.claims(head):
-                    return plugin, notes
-        except PluginError as error:
-            notes.append(f"a reader was left out: {error}")
+        if _says(plugin, reader.claims, head, notes):
+            return plugin, notes
     return by_suffix, notes
 
 
@@ -264,19 +258,33 @@ def folder_reader(path: Path) -> Plugin | None:
         if reader.folder and (path / reader.folder).is_file():
             return plugin
     for plugin, reader in readers:
-        if reader.joins is not None and reader.joins(path):
+        if reader.joins is not None and _says(plugin, reader.joins, path, []):
             return plugin
     return None
 
 
+def _says(plugin: Plugin, question: Callable[[Any], bool], of: object, notes: list[str]) -> bool:
+    """What a reader answers; one that fails has no file, with a note."""
+    try:
+        with plugin.working("failed to look at a file"):
+            return bool(question(of))
+    except PluginError as error:
+        notes.append(f"a reader was left out: {error}")
+        return False
+
+
 def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:
-    """All readers, ours first; one that cannot be loaded is left out, with a note."""
+    """All readers, ours first; one that cannot be loaded or used is left out, with a note."""
+    loaded, failures = registry.sound(GROUP, LogReader)
     readers: list[tuple[Plugin, LogReader]] = []
-    for plugin in registry.plugins(GROUP):
+    for plugin, reader in loaded:
         try:
-            readers.append((plugin, plugin.of_type(LogReader)))
+            if not plugin.own:
+                require_reader(reader, plugin)
+            readers.append((plugin, reader))
         except PluginError as error:
-            notes.append(f"a reader was left out: {error}")
+            failures.append(error)
+    notes += [f"a reader was left out: {error}" for error in failures]
     return readers
 
 
@@ -296,7 +304,8 @@ def source_of(log: ReadableLog) -> LogSource:
             of_files = hashlib.sha256()
             with readable(file):
                 reader: LogReader = log.plugin.of_type(LogReader)
-                files = file.iterdir() if file.is_dir() else reader.parts(file)
+                with log.plugin.working(f"failed on {file.name}"):
+                    files = list(file.iterdir() if file.is_dir() else reader.parts(file))
                 inside: list[Path] = sorted(path for path in files if path.is_file())
                 if sum(path.stat().st_size for path in inside) > _LARGEST:
                     problem = "the files of the folder are larger than 4 GiB"
@@ -321,7 +330,8 @@ def names_in(plugin: Plugin, source: LogSource) -> list[str]:
     if names_of is None:
         return []
     with placed(source.path.name), plugin.working(f"failed on {source.path.name}"):
-        return list(names_of(source))
+        names = names_of(source)
+        return list(names) if plugin.own else sound_names(names, plugin)
 
 
 def read_by(plugin: Plugin, source: LogSource) -> Table:
@@ -342,16 +352,7 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
         with placed(source.name), within_seconds(budget.seconds):
             table: Any = reader.read(source)
         if not plugin.own:  # a package of somebody else may return anything
-            if not isinstance(table, Table):
-                returned = f"returns a {type(table).__name__}"
-                raise plugin.fault(f"{returned}, it must be a Table of erclutch.logs.table")
-            columns: dict[str, Array] = {}
-            for name, values in table.columns.items():
-                columns[name] = np.asarray(values, np.float64)
-            shapes = {values.shape for values in columns.values()}
-            if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
-                listed = ", ".join(f"{name} {values.shape}" for name, values in columns.items())
-                raise plugin.fault(f"returns columns that are no vectors of one length: {listed}")
+            table = sound_table(table, plugin)
             notes = (*table.notes, f"read by {plugin.name!r} of {plugin.label}")
-            table = replace(table, columns=columns, notes=notes)
+            table = replace(table, notes=notes)
         return replace(table, damage=reader.tells_damage)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, cast
 
 from erclutch import registry
-from erclutch.errors import RunError
-from erclutch.files import plain_words, small_text
+from erclutch.errors import PluginError, RunError
+from erclutch.files import plain_words, small_json
 from erclutch.models import residual_model
+from erclutch.models.law_model import KIND as LAW_KIND
 from erclutch.models.law_model import model_from_dict
 from erclutch.models.model import Model
 from erclutch.models.networks.network_file import network_from_dict
@@ -33,8 +33,8 @@ def load_model(path: str | Path) -> Model:
             remedy="For a run, use erclutch.read_run(folder).model(name), or give a file of its models folder",
         )
     try:
-        body = json.loads(small_text(Path(path)))
-    except (OSError, ValueError, RecursionError) as error:
+        body = small_json(Path(path))
+    except (OSError, ValueError) as error:
         remedy = "Check the path; give a run, or a file of its models folder"
         raise RunError(
             f"no readable model: {plain_words(error)}", where=str(path), remedy=remedy
@@ -43,16 +43,33 @@ def load_model(path: str | Path) -> Model:
         raise RunError("not a JSON object", where=str(path), remedy="Give a model file of a run")
     content = cast(dict[str, Any], body)
     kind = str(content.get("kind"))
-    read = _READERS.get(kind, model_from_dict)
-    if kind not in _READERS:  # a kind that another package brings: `fit.candidate.Kind.readers`
+    read = _READERS.get(kind)
+    failed: list[PluginError] = []
+    if read is None:  # a kind that another package brings: `fit.candidate.Kind.readers`
         for plugin in registry.plugins("erclutch.kinds"):
-            if not plugin.own and kind in plugin.value.readers:
-                read = plugin.guarded(plugin.value.readers[kind])
+            # A package that fails is no reason why models of other kinds are not read.
+            try:
+                of_kind = None if plugin.own else _reader_in(plugin, kind)
+            except PluginError as error:
+                failed.append(error)
+                continue
+            if of_kind is not None:
+                read = plugin.guarded(of_kind)
                 break
-    return read(content, str(path))
+    if read is None and failed:
+        raise failed[0]
+    return (read or model_from_dict)(content, str(path))
 
 
 _READERS: Mapping[str, Reader] = {
+    LAW_KIND: model_from_dict,
     KIND: network_from_dict,
     residual_model.KIND: residual_from_dict,
 }
+
+
+def _reader_in(plugin: registry.Plugin, kind: str) -> Reader | None:
+    """What reads models of a kind, in a plug-in of another package; None where it reads others."""
+    value = plugin.value
+    with plugin.working("does not say which models it reads"):
+        return value.readers.get(kind)

@@ -17,7 +17,7 @@ import numpy as np
 from erclutch import registry
 from erclutch.errors import PluginError, SettingError
 from erclutch.models.laws.law import Dimension, Gain, Law, LawFamily, ShapeParameter, YieldForm
-from erclutch.models.laws.outside_law import checked, typical
+from erclutch.models.laws.outside_law import checked, require_family, typical
 from erclutch.models.laws.smooth import FORWARD
 from erclutch.models.laws.yield_stress import CONSTANT, YIELD_FORMS
 from erclutch.registry import Plugin
@@ -49,14 +49,11 @@ PAPER = ("bingham/forward", "seo-seo/forward", "hem/forward", "rbfm-5/forward", 
 
 
 def families() -> dict[str, LawFamily]:
-    """All laws by name, ours and those of other packages, from the simplest to the richest.
-
-    Raises:
-        PluginError: a law of another package cannot be loaded.
-    """
+    """All laws by name, ours and those of other packages that load, from the simplest to the richest."""
     by_name: dict[str, LawFamily] = {}
     for plugin in registry.plugins(GROUP):
-        by_name[plugin.name] = plugin.of_type(LawFamily)
+        with suppress(PluginError):
+            by_name[plugin.name] = family_of(plugin)
 
     def place(name: str) -> tuple[float, str]:
         """A law that is not on the ladder stands behind those that are."""
@@ -88,6 +85,18 @@ def quick_laws() -> tuple[str, ...]:
 def _own_families() -> list[tuple[str, LawFamily]]:
     own = [plugin for plugin in registry.plugins(GROUP) if plugin.own]
     return [(plugin.name, plugin.of_type(LawFamily)) for plugin in own]
+
+
+def family_of(plugin: Plugin) -> LawFamily:
+    """The law of a plug-in; that of another package is looked at.
+
+    Raises:
+        PluginError: it cannot be loaded, or a part is of a wrong type.
+    """
+    family: LawFamily = plugin.of_type(LawFamily)
+    if not plugin.own:
+        require_family(family, plugin)
+    return family
 
 
 def shown_of(name: str, family: LawFamily) -> tuple[str, ...]:
@@ -153,7 +162,7 @@ def law_from_name(specification: str, device: str = "single") -> Law:
     name, *options = specification.strip().lower().split("/")
     forms = [option for option in options if option != "forward"]
     plugin, number = _plugin(name)
-    family: LawFamily = plugin.of_type(LawFamily)
+    family = family_of(plugin)
     form = None
     if isinstance(family.law, Law):
         if forms:
@@ -173,7 +182,8 @@ def law_from_name(specification: str, device: str = "single") -> Law:
         with plugin.working():
             law = family.law(form, *numbers)
     if not plugin.own:
-        law = checked(law, plugin)
+        with plugin.working("is no law that can be used"):
+            law = checked(law, plugin)
     if form is not None:
         law = replace(law, yield_form=form)
     if "forward" not in options:
@@ -197,14 +207,14 @@ def _plugin(name: str) -> tuple[Plugin, int | None]:
     stem, _, digits = name.rpartition("-")
     if name not in known and stem in known and digits.isdecimal() and len(digits) < 10:
         plugin = registry.find(GROUP, stem)
-        if plugin.of_type(LawFamily).count is not None:
+        if family_of(plugin).count is not None:
             return plugin, int(digits)
     if name in known:
         plugin = registry.find(GROUP, name)
-        return plugin, plugin.of_type(LawFamily).count
+        return plugin, family_of(plugin).count
     for plugin in registry.plugins(GROUP):
         with suppress(PluginError):  # a law that is broken has no aliases
-            family = plugin.of_type(LawFamily)
+            family = family_of(plugin)
             if name in family.aliases:
                 return plugin, family.count
     raise registry.unknown(GROUP, name, (*law_names(), "fnn-N", "rbfn-N"))

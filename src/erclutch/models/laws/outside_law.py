@@ -8,7 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.arithmetic.dual import Dual
-from erclutch.models.laws.law import Law, ShapeParameter
+from erclutch.models.laws.law import Dimension, Gain, Law, LawFamily, ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.registry import Plugin
 
@@ -38,6 +38,7 @@ def checked(law: Any, plugin: Plugin) -> Law:
         raise plugin.fault(
             "must have TRANSITION_SLIP of erclutch.models.laws.smooth as its first shape parameter"
         )
+    require_law(law, plugin)
     own = replace(
         law,
         columns=plugin.guarded(law.columns),
@@ -91,3 +92,96 @@ def typical(shape: ShapeParameter) -> float:
     if shape.scale == "log":
         return float(np.sqrt(low * high))
     return 0.5 * (low + high)
+
+
+def require_family(family: LawFamily, plugin: Plugin) -> None:
+    """Refuse what a package brings as a law where a part is of a wrong type.
+
+    Raises:
+        PluginError: a part, and what it must be.
+    """
+
+    def is_text(value: object) -> bool:
+        return isinstance(value, str)
+
+    def is_count(value: object) -> bool:
+        return isinstance(value, int) and not isinstance(value, bool) and value >= 0
+
+    def is_ladder(value: object) -> bool:
+        entries = cast("dict[object, object]", value) if isinstance(value, dict) else {0: 0}
+        return all(is_text(name) and is_count(place) for name, place in entries.items())
+
+    def are_texts(value: object) -> bool:
+        return isinstance(value, tuple | list) and all(map(is_text, cast("list[object]", value)))
+
+    fits = {
+        "law": isinstance(family.law, Law) or callable(family.law),
+        "formula": is_text(family.formula),
+        "about": is_text(family.about),
+        "curves": is_text(family.curves),
+        "ladder": is_ladder(family.ladder),
+        "aliases": are_texts(family.aliases),
+        "count": family.count is None or is_count(family.count),
+    }
+    for name, right in fits.items():
+        if not right:
+            given = getattr(family, name)
+            raise plugin.fault(
+                f"has {given!r:.40} as its {name}; see LawFamily for what it must be"
+            )
+
+
+def require_law(law: Law, plugin: Plugin) -> None:
+    """Refuse a law whose parts are of wrong types.
+
+    Raises:
+        PluginError: a part, and what it must be.
+    """
+    words: tuple[Any, ...] = (law.title, law.source)
+    if not all(isinstance(word, str) for word in words):
+        raise plugin.fault("must have a title and a source: texts")
+    require_parameters((*law.stimulus_shape, *law.shape), plugin)
+    gain: Any
+    for gain in law.gains:
+        known = isinstance(gain, Gain) and _is_described(gain.name, gain.meaning, gain.dimension)
+        if not known:
+            raise plugin.fault(
+                f"has the gain {gain!r:.60}; a Gain has a name, a meaning, a dimension"
+            )
+    for name in ("columns", "stimulus", "paper_form"):
+        function = getattr(law, name)
+        if not callable(function) and (function is not None or name == "columns"):
+            raise plugin.fault(f"has {function!r:.40} as its {name}, which must be a function")
+
+
+def require_parameters(
+    given: tuple[ShapeParameter, ...], plugin: Plugin
+) -> tuple[ShapeParameter, ...]:
+    """The parameters of a law or stage, if a search can use their names and bounds.
+
+    Raises:
+        PluginError: a parameter, and what is wrong with it.
+    """
+    each: Any
+    for each in given:
+        if not isinstance(each, ShapeParameter):
+            raise plugin.fault(f"has {each!r:.40} as a parameter, it must be a ShapeParameter")
+        known = _is_described(each.name, each.meaning, each.dimension)
+        if not known or each.scale not in ("linear", "log"):
+            needed = "its name is an identifier; it has a meaning, a Dimension and a known scale"
+            raise plugin.fault(f"has a parameter {each.name!r:.40}; {needed}")
+        bounds: tuple[Any, ...] = ((each.lower, each.upper), each.scanned)
+        for low, high in bounds:
+            rising = isinstance(low, int | float) and isinstance(high, int | float) and low < high
+            finite = rising and np.isfinite([low, high]).all()
+            if not finite or (each.scale == "log" and low <= 0.0):
+                raise plugin.fault(
+                    f"has a parameter {each.name} from {low!r:.20} to {high!r:.20}; bounds are "
+                    "finite and rise, and those of a log scale are above 0"
+                )
+    return given
+
+
+def _is_described(name: Any, meaning: Any, dimension: Any) -> bool:
+    is_name = isinstance(name, str) and name.isidentifier()
+    return is_name and isinstance(meaning, str) and isinstance(dimension, Dimension)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import Any, cast
 
 from erclutch.errors import SettingError
+from erclutch.models.laws.law import ShapeParameter
+from erclutch.models.laws.outside_law import require_parameters
 from erclutch.models.stages.stage import Stage, StageFamily
 from erclutch.registry import Plugin, find
 
@@ -23,6 +26,18 @@ class OutsideStage:
     def __init__(self, stage: Stage, plugin: Plugin) -> None:
         self.stage = stage
         self.plugin = plugin
+        with plugin.working("does not say what it is"):
+            texts: tuple[Any, ...] = (
+                stage.name,
+                stage.place,
+                stage.title,
+                stage.source,
+                stage.equation,
+            )
+        if not all(isinstance(text, str) for text in texts):
+            raise plugin.fault(
+                "must have a name, a place, a title, a source and an equation: texts"
+            )
         if not re.fullmatch(re.escape(plugin.name) + r"(-\d+)?(/\w+)*", stage.name):
             raise plugin.fault(
                 f"calls itself {stage.name!r}; its name and its entry point must agree"
@@ -36,6 +51,13 @@ class OutsideStage:
         """What the stage has by a name."""
         value = getattr(self.stage, name)
         return self.plugin.guarded(value) if callable(value) else value
+
+    def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
+        """The nonlinear parameters, with bounds that a search can use."""
+        given: Any = self.plugin.guarded(self.stage.parameters)(period)
+        if not isinstance(given, tuple | list):
+            raise self.plugin.fault(f"gives a {type(given).__name__} as its parameters")
+        return require_parameters(tuple(cast("Sequence[Any]", given)), self.plugin)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A copy in another process finds the stage by its name."""
