@@ -153,17 +153,21 @@ class Plugin:
         return call
 
     def of_type(self, kind: type[Any]) -> Any:
-        """The value, if it is of a type.
+        """The value, if it is of a type. A type whose values need a look says so by a method ``of_others(plugin)``.
 
         Raises:
-            PluginError: it is of another, or cannot be imported.
+            PluginError: it is of another, or cannot be imported, or is not what its type asks for.
         """
-        if not isinstance(self.value, kind):
-            given = type(self.value).__name__
+        value = self.value
+        if not isinstance(value, kind):
+            given = type(value).__name__
             raise self.fault(
                 f"is of type {given}, it must be {kind.__name__} (of {kind.__module__})"
             )
-        return self.value
+        if self.own or not hasattr(kind, "of_others"):
+            return value
+        with self.working("does not say what it is"):
+            return value.of_others(self)
 
     def fault(self, what: str) -> PluginError:
         """What is wrong with it, with its name, package and version, to be raised."""

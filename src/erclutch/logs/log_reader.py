@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any
 
 from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
-from erclutch.logs.outside_reader import require_reader, sound_names, sound_table
 from erclutch.logs.readers.budget import Budget, size_of, within_seconds
 from erclutch.logs.readers.first_bytes import is_text
 from erclutch.logs.table import Table
@@ -108,6 +107,12 @@ class LogReader:
     folder: str = ""
     joins: Callable[[Path], bool] | None = None
     parts: Callable[[Path], Sequence[Path]] = lambda path: ()
+
+    def of_others(self, plugin: Plugin) -> LogReader:
+        """The same reader, of another package: what it is and what it gives is looked at. See `Plugin.of_type`."""
+        from erclutch.logs.outside_reader import looked_at
+
+        return looked_at(self, plugin)
 
 
 def claims_nothing(head: bytes) -> bool:
@@ -275,15 +280,7 @@ def _says(plugin: Plugin, question: Callable[[Any], bool], of: object, notes: li
 
 def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:
     """All readers, ours first; one that cannot be loaded or used is left out, with a note."""
-    loaded, failures = registry.sound(GROUP, LogReader)
-    readers: list[tuple[Plugin, LogReader]] = []
-    for plugin, reader in loaded:
-        try:
-            if not plugin.own:
-                require_reader(reader, plugin)
-            readers.append((plugin, reader))
-        except PluginError as error:
-            failures.append(error)
+    readers, failures = registry.sound(GROUP, LogReader)
     notes += [f"a reader was left out: {error}" for error in failures]
     return readers
 
@@ -330,8 +327,7 @@ def names_in(plugin: Plugin, source: LogSource) -> list[str]:
     if names_of is None:
         return []
     with placed(source.path.name), plugin.working(f"failed on {source.path.name}"):
-        names = names_of(source)
-        return list(names) if plugin.own else sound_names(names, plugin)
+        return list(names_of(source))
 
 
 def read_by(plugin: Plugin, source: LogSource) -> Table:
@@ -350,9 +346,8 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
     with plugin.working(f"failed on {source.name}"):
         budget = Budget(source.size)
         with placed(source.name), within_seconds(budget.seconds):
-            table: Any = reader.read(source)
-        if not plugin.own:  # a package of somebody else may return anything
-            table = sound_table(table, plugin)
+            table = reader.read(source)
+        if not plugin.own:
             notes = (*table.notes, f"read by {plugin.name!r} of {plugin.label}")
             table = replace(table, notes=notes)
         return replace(table, damage=reader.tells_damage)

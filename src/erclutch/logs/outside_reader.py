@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from numbers import Real
@@ -22,7 +22,34 @@ _NEEDED = ("claims", "read", "parts")  # functions of a reader
 _FURTHER = ("windows", "extent", "recordings", "each", "takes", "joins")  # or None
 
 
-def require_reader(reader: LogReader, plugin: Plugin) -> None:
+def looked_at(reader: LogReader, plugin: Plugin) -> LogReader:
+    """The reader with functions that look at what each of its functions gives.
+
+    Raises:
+        PluginError: see `_require_reader`.
+    """
+    _require_reader(reader, plugin)
+
+    def looking(at: Callable[[Any, Plugin], Any], function: Callable[[Any], Any] | None) -> Any:
+        if function is None:
+            return None
+
+        def look(given: Any) -> Any:
+            return at(function(given), plugin)
+
+        return look
+
+    return replace(
+        reader,
+        read=looking(sound_table, reader.read),
+        recordings=looking(sound_names, reader.recordings),
+        each=looking(sound_tables, reader.each),
+        windows=reader.windows and sound_windows(reader.windows, plugin),
+        extent=looking(sound_extent, reader.extent),
+    )
+
+
+def _require_reader(reader: LogReader, plugin: Plugin) -> None:
     """Refuse a reader whose parts are of wrong types.
 
     Raises:

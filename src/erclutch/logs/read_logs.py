@@ -22,7 +22,6 @@ from erclutch.logs.keywords import all_options, options_of, window_and_rate
 from erclutch.logs.log_file import group_of, recordings_in, tables_in
 from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
 from erclutch.logs.mapping import ColumnMap, file_mapping, map_over, told_of
-from erclutch.logs.outside_reader import sound_extent, sound_windows
 from erclutch.logs.plan import Invalid
 from erclutch.logs.planning.recording_choice import table_of_log
 from erclutch.logs.planning.whole_plan import plan_of, sure_plan_of
@@ -162,8 +161,6 @@ def read_batches(
                 hashlib.file_digest(content, "sha256").hexdigest() if part == WHOLE_FILE else ""
             )
         source = LogSource(file, b"", digest, decimal=told.decimal)
-        if not plugin.own:
-            windows = sound_windows(windows, plugin)
         with placed(file.name), plugin.working(f"failed on {file.name}"):
             yield from windowed_batches(windows, source, told, device, invalid, rows, part)
         return
@@ -185,8 +182,7 @@ def extent_of(path: str | Path) -> tuple[int, int] | None:
     if extent is None:
         return None
     with placed(file.name), plugin.working(f"failed on {file.name}"):
-        counts = extent(file)
-        return counts if plugin.own else sound_extent(counts, plugin)
+        return extent(file)
 
 
 @keywords_checked
