@@ -20,6 +20,7 @@ from erclutch.report.numbers.number_text import scale_for
 from erclutch.report.numbers.run_material import Material, material_of
 from erclutch.report.plots.error_map_plot import describe_error_map
 from erclutch.report.plots.loops_plot import describe_loops
+from erclutch.report.plots.plot_description import Cells
 from erclutch.report.plots.svg_painter import svg
 from erclutch.report.plots.trace_plot import describe_trace
 from erclutch.runs.run_folder import read_run
@@ -275,3 +276,12 @@ def test_errors_by_log_leave_room_for_the_table(
     page = visit(write_report(replace(without_field, run=run), tmp_path / "report.html"))
     box = page.locator("#ranking .scroll").first
     assert box.evaluate("box => box.scrollWidth - box.clientWidth") <= 0
+
+
+@pytest.mark.parametrize(("largest", "beyond"), [(0.5, False), (1.0, False), (3.0, True)])
+def test_a_cell_beyond_the_last_colour_is_known(largest: float, beyond: bool) -> None:
+    """The key of the map ended at 20 N where a cell had 51.7 N."""
+    edges = np.arange(3.0)
+    values = np.array([[np.nan, 0.2], [largest, 0.1]])
+    cells = Cells(edges, edges, values, top=1.0, style="heat", label="RMSE [N]")
+    assert cells.go_beyond == beyond

@@ -52,10 +52,13 @@ def _error_map(material: Material) -> dict[str, Any]:
                 "inside": inside(panels[0]),
             }
         )
+    error_steps = [number(top, 2) for top in error.largest(RAMP)]
+    if error.go_beyond:
+        error_steps[-1] = "more"
     return {
         "pairs": list(zip(panels[::2], panels[1::2], strict=True)),
         "grids": grids,
-        "error_steps": [number(top, 2) for top in error.largest(RAMP)],
+        "error_steps": error_steps,
         "row_steps": [count(round(top)) for top in rows.largest(RAMP)],
         "error_label": error.label,
         "lead": f"{worst} {holes}",

@@ -171,6 +171,11 @@ class Cells:
         colour = np.clip((share * count).astype(np.int64), 0, count - 1)
         return np.where(share < 0, -1, colour)
 
+    @property
+    def go_beyond(self) -> bool:
+        """Whether a cell has more than the largest value of the colours: it has the last colour too."""
+        return bool(np.nanmax(self.values, initial=0.0) > self.top)
+
     def largest(self, count: int) -> list[float]:
         """Largest value of each of so many colours."""
         shares = np.arange(1, count + 1) / count
