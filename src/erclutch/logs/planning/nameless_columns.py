@@ -43,12 +43,13 @@ def propose_columns_without_names(draft: Draft) -> None:
     table = draft.table
     asked = draft.questions
     clock = draft.clock.column if draft.clock is not None and draft.clock.kind == "column" else ""
-    if not {"slip", "effort"} <= {*asked} or not _are_without_names(table, clock):
+    if not {"slip", "effort"} <= {*asked} or not _are_without_names(draft, clock):
         return
-    free = [column.name for column in draft.seen.without(draft.taken)]
+    taken = [*draft.taken, *_counting(draft)]
+    free = [column.name for column in draft.seen.without(taken)]
     options: dict[str, str] = {}
 
-    time = _rising_steadily(table, free) if "time" in asked else ""
+    time = _rising_steadily(table, free) if "time" in asked and len(free) > 2 else ""
     stamps: Array = np.arange(float(table.rows))
     if time:
         free.remove(time)
@@ -71,6 +72,8 @@ def propose_columns_without_names(draft: Draft) -> None:
         rate = over_rate(table.columns[roles.slip], table.columns[roles.position], stamps)
         if rate is not None and usual_rate(rate) is not None:
             options["time"] = f"--rate {shell_word(f'{usual_rate(rate):g} Hz')}"
+    elif "time" in asked and not time and roles.slip and _is_of_points(table.columns[roles.slip]):
+        options["time"] = "--time none"
     motion = "slip" if roles.slip else "position"
     options["slip"] = f"--{motion} {shell_word(roles.slip or roles.position)}"
     options["effort"] = f"--effort {shell_word(roles.effort)}"
@@ -91,19 +94,28 @@ def _propose(draft: Draft, options: Mapping[str, str]) -> None:
         asked[about] = replace(question, problem=f"{missing}{listed}{columns}", option=option)
 
 
-def _are_without_names(table: Table, clock: str) -> bool:
-    """Whether a few columns beside the clock are numbered from 1 on behind one word.
+def _counting(draft: Draft) -> list[str]:
+    """Columns called ``index`` that count rows, as pandas writes them beside columns without names."""
+    columns = draft.seen.columns
+    return [name for name in columns if name == "index" and columns[name].shape.counts_rows]
 
-    So a reader calls columns without a name, and those of one array.
+
+def _are_without_names(draft: Draft, clock: str) -> bool:
+    """Whether a few columns beside the clock are numbered from 1, or from 0, on behind one word.
+
+    So a reader calls columns without a name, those of one array, and NumPy its arrays (``arr_0``).
     """
-    names = [name for name in table.columns if name != clock]
+    table = draft.table
+    counting = _counting(draft)
+    names = [name for name in table.columns if name not in (clock, *counting)]
     if not 2 <= len(names) <= _MOST:
         return False
     matches = [_NUMBERED.fullmatch(name) for name in names]
     numbers = [int(match[2]) for match in matches if match is not None]
     stems = {match[1] for match in matches if match is not None}
     has_no_unit = not any(table.units.get(name) for name in names)
-    return len(stems) == 1 and numbers == [*range(1, len(names) + 1)] and has_no_unit
+    are_counted = numbers in ([*range(1, len(names) + 1)], [*range(len(names))])
+    return len(stems) == 1 and are_counted and has_no_unit
 
 
 def _rising_steadily(table: Table, names: Sequence[str]) -> str:
@@ -219,3 +231,12 @@ def _share_of_levels(values: Array, switching: Array) -> float:
         means[at_level] = size[at_level].mean()
     whole = float(np.var(size))
     return float(np.var(means)) / whole if whole else 0.0
+
+
+def _is_of_points(speeds: Array) -> bool:
+    """Whether speeds were set one after another, or several times each: a table of points, no course of a motion."""
+    steps = np.diff(speeds)
+    if not steps.size or not np.isfinite(steps).all():
+        return False
+    levels = np.unique(speeds).size
+    return bool(np.all(steps > 0.0) or np.all(steps < 0.0)) or 2 * levels <= speeds.size

@@ -26,6 +26,8 @@ _LIKELY = re.compile(r".*\d:\d\d.*")
 _WHOLE = re.compile(r"(:\d\d:\d\d)(?![.\d])")  # a time of day in whole seconds
 #: What stands between a date and a time of day in place of a blank: 2024-05-01T10:00, 2024/05/01/10:00:00.
 _JOINT = re.compile(r"\S*?\d(T(?=\d)|[/_-](?=\d{1,2}:\d\d:\d\d))")
+#: What pandas writes for a time from a start: 0 days 00:00:00.010000, or P0DT0H0M0.01S.
+_DURATION = r"-?\d+ days?(?: \+?\d\d:\d\d:\d\d(?:\.\d+)?)?|P\d+DT\d+H\d+M\d+(?:\.\d+)?S"
 _FINER = re.compile(r"(\.\d{6})\d+")
 
 
@@ -65,9 +67,15 @@ def seconds(cells: pd.Series[Any]) -> Array | None:
     import pandas as pd
 
     first = str(cells.iloc[0]).strip()
-    if cells.isna().any() or len(first) > 40 or not _LIKELY.match(first):
+    is_duration = re.fullmatch(_DURATION, first) is not None
+    if cells.isna().any() or len(first) > 40 or not (is_duration or _LIKELY.match(first)):
         return None
     texts = cells.astype(str).str.strip()
+    if is_duration:
+        if not texts.str.fullmatch(_DURATION).all():
+            return None
+        lasted: Any = pd.to_timedelta(texts)
+        return np.asarray((lasted - lasted.iloc[0]).dt.total_seconds(), dtype=np.float64)
     texts = texts.str.replace(",", ".", regex=False)
     texts = texts.str.replace(_WHOLE, r"\1.0", regex=True)
 

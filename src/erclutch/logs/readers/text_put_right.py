@@ -19,6 +19,11 @@ from erclutch.logs.readers.lying_tables import upright
 from erclutch.logs.readers.numerals import with_plain_digits, with_plain_minus
 from erclutch.logs.readers.padded_settings import without_padded_settings
 from erclutch.logs.readers.pivoted_tables import with_pivoted_heads
+from erclutch.logs.readers.printed_frames import (
+    with_names_for_places,
+    with_names_of_printed_frame,
+)
+from erclutch.logs.readers.scope_heads import with_scope_heads
 from erclutch.logs.readers.serial_monitor import with_stamps_in_cells
 from erclutch.logs.readers.spread_cells import without_spread_in_cells
 from erclutch.logs.readers.text_bytes import unbroken, with_whole_names, without_row_marks
@@ -61,6 +66,9 @@ def put_right(text: str) -> tuple[str, list[str]]:
         text, brackets = without_brackets(text)
         notes.append(brackets)
     for change in (
+        with_names_of_printed_frame,
+        with_names_for_places,
+        with_scope_heads,
         without_padded_settings,
         without_rules,
         with_steps_above,
