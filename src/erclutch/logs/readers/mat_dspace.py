@@ -19,8 +19,8 @@ from erclutch.logs.readers.found_recordings import Found, told_apart
 from erclutch.logs.readers.vectors import columns_of, vector
 
 _GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
-#: Between the parts of a path, and not inside of quotes.
-_SLASH = re.compile(r'/(?=(?:[^"]*"[^"]*")*[^"]*$)')
+#: Between the parts of a path, and neither inside of quotes nor of a unit in brackets.
+_SLASH = re.compile(r'/(?=(?:[^"]*"[^"]*")*[^"]*$)(?![^\[(]*[\])])')
 
 
 def structs_of(node: Any) -> list[dict[str, Any]]:
@@ -97,7 +97,7 @@ def _short_names(paths: list[str]) -> list[str]:
     parts_of: list[list[str]] = []
     lengths: list[int] = []  # how many parts of a path are its name
     for path in paths:
-        parts = [part.strip().strip('"') for part in _SLASH.split(path) if part.strip()]
+        parts = [part.strip().strip("\"'") for part in _SLASH.split(path) if part.strip()]
         parts = parts or [path]
         ends_in_port = len(parts) > 1 and _GENERIC.fullmatch(parts[-1])
         parts_of.append(parts)
