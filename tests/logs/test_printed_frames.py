@@ -51,8 +51,8 @@ def test_a_print_of_r_has_its_time_in_front(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("form", ["pandas", "iso", "index"])
 def test_a_time_that_lasted_is_a_clock(tmp_path: Path, form: str) -> None:
-    lasted = pd.Series(pd.to_timedelta(TIME, unit="s"))
-    texts = lasted.map(lambda each: each.isoformat()) if form == "iso" else lasted
+    lasted = pd.to_timedelta(TIME, unit="s")
+    texts = [f"P0DT0H0M{t:.2f}S" for t in TIME] if form == "iso" else lasted
     path = tmp_path / "log.csv"
     frame = FRAME.assign(time=texts)
     if form == "index":
