@@ -143,11 +143,10 @@ def tune(
             )
         _show(chosen, path, moved, loops, gains)
     with placed(out / "control.toml") as partial:
-        digest = chosen.to_dict()["digest"]
-        made_by = "by erclutch tune. erclutch live --tuned takes this file."
-        lines = [f"# Control of {chosen.name} ({digest[:12]}), {made_by}"]
-        for tuned in loops:
-            margins = tuned.margins
+        digest = chosen.to_dict()["digest"][:12]
+        by = "by erclutch tune. erclutch live --tuned takes this file."
+        lines = [f"# Control of {chosen.name} ({digest}), {by}"]
+        for tuned, margins in ((tuned, tuned.margins) for tuned in loops):
             lines.append(
                 f"# {tuned.name}: {tuned.bandwidth:.3g} Hz of at most {tuned.largest:.3g}; "
                 f"gain margin {margins.gains}, phase {margins.phase:.0f} deg, delay {1e3 * margins.delay:.1f} ms, "
