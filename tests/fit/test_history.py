@@ -110,7 +110,7 @@ def test_a_richer_stage_of_the_family_takes_the_place_of_a_simpler_one() -> None
     found = history(data, dynamics="lag+dahl/field+inertia")
     assert found is not None
     assert found.stage == "dahl-2/field"
-    assert history(data, dynamics="lag+dahl-2/field+inertia") is None
+    assert history(data, dynamics="lag+dahl-2/field+inertia/smooth") is None
 
 
 def test_the_share_is_of_what_field_and_slip_leave() -> None:

@@ -262,10 +262,16 @@ def test_a_field_in_a_sheet_without_a_time_is_told(tmp_path: Path) -> None:
         table_of_log(path, ColumnMap(), None)
 
 
-def test_a_page_of_html_under_the_name_of_a_workbook_is_called_so(tmp_path: Path) -> None:
-    path = tmp_path / "log.xls"
+@pytest.mark.parametrize(
+    ("name", "said"), [("log.xls", "not a table"), ("log.xlsx", "under the name of a workbook")]
+)
+def test_a_page_of_html_under_the_name_of_a_workbook_is_called_so(
+    tmp_path: Path, name: str, said: str
+) -> None:
+    """The old name is that of many a text; a page is none that holds a table."""
+    path = tmp_path / name
     path.write_text("<html><table><tr><td>1</td></tr></table></html>", encoding="utf-8")
-    with pytest.raises(LogError, match="XML or HTML under the name of a workbook"):
+    with pytest.raises(LogError, match=f"the file is XML or HTML.*{said}"):
         read_table(path)
 
 

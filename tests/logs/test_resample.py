@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from erclutch.errors import SettingError, ShortLogError
 from erclutch.fit.checks.data_check import check
 from erclutch.fit.past_samples import past_rows
-from erclutch.logs import recording_from_arrays
+from erclutch.logs import read, recording_from_arrays
 from erclutch.logs.clock import resample
 from erclutch.logs.clock.resample import PASSED, resampled
 from erclutch.logs.dataset import build_dataset
@@ -209,12 +210,14 @@ def test_any_ratio_keeps_a_line_and_its_time(rows: int, ratio: float) -> None:
     assert got.time[-1] <= t[-1] + 1e-9
 
 
-def test_an_angle_that_starts_again_is_drawn_out_before_the_filter() -> None:
+def test_an_angle_that_starts_again_is_drawn_out_before_the_filter(tmp_path: Path) -> None:
     t = np.arange(4000) / 1000
     angle = 2.0 * np.sin(2.0 * t) + 9.0 * t  # rad
-    signals = {"field": np.ones(t.size), "position": angle % (2 * np.pi), "effort": t}
-    units = {"field": "A", "position": "rad", "effort": "N*m"}
-    log = resampled(recording_from_arrays(signals, units, rate=1000.0), 200.0)
+    columns = {"t [s]": t, "I [A]": np.ones(t.size), "q [rad]": angle % (2 * np.pi), "M [N*m]": t}
+    rows = np.column_stack(list(columns.values()))
+    path = tmp_path / "log.csv"
+    np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="")
+    log = read(path, field="I [A]", position="q [rad]", effort="M [N*m]", resample=200.0)
     slip = build_dataset(log).elements[0].slip
     np.testing.assert_allclose(slip[9:-9], (4.0 * np.cos(2.0 * log.time) + 9.0)[9:-9], atol=0.01)
     assert any("starts again after a full turn, 6 times" in note for note in log.notes)

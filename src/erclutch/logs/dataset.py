@@ -25,7 +25,6 @@ from erclutch.signals.device import (
     Units,
     elements_of,
 )
-from erclutch.signals.full_turns import drawn_out
 from erclutch.signals.recording import NO_FIELD, Recording
 from erclutch.signals.shown import Shown, one_line
 from erclutch.signals.speed import Derivative
@@ -338,6 +337,7 @@ def device_of(log: Recording) -> DeviceName:
 
 def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Dataset:
     """The rows of one log; see `build_dataset`."""
+    log = log.without_jumps()
     notes = list(log.notes)
     neighboured = [(start, stop) for start, stop in log.segments if stop - start > 1]
     lone = len(log.segments) - len(neighboured)
@@ -349,8 +349,7 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
     spans = [Span(start, stop, period) for start, stop in log.segments]
     clock = Clock(log.time, tuple(spans))
 
-    signals, notes_of_turns = drawn_out(log)
-    notes += notes_of_turns
+    signals = dict(log.signals)
     units = dict(log.units)
     for position, speed in SPEED_OF.items():
         if position in signals and speed not in signals:

@@ -26,6 +26,7 @@ from erclutch.logs.log_reader import (
     log_at,
     names_in,
     read_by,
+    read_once,
     source_of,
 )
 from erclutch.logs.rows.largest_doubles import without_largest_doubles
@@ -99,12 +100,12 @@ def read_table(
     if log.memory is not None:
         variable = None  # what is in memory is one recording
     source = replace(source_of(log), variable=variable, told=told, decimal=decimal)
-    if group is None or variable in names_in(log.plugin, source):
-        table = read_by(log.plugin, source)
-    else:
+    if group is not None and variable not in names_in(log.plugin, source):
         with placed(log.path.name):
-            whole = _whole(log.path, source.digest, group.recording, decimal)
+            whole = read_once(log.path, source.digest, group.recording, decimal)
             table = rows_of(whole, group.column, group.word)
+    else:
+        table = read_by(log.plugin, source)
     return finished(table, log.notes, path)
 
 
@@ -230,14 +231,6 @@ def _at_once(
     source = replace(source_of(log), digest=digest, variable="\n".join(names) or None)
     with log.plugin.working(f"failed on {file.name}"):
         return each(source)
-
-
-@lru_cache(maxsize=1)
-def _whole(file: Path, digest: str, recording: str | None, decimal: str | None) -> Table:
-    """A recording whose rows are parted by the words of a column: it is kept, for each word asks for it."""
-    log = log_at(file)
-    source = replace(source_of(log), digest=digest, variable=recording, decimal=decimal)
-    return read_by(log.plugin, source)
 
 
 @lru_cache(maxsize=1)

@@ -11,13 +11,13 @@ import sys
 from collections.abc import Callable, Container, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
 from erclutch.logs.readers.budget import Budget, size_of, within_seconds
-from erclutch.logs.readers.first_bytes import is_text
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
 
@@ -243,11 +243,7 @@ def reader_of(head: bytes, suffix: str) -> tuple[Plugin, list[str]]:
     notes: list[str] = []
     readers = _readers(notes)
     named = [plugin for plugin, reader in readers if suffix.lower() in reader.suffixes]
-    text = registry.find(GROUP, "text")
-    by_suffix = named[0] if named else text
-    # Testing machines and LabVIEW write a text cut at tabs under the name of a workbook, which Excel opens as one.
-    if suffix.lower() == ".xls" and is_text(head):
-        by_suffix = text
+    by_suffix = named[0] if named else registry.find(GROUP, "text")
     for plugin, reader in readers:
         if _says(plugin, reader.claims, head, notes):
             return plugin, notes
@@ -351,3 +347,11 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
             notes = (*table.notes, f"read by {plugin.name!r} of {plugin.label}")
             table = replace(table, notes=notes)
         return replace(table, damage=reader.tells_damage)
+
+
+@lru_cache(maxsize=1)
+def read_once(file: Path, digest: str, recording: str | None, decimal: str | None) -> Table:
+    """A recording whose rows are parted by the words of a column: it is kept, for each word asks for it."""
+    log = log_at(file)
+    source = replace(source_of(log), digest=digest, variable=recording, decimal=decimal)
+    return read_by(log.plugin, source)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 from numbers import Real
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -15,14 +15,15 @@ from erclutch.logs.table import Table, WordColumn
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 
-if TYPE_CHECKING:
-    from erclutch.logs.log_reader import LogReader, LogSource, Windows
-
+#: A reader, which `erclutch.logs.log_reader` brings here: of its type nothing is believed, so it has none.
+_Reader = Any
+#: See `erclutch.logs.log_reader.Windows`.
+_Windows = Callable[[Any, int, int, int, int | None], Iterator[tuple[int, int, Table]]]
 _NEEDED = ("claims", "read", "parts")  # functions of a reader
 _FURTHER = ("windows", "extent", "recordings", "each", "takes", "joins")  # or None
 
 
-def looked_at(reader: LogReader, plugin: Plugin) -> LogReader:
+def looked_at(reader: _Reader, plugin: Plugin) -> _Reader:
     """The reader with functions that look at what each of its functions gives.
 
     Raises:
@@ -49,7 +50,7 @@ def looked_at(reader: LogReader, plugin: Plugin) -> LogReader:
     )
 
 
-def _require_reader(reader: LogReader, plugin: Plugin) -> None:
+def _require_reader(reader: _Reader, plugin: Plugin) -> None:
     """Refuse a reader whose parts are of wrong types.
 
     Raises:
@@ -150,11 +151,11 @@ def _require_parts(table: Table, plugin: Plugin) -> None:
             )
 
 
-def sound_windows(windows: Windows, plugin: Plugin) -> Windows:
+def sound_windows(windows: _Windows, plugin: Plugin) -> _Windows:
     """The same windows, each looked at: its table, and that it begins where the window before ended."""
 
     def checked(
-        source: LogSource, rows: int, margin: int, first: int, last: int | None
+        source: Any, rows: int, margin: int, first: int, last: int | None
     ) -> Iterator[tuple[int, int, Table]]:
         reached = first
         given: Any

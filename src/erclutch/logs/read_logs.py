@@ -81,7 +81,7 @@ def read(
     plan = sure_plan_of(table, told, device, invalid)
     log = within(apply(plan, table), *window)
     log = replace(log, told=repeated)
-    return log if rate is None else resampled(log, rate)
+    return log if rate is None else resampled(log.without_jumps(), rate)
 
 
 def read_all(

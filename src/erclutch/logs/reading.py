@@ -100,7 +100,7 @@ class Reading:
             SettingError: a window or a rate that it cannot have.
         """
         log = within(log, *self.window)
-        return log if self.rate is None else resampled(log, self.rate)
+        return log if self.rate is None else resampled(log.without_jumps(), self.rate)
 
     @property
     def divisible(self) -> bool:

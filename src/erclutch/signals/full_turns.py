@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from erclutch.signals.array import Array
-from erclutch.signals.device import SPEED_OF
-from erclutch.signals.recording import Recording
 
 #: A full turn in the units that an angle may have: rad, deg, turns.
 FULL_TURNS = (2.0 * np.pi, 360.0, 1.0)
-_ROUNDED = 1e-6  # share by which rounded angles may go beyond a full turn
+#: Share by which rounded angles may go beyond a full turn.
+ROUNDED = 1e-6
 
 
 def starts_again(angle: Array, turn: float) -> int:
@@ -20,32 +19,9 @@ def starts_again(angle: Array, turn: float) -> int:
         angle: shape (rows,).
         turn: a full turn in the unit of the angle.
     """
-    if angle.size == 0 or np.ptp(angle) > turn * (1.0 + _ROUNDED):
+    if angle.size == 0 or np.ptp(angle) > turn * (1.0 + ROUNDED):
         return 0
     return int(np.count_nonzero(np.abs(np.diff(angle)) > turn / 2.0))
-
-
-def drawn_out(log: Recording) -> tuple[dict[str, Array], list[str]]:
-    """The signals of a log, its positions without the jumps of a sensor that starts again, and a note on each.
-
-    A position in rad is drawn out where its speed is not logged.
-    """
-    turn, *_ = FULL_TURNS
-    signals = dict(log.signals)
-    notes: list[str] = []
-    for position, speed in SPEED_OF.items():
-        angle = signals.get(position)
-        if angle is None or speed in signals or log.units.get(position) != "rad":
-            continue
-        if np.ptp(angle) > turn * (1.0 + _ROUNDED):
-            continue
-        parts = [angle[start:stop] for start, stop in log.segments]
-        turns = sum(starts_again(part, turn) for part in parts)
-        if turns:
-            signals[position] = np.concatenate([np.unwrap(part) for part in parts])
-            anew = f"{position} starts again after a full turn, {turns} times"
-            notes.append(f"{anew}: drawn out without jumps")
-    return signals, notes
 
 
 def between_samples(at: Array, times: Array, angle: Array, turn: float) -> Array:
@@ -60,7 +36,7 @@ def between_samples(at: Array, times: Array, angle: Array, turn: float) -> Array
     Returns:
         Angles within a turn from the smallest sample on, shape (rows,).
     """
-    without_jumps = np.unwrap(angle, period=turn)
-    joined = np.interp(at, times, without_jumps)
+    drawn = np.unwrap(angle, period=turn)
+    joined = np.interp(at, times, drawn)
     smallest = float(angle.min())
     return np.asarray(smallest + np.mod(joined - smallest, turn), np.float64)

@@ -14,6 +14,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from erclutch.signals.array import Array
+from erclutch.signals.device import SPEED_OF
+from erclutch.signals.full_turns import ROUNDED
 from erclutch.signals.shown import Shown, one_line
 
 
@@ -221,3 +223,23 @@ class Recording(Shown):
             time=self.time[rows],
             segments=tuple(pairwise(edges)),
         )
+
+    def without_jumps(self) -> Recording:
+        """The recording with each angle drawn out whose sensor starts again after a full turn: its jump is no motion.
+
+        Only angles in rad whose speed is not logged are looked at; a note says how often such an angle starts again.
+        """
+        signals = dict(self.signals)
+        notes: list[str] = []
+        for position, speed in SPEED_OF.items():
+            angle = signals.get(position)
+            if angle is None or speed in signals or self.units.get(position) != "rad":
+                continue
+            parts = [angle[start:stop] for start, stop in self.segments]
+            turns = sum(int(np.count_nonzero(np.abs(np.diff(part)) > np.pi)) for part in parts)
+            goes_beyond = np.ptp(angle) > 2.0 * np.pi * (1.0 + ROUNDED)
+            if turns and not goes_beyond:
+                signals[position] = np.concatenate([np.unwrap(part) for part in parts])
+                anew = f"{position} starts again after a full turn, {turns} times"
+                notes.append(f"{anew}: drawn out without jumps")
+        return replace(self, signals=signals, notes=(*self.notes, *notes)) if notes else self

@@ -42,6 +42,7 @@ class Own:
 
     def __init__(self, name: str, place: str = "slip") -> None:
         self.name, self.place, self.limit = name, place, 3
+        self.title, self.source, self.equation = "drag", "made up", "d = w"
 
     def broken(self) -> None:
         raise ZeroDivisionError("no")

@@ -19,7 +19,6 @@ import numpy as np
 from erclutch.errors import SettingError
 from erclutch.logs.clock.timing import require_rows
 from erclutch.signals.array import Array
-from erclutch.signals.full_turns import drawn_out
 from erclutch.signals.recording import Recording
 
 #: Begins the note of a recording that was brought to another rate.
@@ -58,9 +57,6 @@ def resampled(log: Recording, rate: float) -> Recording:
         raise SettingError(
             f"{rate:g} Hz makes {rows:,.0f} rows of {log.rows:,}", where=log.name, remedy=remedy
         )
-
-    # A filter would smear the jump of an angle that starts again after a full turn.
-    signals, notes_of_turns = drawn_out(log)
 
     # A stretch becomes the rows of the new rate, counted from its first, whose filter lies inside the stretch.
     up = ratio.numerator
@@ -116,14 +112,14 @@ def resampled(log: Recording, rate: float) -> Recording:
     )
     return replace(
         log,
-        signals=moved(signals),
+        signals=moved(log.signals),
         extras=moved(log.extras),
         spare=moved(log.spare),
         time=time,
         period=1.0 / rate,
         segments=tuple(itertools.pairwise(ends)),
         uniform=True,
-        notes=(*log.notes, *notes_of_turns, note),
+        notes=(*log.notes, note),
     )
 
 

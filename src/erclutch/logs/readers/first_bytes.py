@@ -84,14 +84,3 @@ def named_text(text: str) -> tuple[str, str] | None:
         if re.match(pattern, head, re.IGNORECASE):
             return name, remedy
     return None
-
-
-def is_text(head: bytes) -> bool:
-    """Whether first bytes are those of a text that may be a table: no format that is named here, no zeros."""
-    if head.startswith((b"\xff\xfe", b"\xfe\xff")):  # UTF-16
-        return True
-    return (
-        b"\0" not in head
-        and named(head)[0] == "binary data"
-        and not named_text(head.decode("utf-8", "replace"))
-    )

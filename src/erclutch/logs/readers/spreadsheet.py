@@ -238,7 +238,7 @@ def _table(source: LogSource, found: _Sheet) -> Table:
 
 
 READER = LogReader(
-    suffixes=(".xlsx", ".xlsm", ".xls", ".ods"),
+    suffixes=(".xlsx", ".xlsm", ".ods"),
     # New formats are archives of parts; the old one has a mark of its own.
     claims=lambda head: (
         (head.startswith(b"PK\x03\x04") and any(part in head for part in _PARTS))

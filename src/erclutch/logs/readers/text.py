@@ -13,7 +13,8 @@ from erclutch.logs.readers.text_bytes import DAMAGE
 from erclutch.logs.readers.text_tables import read_tables
 
 READER = LogReader(
-    suffixes=(".csv", ".txt", ".tsv", ".dat", ".asc", ".log"),
+    # Testing machines write a text cut at tabs as .xls, which Excel opens; a workbook has a mark of its own.
+    suffixes=(".csv", ".txt", ".tsv", ".dat", ".asc", ".log", ".xls"),
     claims=claims_nothing,
     read=read_tables,
     windows=text_windows,
