@@ -87,6 +87,14 @@ def test_the_triangle_is_numpys_up_to_signs(rows: int, wide: int) -> None:
         assert np.allclose(r.T @ r, matrix.T @ matrix, rtol=1e-9, atol=1e-9)
 
 
+def test_the_triangle_of_no_rows_is_zero_and_nothing_is_printed(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    """LAPACK wrote "On entry to DGEQRF parameter number 4 had an illegal value" to the user's terminal."""
+    assert not triangle_of(np.empty((0, 3))).any()
+    assert capfd.readouterr() == ("", "")
+
+
 def test_the_triangle_of_slices_keeps_an_ill_conditioned_matrix() -> None:
     """Columns that differ by 1e-9 only: normal equations would lose the difference."""
     rng = np.random.default_rng(0)

@@ -169,6 +169,8 @@ def triangle_over(matrices: Iterable[Array]) -> Array:
         tops.append(np.array(matrix[whole:]))
     last = tops[0] if len(tops) == 1 else np.vstack(tops)
     wide = last.shape[1]
+    if not last.size:
+        return np.zeros((wide, wide))  # LAPACK prints a complaint where there are no rows
     packed = dgeqrf(last)[0]
     r = _upper(packed[:wide])
     missing = wide - r.shape[0]  # rows, where there are fewer than columns
