@@ -18,6 +18,7 @@ from erclutch.logs.clock.channel_times import unwoven, with_times_joined
 from erclutch.logs.clock.names_over_times import with_names_at_values
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.clock.pairs_of_columns import with_pairs_named
+from erclutch.logs.columns.labels import refuse_long_names
 from erclutch.logs.columns.row_groups import groups_in, rows_of
 from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import (
@@ -137,10 +138,12 @@ def finished(table: Table, notes: Sequence[str], path: str | Path | DataFrame) -
     The rows of a DataFrame stay its rows, for estimates go back beside them: no rule makes others of them.
 
     Raises:
-        LogError: there are no rows of numbers.
+        LogError: there are no rows of numbers, or a name is too long.
     """
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=ROWS_WANTED, where=table.name)
+    with placed(table.name):
+        refuse_long_names(table.columns)
     if isinstance(path, str | Path):
         table = replace(tidied(table), path=str(path))
     return replace(table, notes=(*table.notes, *notes))

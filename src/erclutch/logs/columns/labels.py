@@ -6,11 +6,12 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
-from erclutch.errors import printable
+from erclutch.errors import LogError, printable
 from erclutch.logs.columns.name_ends import ENDS, TIMES, split_end, torque_in_capitals
 from erclutch.logs.columns.vocabulary import set_of
 from erclutch.signals import units
 
+_LONGEST = 1000  # letters of a name: to understand a name takes the square of its length
 _SQUARE = re.compile(r"(.+?)\s*\[([^\[\]]*)\]", re.DOTALL)
 _ROUND = re.compile(r"(.+?)\s*\(([^()]*)\)", re.DOTALL)
 _CURLY = re.compile(r"(.+?)\s*(?:\{([^{}]*)\}|<([^<>]*)>)", re.DOTALL)
@@ -217,6 +218,20 @@ def is_given_by_place(name: str) -> bool:
     return _GIVEN_BY_PLACE.fullmatch(name) is not None
 
 
+def refuse_long_names(names: Iterable[str]) -> None:
+    """Refuse a column that is called by more letters than anybody reads.
+
+    Raises:
+        LogError: such a name, with its beginning and its length.
+    """
+    for name in names:
+        if len(name) > _LONGEST:
+            begins = f"begins with {printable(name[:40])!r} and has {len(name):,} letters"
+            raise LogError(
+                f"the name of a column {begins}; it may have {_LONGEST:,}", remedy="Shorten it"
+            )
+
+
 def name_columns(
     labels: Sequence[str], own_units: Sequence[str | None] | None = None
 ) -> tuple[list[str], list[str | None], list[str]]:
@@ -224,7 +239,11 @@ def name_columns(
 
     Two labels that differ in their unit only keep their whole label as name; the second of two equal ones gets (2).
     Hidden characters of a label are written out. A label's own unit goes before that of ``own_units``, with a note.
+
+    Raises:
+        LogError: a label is too long.
     """
+    refuse_long_names(labels)
     shown: list[str] = []
     for label in labels:
         written = printable(label.strip())

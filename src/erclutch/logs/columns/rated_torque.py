@@ -19,7 +19,7 @@ _IS_TORQUE = re.compile(
     r"torque|moment|couple|coppia|trq|力矩|转矩|扭矩|トルク|\bM\b", re.IGNORECASE
 )
 _THOUSANDTHS = re.compile(r"‰|per[ _-]?mill?e?\b|promille|0\.1 ?%", re.IGNORECASE)
-_RATED = r"(?:of[ _])?(?:the[ _])?(?:rated|nominal|nom|rtd|nenn\w*|M_?[nN])\w*"
+_RATED = r"(?:of[ _])?(?:the[ _])?(?:rated|nominal|nom|rtd|nenn|M_?[nN])\w*"
 _PERCENT = re.compile(
     rf"(?:%|percent|pct|prozent)[ _]*{_RATED}|{_RATED}[ _]*(?:%|percent|pct)", re.IGNORECASE
 )

@@ -18,7 +18,7 @@ from erclutch.logs.planning.draft import Draft
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
-_FIRST_NUMBER = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*(%?)\s*$")
+_FIRST_NUMBER = re.compile(r"([+-]?\d+(?:[.,]\d+)?)\s*(%?)$")
 #: What a line is of that is no field, whatever its unit: what can be, what feeds another part, who made or counted it.
 _OTHER_WORDS = (
     AGAINST["field"]

@@ -20,6 +20,7 @@ from erclutch.logs.readers.vectors import columns_of, vector
 
 _GENERIC = re.compile(r"(?:In|Out)\d*|Value|Signal", re.I)
 #: Between the parts of a path, and neither inside of quotes nor of a unit in brackets.
+_LONGEST = 2000  # letters of a signal's path
 _SLASH = re.compile(r'/(?=(?:[^"]*"[^"]*")*[^"]*$)(?![^\[(]*[\])])')
 
 
@@ -97,7 +98,8 @@ def _short_names(paths: list[str]) -> list[str]:
     parts_of: list[list[str]] = []
     lengths: list[int] = []  # how many parts of a path are its name
     for path in paths:
-        parts = [part.strip().strip("\"'") for part in _SLASH.split(path) if part.strip()]
+        path_of_model = path[:_LONGEST]  # a search for slashes takes the square of its length
+        parts = [part.strip().strip("\"'") for part in _SLASH.split(path_of_model) if part.strip()]
         parts = parts or [path]
         ends_in_port = len(parts) > 1 and _GENERIC.fullmatch(parts[-1])
         parts_of.append(parts)
