@@ -18,7 +18,6 @@ from erclutch.logs.clock.channel_times import unwoven, with_times_joined
 from erclutch.logs.clock.names_over_times import with_names_at_values
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.clock.pairs_of_columns import with_pairs_named
-from erclutch.logs.columns.labels import refuse_long_names
 from erclutch.logs.columns.row_groups import groups_in, rows_of
 from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import (
@@ -33,6 +32,7 @@ from erclutch.logs.log_reader import (
 from erclutch.logs.rows.largest_doubles import without_largest_doubles
 from erclutch.logs.rows.levels_across import with_rows_for_each_level
 from erclutch.logs.rows.levels_filled_down import with_levels_filled_down
+from erclutch.logs.rows.readable_names import with_readable_names
 from erclutch.logs.rows.senses_across import with_a_row_for_each_sense
 from erclutch.logs.rows.tidy_rows import untidied
 from erclutch.logs.table import Table
@@ -61,6 +61,7 @@ class Tidying(NamedTuple):
 
 #: All rules, in the order in which they are gone through.
 TIDYINGS = (
+    Tidying("names that can be read", with_readable_names),
     Tidying("no number where the largest that there is stands for none", without_largest_doubles),
     Tidying("one time a row, though a stamp stands in several columns", with_whole_stamps),
     Tidying("a name for each channel, though it stands over its time", with_names_at_values),
@@ -142,8 +143,6 @@ def finished(table: Table, notes: Sequence[str], path: str | Path | DataFrame) -
     """
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=ROWS_WANTED, where=table.name)
-    with placed(table.name):
-        refuse_long_names(table.columns)
     if isinstance(path, str | Path):
         table = replace(tidied(table), path=str(path))
     return replace(table, notes=(*table.notes, *notes))
