@@ -333,7 +333,7 @@ def test_ties_are_decided_by_whole_fields_where_no_row_is_without_a_field(
 def test_of_laws_that_do_not_part_at_other_fields_either_the_fewest_parameters_decide(
     more: float, taken: str
 ) -> None:
-    """A valve's Bingham law erred by a ten-thousandth more than one with two more numbers, both at a bound."""
+    """Of a valve a law with three more numbers, all at a bound, was taken for two parts in ten thousand."""
     errors = {"plain": errors_of(more, more, more), "rich": errors_of(1.0, 1.0, 1.0)}
     outcomes = outcomes_of(plain=6, rich=10)
     burdens = burdens_of(errors, outcomes, LeftOut("parts", (), True, fields=3, lowest=1))
