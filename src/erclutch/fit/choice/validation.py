@@ -34,7 +34,7 @@ _LEFT = 0.2  # of the rows: that many are left at least where one of two logs is
 _NEAR = 1.4
 _MOST = 3  # of a kind
 _MOST_LAWS = 5  # where whole fields or motions tell their forms apart
-#: Share of an error by which errors on other fields or motions are alike: rows of another day differ by more.
+#: Share by which errors on other fields or motions may differ and are alike (`studies/lowest_field.py --before alike`).
 _ALIKE = 0.005
 _AT_REST = (
     0.1  # of the largest least error on any part: what the measure of a part is no smaller than
