@@ -13,7 +13,9 @@ import scipy.io
 from erclutch.errors import LogError
 from erclutch.logs import ColumnMap, read_table, table_of_log
 from erclutch.logs.log_file import recordings_in
+from erclutch.logs.read_logs import read_all
 from erclutch.logs.readers import child_process
+from tests.support.command import good
 
 TIME = np.arange(80) / 100  # s
 LOG = {"t": TIME, "speed": np.sin(9 * TIME), "torque": np.cos(7 * TIME)}
@@ -65,3 +67,42 @@ def test_the_groups_of_a_workbook_are_parted_from_one_reading(
     for group in groups:
         assert read_table(tmp_path / "log.xlsx", variable=group).rows == 20
     assert started.count("") <= 2
+
+
+def book_of(path: Path, tests: int) -> Path:
+    """A workbook of a testing machine: results, then a sheet of rows for each test."""
+    with pd.ExcelWriter(path) as writer:
+        pd.DataFrame({"Test": [1, 2], "Hardness": [1.1, 1.2]}).to_excel(
+            writer, sheet_name="Results"
+        )
+        for test in range(tests):
+            rows = pd.DataFrame(
+                {
+                    "Time [s]": TIME,
+                    "Displacement [mm]": np.sin(9 * TIME) + test,
+                    "Load [N]": np.cos(7 * TIME) + 0.01 * test,
+                }
+            )
+            rows.to_excel(writer, sheet_name=f"Test {test + 1:03d}", index=False)
+    return path
+
+
+@pytest.mark.parametrize("tests", [3, pytest.param(45, marks=pytest.mark.slow)])
+def test_a_workbook_with_a_sheet_for_each_test_is_read_once(
+    tmp_path: Path, started: list[str], tests: int
+) -> None:
+    book_of(tmp_path / "log.xlsx", tests)
+    said = good("inspect", "log.xlsx", cwd=tmp_path)
+    assert f"{tests} logs;" in said
+    assert said.splitlines()[-1] == "Understood. Fit it: erclutch fit log.xlsx --out RUN"
+    assert started == [""]
+
+
+def test_all_sheets_of_a_workbook_are_read_at_once_where_they_are_asked_for(
+    tmp_path: Path, started: list[str]
+) -> None:
+    path = book_of(tmp_path / "log.xlsx", 3)
+    assert len(recordings_in(path)) == 4
+    assert read_table(path, variable="Test 002").rows == 80
+    assert len(read_all(path, ColumnMap())) == 3
+    assert len(started) == 1

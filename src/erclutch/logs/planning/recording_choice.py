@@ -29,7 +29,7 @@ from erclutch.signals.device import DeviceName
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-_MOST = 40  # recordings that are looked into
+_MOST = 400  # recordings that are looked into
 _MOST_JOINED = 12  # recordings, since a device has few signals
 
 

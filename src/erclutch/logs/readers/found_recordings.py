@@ -45,6 +45,14 @@ class RecordingNames(Exception):  # noqa: N818  # an answer, not an error
         self.names = list(names)
 
 
+class SeveralTables(LogError):
+    """What a choice among recordings raises that were all read on the way: a look at the file asks for them next."""
+
+    def __init__(self, error: LogError, tables: Mapping[str, Table]) -> None:
+        super().__init__(error.problem, remedy=error.remedy)
+        self.tables = tables
+
+
 @dataclass
 class Found:
     """One recording: columns by label with units, and what else was said about it."""

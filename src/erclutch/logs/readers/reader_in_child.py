@@ -19,7 +19,7 @@ from erclutch.errors import LogError
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers import child_process
 from erclutch.logs.readers.budget import budget_of
-from erclutch.logs.readers.found_recordings import ALL, EACH, RecordingNames
+from erclutch.logs.readers.found_recordings import ALL, EACH, RecordingNames, SeveralTables
 from erclutch.logs.table import Table, WordColumn
 from erclutch.signals.array import Array
 
@@ -52,6 +52,7 @@ def in_child(
     reader: str,
     library: str | None = None,
     memory: Callable[[Path], int] = lambda path: budget_of(path).memory,
+    reads_all: bool = False,
 ) -> InChild:
     """A reader's functions: a child with limits runs ``find(path, variable) -> Table`` of its module.
 
@@ -59,6 +60,7 @@ def in_child(
         reader: the module, beside this module.
         library: the package of the extra ``formats`` that the child imports; None: it needs none.
         memory: bytes of address space of the child for a file.
+        reads_all: whether the names of the recordings are known only once all of them are read: then they are kept.
     """
 
     def answer(source: LogSource, variable: str | None) -> child_process.Answer:
@@ -81,16 +83,36 @@ def in_child(
             raise written
         return found
 
+    # The tables of the last file whose recordings were all read at once, by its digest.
+    kept: dict[str, Mapping[str, Table | LogError]] = {}
+
     def read(source: LogSource) -> Table:
-        return table_of_answer(source, answer(source, source.variable))
+        tables = kept.get(source.digest, {})
+        table = tables.get(source.variable or "")
+        if isinstance(table, Table):
+            return table
+        found = answer(source, source.variable)
+        if "each" in found[1]:
+            kept.clear()
+            kept[source.digest] = tables_of_answer(source, found)
+            raise LogError(found[1]["refused"], remedy=found[1]["and_so"])
+        return table_of_answer(source, found)
 
     def recordings(source: LogSource) -> list[str]:
+        if reads_all:
+            return [name for name, table in each(source).items() if isinstance(table, Table)]
         return [str(name) for name in answer(source, ALL)[1]["recordings"]]
 
-    def each(source: LogSource) -> dict[str, Table | LogError]:
+    def each(source: LogSource) -> Mapping[str, Table | LogError]:
+        if source.digest in kept and not source.variable:
+            return kept[source.digest]
         # One child for all names: its start takes longer than a table of most files.
         asked = f"{EACH}\n{source.variable}" if source.variable else EACH
-        return tables_of_answer(source, answer(source, asked))
+        tables = tables_of_answer(source, answer(source, asked))
+        if reads_all and not source.variable:
+            kept.clear()
+            kept[source.digest] = tables
+        return tables
 
     return {"read": read, "recordings": recordings, "each": each}
 
@@ -178,6 +200,9 @@ def answer_of(path: str, reader: str, variable: str) -> child_process.Answer:
         if asked != EACH:
             return [], {"recordings": answer.names}
         names = answer.names
+    except SeveralTables as several:
+        arrays, texts = answer_of_each(several.tables)
+        return arrays, {**texts, "refused": several.problem, "and_so": several.remedy}
     tables: dict[str, Table | LogError] = {}
     for name in names:
         try:

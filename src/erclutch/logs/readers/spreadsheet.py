@@ -60,7 +60,12 @@ def find(path: str, variable: str | None) -> Table:
         joint = found_recordings.joint_table(recordings, str(variable), "sheet")
         if joint is not None:
             return joint
-    _, table = found_recordings.choose(recordings, variable, "sheet", "the file has no sheet")
+    try:
+        _, table = found_recordings.choose(recordings, variable, "sheet", "the file has no sheet")
+    except LogError as error:
+        if variable is None and recordings:
+            raise found_recordings.SeveralTables(error, recordings) from error
+        raise
     return table
 
 
@@ -244,6 +249,6 @@ READER = LogReader(
         (head.startswith(b"PK\x03\x04") and any(part in head for part in _PARTS))
         or head.startswith(_OLD_OFFICE)
     ),
-    **reader_in_child.in_child("spreadsheet", "python_calamine"),
+    **reader_in_child.in_child("spreadsheet", "python_calamine", reads_all=True),
     tells_damage="seen: the parts of the file have checksums; an .xls has none",
 )
