@@ -106,6 +106,29 @@ def test_what_is_no_angle_is_joined_by_lines_whatever_its_jumps(
     np.testing.assert_allclose(last, np.interp(FAST[SLOW[-1] >= FAST], SLOW, saw))
 
 
+@pytest.mark.parametrize("delay", [0.0, 0.4])  # s
+def test_a_temperature_once_a_second_cuts_no_row_of_a_quick_log(delay: float) -> None:
+    time = np.arange(7500) / 1000  # s
+    seconds = np.arange(delay, 7.5)
+    quick = Found({"t": time, "torque": np.sin(time)}, {"t": "s"})
+    slow = Found({"t": seconds, "oil": 20.0 + seconds}, {"t": "s", "oil": "degC"})
+    joined = joined_by_time({"quick": quick, "slow": slow}, "group")
+    at = np.clip(time, seconds[0], seconds[-1])
+    np.testing.assert_allclose(joined.columns["oil"], 20.0 + at)
+    (note,) = (note for note in joined.notes if "held" in note)
+    assert note.startswith("slow is slow: its first and last value are held")
+    assert note.endswith(f"for up to {max(delay, 7.499 - seconds[-1]):.3g} s")
+
+
+def test_a_slow_channel_that_ends_long_before_still_ends_the_log() -> None:
+    time = np.arange(7500) / 1000  # s
+    quick = Found({"t": time, "torque": np.sin(time)}, {"t": "s"})
+    slow = Found({"t": np.arange(4.0), "oil": np.arange(4.0)}, {"t": "s"})
+    joined = joined_by_time({"quick": quick, "slow": slow}, "group")
+    assert joined.columns["t"][-1] == pytest.approx(4.0)  # a step behind its last sample
+    assert any("3499 rows of quick before or after the others left out" in n for n in joined.notes)
+
+
 @pytest.mark.usefixtures("read_here")
 def test_a_file_of_two_rates_is_one_log(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"

@@ -59,3 +59,41 @@ def test_a_torque_in_its_unit_is_no_share(tmp_path: Path, name: str) -> None:
     text = "\n".join(f"{t:.2f},{w:.4f},{i:g},{torque:.4f}" for t, w, i, torque in rows)
     (tmp_path / "log.csv").write_text(f"t [s],slip [rad/s],coil current [A],{name}\n{text}\n")
     assert read(tmp_path / "log.csv").units["effort"] == "N*m"
+
+
+@pytest.mark.parametrize(
+    ("above", "name", "of_rated"),
+    [
+        ("# Rated torque: 2 N.m", "torque [%]", 100.0),
+        ("# Nennmoment: 2 Nm", "Drehmoment [% Nennmoment]", 100.0),
+        ("# T_n: 200 N cm", "torque [%]", 100.0),
+        ("# nominal torque: 2 Nm", "torque_permille", 1000.0),
+        ("# Rated motor torque: 2 Nm", "torque_actual_value", 1000.0),
+        ("# Couple nominal: 2 N.m", "torque_pu", 1.0),
+    ],
+)
+def test_a_rated_torque_above_the_rows_is_put_into_the_scale(
+    tmp_path: Path, above: str, name: str, of_rated: float
+) -> None:
+    rows = zip(TIME, SLIP, FIELD, of_rated * TORQUE / RATED, strict=True)
+    text = "\n".join(f"{t:.2f},{w:.4f},{i:g},{share:.4f}" for t, w, i, share in rows)
+    head = f"{above}\nt [s],slip [rad/s],coil current [A],{name}"
+    (tmp_path / "log.csv").write_text(f"{head}\n{text}\n")
+    printed = " ".join(good("inspect", "log.csv", cwd=tmp_path, code=1).split())
+    assert "NUMBER" not in printed
+    assert f"the file says {above.removeprefix('# ').replace(':', ' =')}" in printed
+    *_, answer = printed.rpartition("erclutch inspect log.csv ")
+    words = shlex.split(answer)
+    options = dict(zip(words[::2], words[1::2], strict=True))
+    log = read(tmp_path / "log.csv", effort=options["--effort"], scale=options["--scale"])
+    assert log.signals["effort"] == pytest.approx(TORQUE, abs=2e-4)
+
+
+def test_a_rated_speed_or_power_says_nothing_of_a_torque(tmp_path: Path) -> None:
+    rows = zip(TIME, SLIP, FIELD, TORQUE, strict=True)
+    text = "\n".join(f"{t:.2f},{w:.4f},{i:g},{torque:.4f}" for t, w, i, torque in rows)
+    head = (
+        "# Rated speed: 2 rpm\n# Rated torque: 2 kW\nt [s],slip [rad/s],coil current [A],torque [%]"
+    )
+    (tmp_path / "log.csv").write_text(f"{head}\n{text}\n")
+    assert "effort=NUMBER N*m/%" in good("inspect", "log.csv", cwd=tmp_path, code=1)

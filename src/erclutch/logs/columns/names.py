@@ -46,7 +46,7 @@ _NAMES = {signal: frozenset(map(plain, names.split())) for signal, names in NAME
 _OTHER_WHOLE = frozenset(map(plain, OTHER))
 _OTHER_WITHIN = tuple(map(plain, EASTERN_OTHERS))
 _TIME = re.compile(
-    r"t|time(?:elapsed|passed|onsample)?|(?:lauf|mess|pru?e?f|versuchs|test|uhr)?zeit|tijd|temps|tiempo|tempo|"
+    r"t|tout|time(?:elapsed|passed|onsample)?|(?:lauf|mess|pru?e?f|versuchs|test|uhr)?zeit|tijd|temps|tiempo|tempo|"
     r"timestamps?|elapsed(?:time)?|steptime|seconds?|sec|tsec|times|"
     r"(?:ros|bag|rosbag|test|run|total|sample|row|relative|local|system|log|rec|elapsed|unix|epoch|date)?time(?:stamp)?s?|"
     rf"время|{plain('시간')}|czas|cas|tid|zaman|"

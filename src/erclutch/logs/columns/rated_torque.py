@@ -24,6 +24,10 @@ _PERCENT = re.compile(
     rf"(?:%|percent|pct|prozent)[ _]*{_RATED}|{_RATED}[ _]*(?:%|percent|pct)", re.IGNORECASE
 )
 _PER_UNIT = re.compile(r"(?<![^\W_])(?:p\.?u\.?|per[ _]unit)(?![^\W_])", re.IGNORECASE)
+_RATED_WORD = re.compile(r"rated|nominal|\bnom\b|nenn|nomin|额定|額定|定格|정격", re.IGNORECASE)
+_RATED_KEY = re.compile(
+    r"[MT]_?(?:n|N|nom|rated)|(?:par|couple|coppia) nomin\w{0,6}", re.IGNORECASE
+)
 _OVER_RATED = re.compile(r"\b[MT]\w*\s*/\s*[MT]_?(?:n|N|nom|rated)\b")
 
 
@@ -33,10 +37,14 @@ class RatedShare(NamedTuple):
     Attributes:
         words: what a number of it is.
         option: what answers it once the rated torque is put in.
+        sensor: what the scale calls the unit of the column.
+        size: of a 1 in the column, in rated torques.
     """
 
     words: str
     option: str
+    sensor: str
+    size: float
 
 
 def share_of_rated_torque(column: SeenColumn) -> RatedShare | None:
@@ -50,15 +58,23 @@ def share_of_rated_torque(column: SeenColumn) -> RatedShare | None:
     if not (is_of_cia or is_over_rated or is_torque):
         return None
     if is_of_cia or _THOUSANDTHS.search(said):
-        return _share(column, "a thousandth of the rated torque", "count")
+        return _share(column, "a thousandth of the rated torque", "count", 1e-3)
     if _PERCENT.search(said) or (is_over_rated and written == "%"):
-        return _share(column, "a percent of the rated torque", "%")
+        return _share(column, "a percent of the rated torque", "%", 1e-2)
     if _PER_UNIT.search(said) or (is_over_rated and not written):
-        return _share(column, "the rated torque", "count")
+        return _share(column, "the rated torque", "count", 1.0)
     return None
 
 
-def _share(column: SeenColumn, words: str, sensor: str) -> RatedShare:
+def is_rated_torque(key: str) -> bool:
+    """Whether a key above the rows is that of a rated torque: ``Rated torque``, ``Nennmoment``, ``T_n``."""
+    words = key.replace("_", " ")
+    return _RATED_KEY.fullmatch(key.strip()) is not None or (
+        _RATED_WORD.search(words) is not None and _IS_TORQUE.search(words) is not None
+    )
+
+
+def _share(column: SeenColumn, words: str, sensor: str, size: float) -> RatedShare:
     # A unit that is no unit to us is replaced by the name that the scale has for it.
     label = (
         f"{column.name} [{sensor}]"
@@ -66,4 +82,4 @@ def _share(column: SeenColumn, words: str, sensor: str) -> RatedShare:
         else column.name
     )
     scale = shell_word(f"effort=NUMBER N*m/{sensor}")
-    return RatedShare(words, f"--effort {shell_word(label)} --scale {scale}")
+    return RatedShare(words, f"--effort {shell_word(label)} --scale {scale}", sensor, size)

@@ -137,7 +137,7 @@ def _said_of_rated_torque(free: Iterable[SeenColumn]) -> str:
     for column in free:
         share = share_of_rated_torque(column)
         if share is not None:
-            return f"; a 1 in column {column.name} is {share.words}, which the file does not tell"
+            return f"; a 1 in column {column.name} is {share.words}"
     return ""
 
 

@@ -15,6 +15,7 @@ from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.candidates import DRIVES
 from erclutch.logs.columns.labels import COUNTS, split_label
 from erclutch.logs.columns.names import words_of
+from erclutch.logs.columns.rated_torque import is_rated_torque, share_of_rated_torque
 from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.vocabulary import CURRENTS, set_of
 from erclutch.logs.planning.draft import Draft, scaled
@@ -183,6 +184,13 @@ def fill_in_stated_scales(draft: Draft) -> None:
             option=question.option.replace(hole, filled),
         )
         draft.examples = [example.replace(hole, filled) for example in draft.examples]
+    for signal, chosen in [*draft.signals.items()]:
+        place = _PLACE.search(chosen.answer)
+        fitting = [] if place is None else [*scales_stated(draft, signal)]
+        fitting = [each for each in fitting if place and each.is_over(place[2])]
+        if place is not None and len(fitting) == 1:
+            answer = chosen.answer.replace(place[0], fitting[0].over(place[2]))
+            draft.doubt(signal, f"{chosen.doubt}; the file says {fitting[0].said}", answer)
 
 
 def scales_stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
@@ -202,6 +210,8 @@ def scales_stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
         unit = (match.group(2) or "").strip()
         said = f"{key} = {match.group().strip()}"
         stated: StatedScale | None = None
+        if signal == "effort" and is_rated_torque(key):
+            stated = _of_rated_torque(draft, said, number, unit)
         if signal in _MOTIONS:
             is_of_encoder = not _OF_AN_ENCODER.isdisjoint(words_of(split_label(key)[0]))
             # Of a pulse or a line that are counted; what is called counts has been counted.
@@ -210,7 +220,7 @@ def scales_stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
             counts_turns = _OF_A_TURN.search(unit) or (is_bare and is_of_encoder)
             if counts_turns and number >= _FEWEST_COUNTS:
                 stated = StatedScale(said, 2 * pi / (edges * number), "rad", "count")
-        if stated is None and unit:
+        if stated is None and unit and not (signal == "effort" and is_rated_torque(key)):
             try:
                 factor, made, sensor = scaled(f"{number:g} {unit}", signal)
             except (MappingError, UnitError):
@@ -220,6 +230,22 @@ def scales_stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
         if stated is not None and (stated.number, stated.sensor) not in seen:
             seen.add((stated.number, stated.sensor))
             yield stated
+
+
+def _of_rated_torque(draft: Draft, said: str, number: float, unit: str) -> StatedScale | None:
+    """What a 1 is in the column that tells shares of a rated torque, which the file states; None for another unit.
+
+    A torque in plain percent is one of them, where a rated torque stands above the rows.
+    """
+    fitting = units.fits(unit, ("N*m",)) if unit and units.is_unit(unit) else None
+    if fitting is None:
+        return None
+    torque = number * fitting[0]  # N m
+    for column in draft.seen.columns.values():
+        share = share_of_rated_torque(column)
+        if share is not None:
+            return StatedScale(said, torque * share.size, "N*m", share.sensor)
+    return StatedScale(said, torque / 100.0, "N*m", "%")
 
 
 def _of_signal(stated: StatedScale, signal: str) -> StatedScale | None:

@@ -29,6 +29,7 @@ NO_NAME = re.compile(
 _T = TypeVar("_T")
 _NEARLY = 0.9  # share of a full turn that a sensor which starts again goes through
 _NO_ANGLE = ("1", "")
+_SLOW = 50.0  # times the usual step of the first recording: a slower one holds its first and last value for a step
 _KEEPS = 0.2  # share of the rows from which on a column keeps its levels
 #: In place of a name: the names of all recordings are wanted, or their tables. No recording is called so.
 ALL = "*"
@@ -45,7 +46,7 @@ class RecordingNames(Exception):  # noqa: N818  # an answer, not an error
         self.names = list(names)
 
 
-class SeveralTables(LogError):
+class SeveralTables(LogError):  # noqa: N818  # an answer, and the error for whoever asked for one table
     """What a choice among recordings raises that were all read on the way: a look at the file asks for them next."""
 
     def __init__(self, error: LogError, tables: Mapping[str, Table]) -> None:
@@ -213,6 +214,8 @@ def time_of(recording: Found) -> str | None:
 def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
     """Recordings of other rates beside the first, at the first's times, as far as all of them have rows.
 
+    A slow recording (a temperature once a second) has rows for a step of its own before its first and behind its last
+    sample, too: it holds these two, and cuts nothing of a quick log.
     A column that keeps its levels (a command) holds each value until the next; any other is joined by straight lines.
     An angle that starts again after a full turn goes the shorter way.
 
@@ -234,8 +237,12 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
         clocks[name] = times
 
     (first, base), *others = recordings.items()
-    begin = max(float(times[0]) for times in clocks.values())
-    end = min(float(times[-1]) for times in clocks.values())
+    usual_steps = {name: float(np.median(np.diff(times))) for name, times in clocks.items()}  # s
+    holds: dict[str, float] = {}  # s, for how long the ends of a recording hold
+    for name, step in usual_steps.items():
+        holds[name] = step if step >= _SLOW * usual_steps[first] else 0.0
+    begin = max(float(times[0]) - holds[name] for name, times in clocks.items())
+    end = min(float(times[-1]) + holds[name] for name, times in clocks.items())
     inside = (clocks[first] >= begin) & (clocks[first] <= end)
     if not inside.any():
         raise LogError(
@@ -256,7 +263,12 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
         clock = clocks[name]
         time = time_of(recording)
         has_same_times = np.array_equal(clock, clocks[first])
-        last_before = np.searchsorted(clock, at, side="right") - 1  # row, shape (rows,)
+        held_for = max(clock[0] - at[0], at[-1] - clock[-1], 0.0)  # s
+        if held_for > 0.0:
+            ends = f"its first and last value are held before and behind its samples, for up to {held_for:.3g} s"
+            notes.append(f"{name} is slow: {ends}")
+        within = np.clip(at, clock[0], clock[-1])  # s
+        last_before = np.searchsorted(clock, within, side="right") - 1  # row, shape (rows,)
         for label, values in recording.columns.items():
             if label == time:
                 continue
@@ -270,10 +282,10 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
             elif turn := _turn_after_which_it_starts_again(
                 label, recording.units.get(label), values
             ):
-                joined = between_samples(at, clock, values, turn)
+                joined = between_samples(within, clock, values, turn)
                 how = "joined by straight lines, over its jumps after a full turn too"
             else:
-                joined = np.asarray(np.interp(at, clock, values), np.float64)
+                joined = np.asarray(np.interp(within, clock, values), np.float64)
                 how = "joined by straight lines"
             own_label = label if label not in columns else f"{label} ({name})"
             columns[own_label] = joined
