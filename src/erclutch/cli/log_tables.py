@@ -97,7 +97,7 @@ def several(recordings: Sequence[Recording]) -> RichTable:
 
 def tell_signals(recording: Recording, data: Dataset) -> None:
     """What was decided while a log was read, its signals, and its segments where it has gaps."""
-    terminal.tell("\n".join(terminal.recording_lines([recording], most=50)))
+    terminal.tell("\n".join(terminal.recording_lines([recording], 50, data.notes)))
     signals = [(name, recording.units[name], values) for name, values in recording.signals.items()]
     if "position" in recording.signals and "slip" not in recording.signals:
         signals.append(("slip (derived)", data.units.slip, data.elements[0].slip))

@@ -116,8 +116,16 @@ def with_unit(name: str, unit: str) -> str:
     return f"{name} [{'as logged' if unit == '?' else unit}]"
 
 
-def recording_lines(recordings: Sequence[LogFacts], most: int = 6) -> list[str]:
-    """What was read, and what was decided on the way."""
+def recording_lines(
+    recordings: Sequence[LogFacts], most: int = 6, made: Sequence[str] = ()
+) -> list[str]:
+    """What was read, and what was decided on the way.
+
+    Args:
+        recordings: logs that were read.
+        most: half of the notes that are shown.
+        made: notes on the rows that were made of the logs; those of the logs are among them, and are shown once.
+    """
     name = recordings[0].name
     if len(recordings) > 1:
         name = f"{len(recordings)} logs, {name} ... {recordings[-1].name}"
@@ -138,6 +146,8 @@ def recording_lines(recordings: Sequence[LogFacts], most: int = 6) -> list[str]:
         )
 
     notes = notes_of(recordings)
+    of_logs = {note for recording in recordings for note in recording.notes}
+    notes += [note for note in dict.fromkeys(made) if note not in of_logs]
     most_notes = 2 * most
     lines += [f"  {note}" for note in notes[:most_notes]]
     if len(notes) > most_notes:

@@ -198,8 +198,10 @@ def test_the_command_writes_a_report(
 
 def test_a_fleet_of_too_few_devices_says_why_its_columns_are_empty(fleet: Fleet) -> None:
     assert too_few(fleet.stands_for) == ""
-    few = [replace(series, devices=series.devices[:3]) for series in fleet.stands_for]
-    assert too_few(few) == "Trends, limits and what stands out need 5 fitted devices; here are 3."
+    start = "Trends, limits and what stands out need 5 devices with this model; "
+    for count, have in ((3, "3 devices have it."), (1, "1 device has it.")):
+        few = [replace(series, devices=series.devices[:count]) for series in fleet.stands_for]
+        assert too_few(few) == start + have
     assert too_few([]) == ""
 
 

@@ -177,7 +177,8 @@ def _print_all(
     final: bool,
 ) -> None:
     """What was read, what came out, and how long it took; whether the final model is there that was asked for."""
-    lines = terminal.recording_lines(rows.logs)
+    made = rows.data.notes[: -1 if rows.left_out else None]
+    lines = terminal.recording_lines(rows.logs, made=made)
     terminal.tell(*(line for line in lines if not line.startswith(" ")))
     if rows.left_out:
         terminal.tell(rows.data.notes[-1])

@@ -56,7 +56,7 @@ def recalibrate(
     data = reading.dataset(recordings)
     adapted = recalibrated(base, data, model=model, share=share, stretches=stretches)
     if not json:
-        terminal.tell("\n".join(terminal.recording_lines(recordings)))
+        terminal.tell("\n".join(terminal.recording_lines(recordings, made=data.notes)))
         about = adapted.recalibration or {}
         judged = int(adapted.test.sum())
         terminal.tell(f"adapted on {adapted.data.rows - judged:,} rows, judged on {judged:,}")

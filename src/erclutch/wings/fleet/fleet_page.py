@@ -40,7 +40,8 @@ def too_few(series: Sequence[FleetSeries]) -> str:
     devices = max((len(each.devices) for each in series), default=0)
     if not series or devices >= FEWEST:
         return ""
-    return f"Trends, limits and what stands out need {FEWEST} fitted devices; here are {devices}."
+    have = "1 device has" if devices == 1 else f"{devices} devices have"
+    return f"Trends, limits and what stands out need {FEWEST} devices with this model; {have} it."
 
 
 def not_compared(series: Sequence[FleetSeries]) -> str:
