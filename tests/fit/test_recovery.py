@@ -66,14 +66,8 @@ def test_the_study_has_every_stage() -> None:
 
 
 def test_the_truth_lies_well_inside_its_bounds() -> None:
-    from erclutch.models.laws import law_from_name
-    from erclutch.models.structure import Structure
-
     for truth in study.TRUTHS.values():
-        structure = Structure(
-            "single", truth.specification, law_from_name(truth.specification), truth.dynamics
-        )
-        for s in structure.shapes(study.PERIOD):
+        for s in truth.structure.shapes(study.PERIOD):
             scale = np.log if s.scale == "log" else float
             value, lower, upper = (float(scale(v)) for v in (truth.shape[s.name], s.lower, s.upper))
             assert 0.04 < (value - lower) / (upper - lower) < 0.96, (truth.name, s.name)

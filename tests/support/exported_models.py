@@ -226,6 +226,7 @@ MODELS: dict[str, Model] = {
         law_model("seo-seo/forward", "coaxial", extra=False),
         law_model("cho-choi-jhon", "single", "lag"),
         law_model("cho-choi-jhon/critical/forward", "coaxial", "rise-fall"),
+        law_model("eddy-current", "single", "lag"),
         law_model("hem", "coaxial"),
         law_model("hem", "coaxial", "rise-fall"),
         law_model("hem/forward", "single", "lag"),

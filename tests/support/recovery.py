@@ -80,6 +80,13 @@ class Truth:
             + self.remark
         )
 
+    @property
+    def structure(self) -> Structure:
+        """The law with its stages, and with friction where the truth has some."""
+        law = law_from_name(self.specification)
+        friction = "T_f" in self.gains
+        return Structure("single", self.specification, law, self.dynamics, friction)
+
 
 _DIRECTION = {"w_s": 0.05}
 _POWER = {"n": 1.6}
@@ -143,6 +150,11 @@ TRUTHS = {
         Truth("quadratic", _DIRECTION, _TWO),
         Truth("bingham", {**_DIRECTION, **_POWER}, _TWO),
         Truth("bingham/critical", {**_DIRECTION, "E_c": 0.5}, _TWO),
+        Truth(
+            "eddy-current",
+            {"w_s": 0.1, "w_c": 0.8, **_POWER},
+            {"T_d": 0.5, "eta": 0.15, "T_f": 0.2},
+        ),
         Truth("casson", {**_DIRECTION, "r": 0.3, **_POWER}, {"T_y": 0.5}),
         Truth("herschel-bulkley", {**_DIRECTION, "m": 0.7, **_POWER}, {"T_y": 0.5, "K": 0.15}),
         Truth("seo-seo", {**_DIRECTION, "a": 3.0, "b": 0.9, **_POWER}, {"T_sy": 0.5, "eta": 0.15}),
@@ -239,9 +251,7 @@ def dataset(truth: Truth, rows: int = ROWS) -> tuple[Dataset, dict[str, float]]:
     units = Units("N*m", "V", "rad/s")
     blank = Dataset("single", (element,), np.zeros(rows), clock, units)
     reference = reference_of(blank)
-    structure = Structure(
-        "single", truth.specification, law_from_name(truth.specification), truth.dynamics
-    )
+    structure = truth.structure
     shapes, gains = structure.shapes(reference.period), structure.gains()
     everywhere = Range((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
     model = TorqueModel(
@@ -294,9 +304,7 @@ def _fit(job: tuple[str, Noise, int, int]) -> _Fit:
     rng = np.random.default_rng([list(TRUTHS).index(name), kind != "white", repetition])
     effort = clean.effort + truth.noise * float(np.std(clean.effort)) * noise_of(kind, rng, rows)
     data = Dataset("single", clean.elements, effort, clean.clock, clean.units)
-    structure = Structure(
-        "single", truth.specification, law_from_name(truth.specification), truth.dynamics
-    )
+    structure = truth.structure
     with one_thread():
         outcome = fit_structure(data, structure)
     return _Fit(

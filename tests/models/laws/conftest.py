@@ -20,6 +20,7 @@ _FORMS = tuple(
         "cho-choi-jhon",
         "hem",
         "rbfm-5",
+        "eddy-current",
     )
     for form in ("square", "power", "critical")
 )

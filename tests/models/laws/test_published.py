@@ -172,6 +172,24 @@ def test_rbfm_is_equations_12_to_14(n: int, seed: int) -> None:
     assert zero == pytest.approx([gains["eta_0"]], rel=1e-12)
 
 
+@free
+@given(w_c=st.floats(0.1, 100.0))
+def test_eddy_currents_drag_most_at_the_critical_slip(w_c: float) -> None:
+    """T = 2 T_d / (w / w_c + w_c / w): Wouterse 1991 writes it with the reciprocals."""
+    drag, viscous = columns_of("eddy-current/square", w_c)
+    same(drag, E**2 * 2.0 / (W / w_c + w_c / W), 1e-9)
+    same(viscous, W)
+    law = law_from_name("eddy-current/square")
+    at_rest, half, largest, twice, far = law.columns(
+        np.ones(5), np.array([0.0, 0.5, 1.0, 2.0, 1e9]) * w_c, STIFF, w_c
+    )[0]
+    assert at_rest == 0.0
+    assert largest == pytest.approx(1.0)
+    assert half == pytest.approx(0.8)
+    assert twice == pytest.approx(0.8)
+    assert far == pytest.approx(0.0, abs=1e-8)
+
+
 def test_quadratic_is_bingham_with_the_square_form() -> None:
     law = law_from_name("quadratic")
     assert law.stimulus is not None

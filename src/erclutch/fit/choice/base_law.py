@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from erclutch.fit.choice.ladder import (
     OVER_CHANCE,
     WORTH,
+    bent,
     fades_with_the_sign,
     grown,
     may_show,
@@ -17,11 +19,14 @@ from erclutch.fit.choice.stage_families import has_to_take_off, widened
 from erclutch.fit.solver.outcome import FitOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.laws import ladder
+from erclutch.models.laws import ladder, without_yield
+from erclutch.models.laws.yield_stress import POWER
 from erclutch.models.structure import Structure
 
 #: Other laws that are tried with the memory that was found, or with a hump.
 MOST_FORMS = 3
+#: Times the error of the base, on the training rows, that a drag may have which is the better law once both bend.
+_NEAR_UNBENT = 1.3
 #: The stage that gives a plain law a friction that falls with the slip.
 _HUMP = "stribeck"
 
@@ -109,3 +114,30 @@ def plain_for_a_hump(
     error, plain = next(pair for pair in with_hump if pair[0] <= (1.0 + WORTH) * least)
     of_base = rung_of(folds, base.model.structure, dict(base.model.shape))
     return plain if error <= (1.0 + WORTH) * of_base.error else base
+
+
+def drag_once_bent(
+    train: Dataset,
+    laws: Sequence[FitOutcome[TorqueModel]],
+    base: FitOutcome[TorqueModel],
+) -> FitOutcome[TorqueModel]:
+    """A law of a drag in place of the base, where both need an effort that saturates in the field and it errs by less.
+
+    The laws were fitted with a power of the field. A viscosity that the field changes then stands in for the bend over
+    the field. Among laws of fluids the base stays: they stand in for a memory as well, which comes after.
+    """
+    most = _NEAR_UNBENT**2 * base.train_cost
+    drags: list[FitOutcome[TorqueModel]] = []
+    for law in laws:
+        structure = law.model.structure
+        takes_a_power = structure.law.yield_form is POWER
+        if without_yield(structure.specification) and takes_a_power and law.train_cost <= most:
+            drags.append(law)
+    if not drags or base in drags:
+        return base
+    drag = min(drags, key=lambda law: law.train_cost)
+    folds = folds_of(train)
+    of_base = bent(folds, rung_of(folds, base.model.structure, dict(base.model.shape)))
+    structure = replace(drag.model.structure, dynamics=base.model.structure.dynamics)
+    of_drag = bent(folds, rung_of(folds, structure, dict(drag.model.shape)))
+    return drag if of_drag.error < (1.0 - WORTH) * of_base.error else base

@@ -97,7 +97,7 @@ def grown(
     """
     folds = folds_of(train)
     first = rung_of(folds, base, {})
-    rungs = [_bent(folds, first)]
+    rungs = [bent(folds, first)]
     known = among
     if known is None:
         known = [name for family in families() for name in family]
@@ -148,7 +148,7 @@ def grown(
                 alike.append(name)
         taken = min(alike, key=lambda name: (worthy[name].numbers_of_fit, worthy[name].error))
         new = worthy[taken]
-        rungs.append(_bent(folds, new) if len(rungs) == 1 else new)
+        rungs.append(bent(folds, new) if len(rungs) == 1 else new)
         for name in (*simpler_than(left, taken), taken):
             left.remove(name)
     rungs[-1] = _without_stand_ins(folds, rungs[-1], base)
@@ -225,13 +225,13 @@ def _rung_above(folds: Sequence[Fold], here: Rung, richer: Structure, name: str)
         if other.error < (1.0 - worth) * rung.error:
             return other
     if of_iron(richer) and not of_iron(here.structure) and richer.law.yield_form is POWER:
-        bent = rung_of(folds, richer.with_yield_form(TANH), here.numbers)
-        if bent.error < (1.0 - WORTH) * rung.error:
-            return bent
+        saturating = rung_of(folds, richer.with_yield_form(TANH), here.numbers)
+        if saturating.error < (1.0 - WORTH) * rung.error:
+            return saturating
     return rung
 
 
-def _bent(folds: Sequence[Fold], rung: Rung) -> Rung:
+def bent(folds: Sequence[Fold], rung: Rung) -> Rung:
     """The rung with a yield effort that saturates in the field, where that takes a share of the error off.
 
     Else stages stand in for the bend that a power of the field has not. Where whole fields are left out of the fits,
@@ -241,10 +241,10 @@ def _bent(folds: Sequence[Fold], rung: Rung) -> Rung:
     whole_fields = len(set(groups_of(data).field)) >= FEWEST_GROUPS
     if rung.structure.law.yield_form is not POWER or whole_fields:
         return rung
-    bent = rung.structure.with_yield_form(SATURATING)
-    if more_numbers_than_fields(data, bent):
+    saturating = rung.structure.with_yield_form(SATURATING)
+    if more_numbers_than_fields(data, saturating):
         return rung
-    other = rung_of(folds, bent, rung.numbers)
+    other = rung_of(folds, saturating, rung.numbers)
     worth = max(WORTH, by_chance(rung, other))
     return other if other.error < (1.0 - worth) * rung.error else rung
 

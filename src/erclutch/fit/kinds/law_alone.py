@@ -9,12 +9,14 @@ import numpy as np
 
 from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.checks.data_check import steady_command
+from erclutch.fit.checks.field_drag import field_drags
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.noisy_acceleration import noisy_acceleration
 from erclutch.fit.checks.one_field import refuse_field_terms
 from erclutch.fit.checks.releasing_field import field_releases
 from erclutch.fit.choice.base_law import (
     MOST_FORMS,
+    drag_once_bent,
     grown_from_the_plainest,
     plain_for_a_hump,
     plainest_of_the_best,
@@ -38,7 +40,7 @@ from erclutch.fit.solver.outcome import AnyOutcome, FitOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.planning.further_columns import option_for_input
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name
+from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name, without_yield
 from erclutch.models.laws.yield_stress import (
     CONSTANT,
     FALLING,
@@ -168,10 +170,16 @@ def laws_among(fitted: Sequence[Fitted]) -> list[FitOutcome[TorqueModel]]:
 def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
     """The laws that are asked for, in the order of the ladder, memoryless ones first.
 
+    A law of a drag is among all laws only where the rows look like a drag; by its name it is fitted to any rows.
+
     Raises:
         SettingError: an unknown model or lag.
     """
-    return structures_of(data, settings, asked(settings, data, KIND))
+    pairs = asked(settings, data, KIND)
+    drags = [name for name, _ in pairs if without_yield(name) and name not in settings.models]
+    if drags and not field_drags(data):
+        pairs = [(name, stages) for name, stages in pairs if name not in drags]
+    return structures_of(data, settings, pairs)
 
 
 def structures_of(
@@ -273,6 +281,7 @@ def with_memory(
     base = plainest_of_the_best(known)
     with one_thread():
         base = plain_for_a_hump(train, known, base)
+        base = drag_once_bent(train, known, base)
     first_rung = replace(base.model.structure, dynamics=best.model.structure.dynamics)
     with one_thread():
         rungs = grown(train, first_rung, tuple(train.extras))

@@ -38,6 +38,7 @@ __all__ = [
     "quick_laws",
     "shown_laws",
     "shown_of",
+    "without_yield",
 ]
 
 GROUP = "erclutch.laws"
@@ -80,6 +81,12 @@ def quick_laws() -> tuple[str, ...]:
         if family.quick:
             places.append((min(family.ladder.values()), name))
     return tuple(name for _, name in sorted(places))
+
+
+def without_yield(specification: str) -> bool:
+    """Whether a law's effort of the field vanishes at rest; of one of our laws, by its specification."""
+    name, *_ = specification.strip().lower().split("/")
+    return any(family.without_yield for own, family in _own_families() if own == name)
 
 
 def _own_families() -> list[tuple[str, LawFamily]]:

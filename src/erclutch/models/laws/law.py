@@ -163,6 +163,8 @@ class LawFamily:
         count: of a family such as rbfm-N: the N that the name without a number stands for.
         quick: whether its numbers are few and known from few rows, so that it can be fitted while a log grows
             (``erclutch live --program learn``).
+        without_yield: whether the field's effort vanishes at rest. ``--models all`` fits such a law only to rows that
+            look so (`erclutch.fit.checks.field_drag`).
     """
 
     law: Law | Callable[..., Law]
@@ -173,6 +175,7 @@ class LawFamily:
     aliases: tuple[str, ...] = ()
     count: int | None = None
     quick: bool = False
+    without_yield: bool = False
 
 
 EFFORT = Dimension(effort=1)

@@ -36,6 +36,7 @@ from erclutch.models.laws import (
     at_one_field,
     ladder,
     law_from_name,
+    without_yield,
 )
 from erclutch.signals.array import Array
 
@@ -62,9 +63,13 @@ _UNITS = {
 
 @cache
 def flow_laws() -> tuple[str, ...]:
-    """Our laws of shear stress that have a meaning at one field, from the simplest to the richest."""
+    """Our laws of shear stress that have a meaning at one field, from the simplest to the richest.
+
+    A drag of eddy currents is no stress of a fluid.
+    """
     own = dict.fromkeys(specification.partition("/")[0] for specification in ladder())
-    return tuple(name for name in own if at_one_field(name) is not None)
+    of_fluids = [name for name in own if not without_yield(name)]
+    return tuple(name for name in of_fluids if at_one_field(name) is not None)
 
 
 @dataclass(frozen=True)
