@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import time
 from pathlib import Path
 
 import pytest
@@ -59,6 +60,17 @@ def test_an_edited_file(run: Path, name: str, how: str) -> None:
         content = bytearray()
     path.write_bytes(bytes(content))
     assert f"{name}: changed after the run" in error_of(run)
+
+
+@pytest.mark.parametrize(
+    ("name", "most"), [("table.csv", "64 MiB"), ("predictions.parquet", "4096 MiB")]
+)
+def test_a_file_of_terabytes_is_refused_at_once(run: Path, name: str, most: str) -> None:
+    with (run / name).open("ab") as file:
+        file.truncate(1 << 42)  # on no disk: all of it is a hole
+    began = time.process_time()
+    assert f"{name}: cannot be read: it has more than {most}" in error_of(run)
+    assert time.process_time() - began < 5.0
 
 
 def test_an_edited_number_of_a_model(run: Path) -> None:

@@ -36,6 +36,8 @@ from erclutch.files.places import (
 
 #: Of a file that is read whole though it is no log.
 MOST_BYTES = 64 << 20
+#: Bytes that a file of rows in a run may have: a run keeps some 10^6 rows at most.
+MOST_OF_ROWS = 4 << 30
 LOG_ENDINGS = (".csv", ".parquet", ".mat")  # of the logs that are written
 
 
@@ -141,10 +143,20 @@ def unwritable(
     return kind(f"{problem}: {error.strerror or error}", where=str(path), remedy=remedy)
 
 
-def file_digest(path: Path) -> str:
-    """SHA-256 of a file's bytes, hexadecimal; OSError for a pipe or a device."""
+def file_digest(path: Path, most: int = MOST_OF_ROWS) -> str:
+    """SHA-256 of a file's bytes, hexadecimal.
+
+    Args:
+        path: of the file.
+        most: bytes that it may have; a sparse file of terabytes costs nothing to make, and days to read.
+
+    Raises:
+        OSError: the file cannot be read, or has more bytes; or it is a pipe or a device.
+    """
     _require_plain(path)
     with path.open("rb") as file:
+        if os.fstat(file.fileno()).st_size > most:
+            raise OSError(errno.EFBIG, f"it has more than {most >> 20} MiB", str(path))
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
@@ -172,7 +173,7 @@ def unfinished_plan(run: Run) -> ScoringPlan:
         if log.number is not None:
             continue  # it is looked at when it is read
         try:
-            unchanged = file_digest(Path(log.path)) == log.digest
+            unchanged = file_digest(Path(log.path), sys.maxsize) == log.digest  # of any size
         except OSError as error:
             problem = f"cannot be read: {error.strerror or error}"
             raise RunError(

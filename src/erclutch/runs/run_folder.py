@@ -26,7 +26,7 @@ import numpy as np
 
 from erclutch.errors import RunError
 from erclutch.export.c_names import named_after
-from erclutch.files import file_digest, plain_words, small_json
+from erclutch.files import MOST_BYTES, MOST_OF_ROWS, file_digest, plain_words, small_json
 from erclutch.fit.choice.standing import Standing, standing_of_run
 from erclutch.models.load import load_model
 from erclutch.models.model import Model
@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 _SHORTEST_NAME = 3  # letters of a name that says something
 _NAMED = 5  # runs in a folder that an error names
+#: What a guarded file may have; the digest of a longer one would have no end.
+_MOST_BYTES = {"table.csv": MOST_BYTES, "predictions.parquet": MOST_OF_ROWS}
 
 
 @dataclass(frozen=True, repr=False)
@@ -124,7 +126,7 @@ class Run(Shown):
         """
         path = self.folder / name
         try:
-            digest = file_digest(path)
+            digest = file_digest(path, _MOST_BYTES[name])
         except OSError as error:
             raise RunError(
                 f"cannot be read: {error.strerror or error}",

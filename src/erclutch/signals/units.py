@@ -20,7 +20,7 @@ from erclutch.signals.array import Array
 from erclutch.signals.recording import SignalKind
 
 UNKNOWN = "?"
-_LONGEST = 60
+_LONGEST, _LONGEST_QUANTITY = 60, 200  # letters of a unit, and of a number with its unit
 _NO_DIMENSION = {"", "-", "1", "[-]", "(-)", "none", "dimensionless"}
 # Chinese, Japanese and Korean units, the longer before the shorter that it holds.
 _EASTERN = (
@@ -256,8 +256,12 @@ def parse(text: str) -> Unit:
         return Unit(text, 1.0, ())
     if text in COMMON:
         return Unit(text, *COMMON[text])
+    remedy = "Write it like cm/s, m/s^2, kN, N*m, rpm, kV/mm, % or - (a factor may stand before it: 980.665 N)"
+    if len(text) > _LONGEST:  # the patterns below take the square of its length
+        long = f"'{text[:_LONGEST]}...' has {len(text)} letters, a unit at most {_LONGEST}"
+        raise UnitError(long, remedy=remedy)
     spelled = text.strip()
-    tens = _TENS.fullmatch(spelled) if len(text) <= _LONGEST and "10" in text else None
+    tens = _TENS.fullmatch(spelled) if "10" in text else None
     if tens:
         power = (tens["before"] or tens["behind"]).translate(_RAISED).lstrip("^*")
         # An e would be a charge to pint.
@@ -273,7 +277,7 @@ def parse(text: str) -> Unit:
         and not _ODD_COUNT.match(spelled)
     )
     of_temperature = text in _KELVIN | _CELSIUS - {"C"}  # pint would take a second to refuse it
-    if len(text) <= _LONGEST and has_form and not of_temperature and not chained:
+    if has_form and not of_temperature and not chained:
         # In short units capitals tell one from another: mm and Mm, s and S.
         attempts = [spelled]
         if len(text.strip()) > 2:
@@ -282,7 +286,6 @@ def parse(text: str) -> Unit:
             unit = evaluated(text, attempt)
             if unit is not None:
                 return unit
-    remedy = "Write it like cm/s, m/s^2, kN, N*m, rpm, kV/mm, % or - (a factor may stand before it: 980.665 N)"
     raise UnitError(f"'{text}' is not a unit that erclutch knows", remedy=remedy)
 
 
@@ -418,9 +421,10 @@ def quantity(text: str) -> tuple[float, str | None]:
     Raises:
         UnitError: the text does not begin with a number.
     """
-    match = _QUANTITY.fullmatch(text)
+    match = _QUANTITY.fullmatch(text) if len(text) <= _LONGEST_QUANTITY else None
     if match is None:
-        raise UnitError(f"'{text}' is not a number with a unit", remedy="Write it like 0.5 A")
+        problem = f"'{text[:_LONGEST_QUANTITY]}' is not a number with a unit"
+        raise UnitError(problem, remedy="Write it like 0.5 A")
     return float(match.group(1)), match.group(2) or None
 
 

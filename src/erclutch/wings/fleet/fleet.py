@@ -15,6 +15,7 @@ import json
 import os
 import re
 import shutil
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -331,7 +332,7 @@ def _digests(task: DeviceTask) -> list[str]:
     """Of the logs, and of the mapping files beside them."""
     logs = [Path(path) for path in task.paths]
     mappings = [mapping for log in logs if (mapping := file_beside(log))]
-    return [file_digest(path) for path in (*logs, *mappings)]
+    return [file_digest(path, sys.maxsize) for path in (*logs, *mappings)]  # logs of any size
 
 
 def _failed(task: DeviceTask, reason: str) -> dict[str, Any]:
