@@ -255,7 +255,13 @@ def require(low: float, high: float = math.inf, unit: str = "", **options: float
 
 
 class PluginError(SettingError):
-    """A plug-in that is needed is not installed, or it fails."""
+    """A plug-in that is needed is not installed, or it fails.
+
+    Attributes:
+        plugin: group and name of the plug-in that fails; empty where none is there.
+    """
+
+    plugin: tuple[str, str] | tuple[()] = ()
 
 
 class RunError(ErclutchError):

@@ -23,6 +23,7 @@ from importlib import import_module
 from importlib.resources import files
 from opcode import opmap
 from pathlib import PurePath
+from threading import local
 from traceback import extract_tb
 from typing import Any, Literal, NamedTuple, cast
 
@@ -56,6 +57,8 @@ _GROUPS: Mapping[str, _Group] = {
     "erclutch.advice": _Group("advice", "", "ADVICE", value="function"),
 }
 GROUPS = tuple(_GROUPS)
+#: In each thread how many calls of plug-ins of other packages are under way.
+_AT_WORK = local()
 _PACKAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 
 
@@ -116,12 +119,17 @@ class Plugin:
             return value
 
     @contextmanager
-    def working(self, doing: str = "failed") -> Generator[None]:
+    def working(self, doing: str = "failed", *, alone: bool = True) -> Generator[None]:
         """What it raises while it works is told with its name and package. Our own raise as they are.
 
         Args:
             doing: what is said of it then, for example "failed on run1.csv".
+            alone: whether nothing of ours prints meanwhile, as it may between the items of a generator.
         """
+        # What a command prints is its answer.
+        aside = alone and not self.own and self.group != "erclutch.commands"
+        if aside:
+            _AT_WORK.depth = _depth() + 1
         try:
             yield
         except ErclutchError:
@@ -141,6 +149,9 @@ class Plugin:
             frame = extract_tb(error.__traceback__)[-1]
             place = f"{PurePath(frame.filename).name}, line {frame.lineno}"
             raise self.fault(f"{doing}: {type(error).__name__}: {said} ({place})") from error
+        finally:
+            if aside:
+                _AT_WORK.depth = _depth() - 1
 
     def guarded(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """A function of it: `working` tells what it raises; an error of ours that names no place gets the plug-in."""
@@ -175,9 +186,10 @@ class Plugin:
             f"Tell its author, install another version of {self.package}, or remove it: pip "
             f"uninstall {self.package}"
         )
-        return PluginError(
-            f"the {_GROUPS[self.group].kind} {self.name!r} of {self.label} {what}", remedy=remedy
-        )
+        problem = f"the {_GROUPS[self.group].kind} {self.name!r} of {self.label} {what}"
+        error = PluginError(problem, remedy=remedy)
+        error.plugin = self.group, self.name
+        return error
 
     def to_dict(self) -> dict[str, str]:
         """What a file says of a plug-in that it needs."""
@@ -213,6 +225,28 @@ def sound(group: str, kind: type[Any]) -> tuple[list[tuple[Plugin, Any]], list[P
         except PluginError as error:
             wrong.append(error)
     return values, wrong
+
+
+def fault_behind(error: Exception) -> PluginError | None:
+    """What to tell of an error where a plug-in of another package is behind it: its code raised, or called what did.
+
+    Returns:
+        None: it is no error of another package, or one that tells itself.
+    """
+    if isinstance(error, PluginError):
+        return error
+    if isinstance(error, ErclutchError):
+        return None
+    modules: set[str] = set()
+    place = error.__traceback__
+    while place is not None:
+        modules.add(str(place.tb_frame.f_globals.get("__name__")))
+        place = place.tb_next
+    for plugin in (other for group in _GROUPS for other in _others(group)):
+        package = plugin.source.partition(":")[0].partition(".")[0]
+        if any(module.partition(".")[0] == package for module in modules):
+            return plugin.fault(f"failed: {type(error).__name__}: {_said_by(error)}")
+    return None
 
 
 def hidden(group: str) -> tuple[Plugin, ...]:
@@ -298,6 +332,17 @@ def of_missing_wing(error: ModuleNotFoundError, what: str) -> PluginError | None
     wing = below[0] if below else "all wings"
     remedy = "Install erclutch whole: its package has all wings"
     return PluginError(f"{what} needs the wing {wing}, whose folder is not there", remedy=remedy)
+
+
+def others_at_work() -> bool:
+    """Whether a plug-in of another package works in this thread, so that what is printed is no answer of a command."""
+    return _depth() > 0
+
+
+def _depth() -> int:
+    """How many calls of plug-ins of other packages are under way in this thread."""
+    depth: int = getattr(_AT_WORK, "depth", 0)
+    return depth
 
 
 def _said_by(error: BaseException) -> str:

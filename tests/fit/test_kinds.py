@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Generator, Sequence
 from dataclasses import replace
@@ -96,10 +97,14 @@ def test_what_fails_in_another_kind_is_told_with_its_name(
     packages: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     bring(packages, KIND.replace(FIRST_LINE, "raise OSError('no disk')"), monkeypatch)
-    with pytest.raises(
-        PluginError, match=r"nearest.*of their-kind 1\.5 failed on nearest-3: OSError: no disk"
-    ):
-        compare(build_dataset(log()), Settings(("bingham", "nearest-3"), lag="none"))
+    why = r"nearest.*of their-kind 1\.5 failed on nearest-3: OSError: no disk"
+    with pytest.raises(PluginError, match=why):
+        compare(build_dataset(log()), Settings(("nearest-3",), lag="none"))
+    compared = compare(build_dataset(log()), Settings(("bingham", "nearest-3"), lag="none"))
+    assert [entry.name for entry in compared.entries] == ["bingham"]
+    (said,) = [finding for finding in compared.findings if finding.subject == "left out"]
+    assert said.level == "warning"
+    assert re.search(why, said.message)
 
 
 def test_a_law_that_the_rows_cannot_make_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -99,7 +99,12 @@ def _code_of(words: Sequence[str]) -> int:
         if isinstance(error, OSError):
             place = f"{error.filename}: " if error.filename else ""
             return failed(f"{place}{error.strerror or error}", 2)
-        raise
+        from erclutch.registry import fault_behind
+
+        fault = fault_behind(error)
+        if fault is None:
+            raise
+        return failed(str(fault), fault.exit_code)
     finally:
         _ENDING.end()
         release_all()

@@ -9,6 +9,8 @@ from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from typing import Any, TextIO
 
+from erclutch.registry import others_at_work
+
 #: Signs of pictures and tables in signs that every encoding has.
 _PLAIN = str.maketrans("·░▒▓█─│╭╮╰╯…–µ°²³", ".:+x#-|....~-ud23")
 
@@ -28,7 +30,9 @@ class StandardOutput:
         self.failure: OSError | None = None
 
     def write(self, text: str) -> int:
-        """Write a text, or drop it; returns its length."""
+        """Write a text, or drop it; returns its length. What a plug-in prints while it works goes to standard error."""
+        if others_at_work() and sys.stderr is not None:
+            return sys.stderr.write(text)
         if self._stream is None:
             self.failure = self.failure or OSError(errno.EBADF, "standard output is closed")
         elif self.failure is None:

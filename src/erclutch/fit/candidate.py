@@ -40,6 +40,11 @@ class Candidate(Protocol):
         """Identifier of the model that will come out."""
         ...
 
+    @property
+    def plugins(self) -> tuple[registry.Plugin, ...]:
+        """What the model needs of other packages: laws and stages."""
+        return ()
+
     def fit(self, train: Dataset, fitted: Sequence[Fitted], workers: int) -> AnyOutcome:
         """Fit it to the training rows.
 

@@ -7,12 +7,13 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import CheckError, SettingError, require_known
+from erclutch import registry
+from erclutch.errors import CheckError, PluginError, SettingError, require_known
 from erclutch.fit.candidate import Candidate, Fitted, Kind, kinds
 from erclutch.fit.checks.data_check import ONE_FIELD, SIGN, check, steady_command
 from erclutch.fit.checks.finding import Finding
@@ -35,7 +36,7 @@ from erclutch.fit.log_zeros import log_differences
 from erclutch.fit.pace import motion_held_out, two_motions
 from erclutch.fit.past_samples import past_finding, without_network
 from erclutch.fit.solver.one_thread import one_thread
-from erclutch.fit.solver.outcome import AnyOutcome
+from erclutch.fit.solver.outcome import AnyOutcome, FitOutcome
 from erclutch.fit.turned_sign import with_turned_fit
 from erclutch.logs.dataset import Dataset, require_dataset
 from erclutch.logs.held_out import hold_out
@@ -157,6 +158,28 @@ def compare(
     )
     require_dataset(data)
     settings = replace(settings or Settings(), **more)
+    failed: dict[tuple[str, ...], PluginError] = {}
+    while True:
+        try:
+            return _compared(data, settings, progress, known, failed)
+        except Exception as error:
+            # A package may fail on rows that no check of it has seen: all is done once more without it.
+            fault = registry.fault_behind(error)
+            if fault is None:
+                raise
+            if not fault.plugin or fault.plugin in failed:
+                raise fault from error
+            failed[fault.plugin] = fault
+
+
+def _compared(
+    data: Dataset,
+    settings: Settings,
+    progress: FitProgress | None,
+    known: Mapping[str, AnyOutcome],
+    failed: Mapping[tuple[str, ...], PluginError],
+) -> Comparison:
+    """The comparison without the plug-ins of other packages that failed, by group and name; see `compare`."""
     test = hold_out(data, settings.test)
     train = data.take(~test)
     findings = check(data, test) + past_finding(settings.past, data)
@@ -170,12 +193,14 @@ def compare(
         findings += (Finding("note", "dynamics", _NO_LAG, remedy),)
 
     # From here to the ranking, no model sees a row that was held out.
-    every = kinds()
+    every = [
+        (plugin, kind) for plugin, kind in kinds() if (plugin.group, plugin.name) not in failed
+    ]
     work: list[float] = []  # of each phase
     for _, kind in every:
         work += kind.work
     course = Course((*work, _CHOICE), progress)
-    fitted, seen = _fit_all(every, settings, train, course, known)
+    fitted, seen = _fit_all(every, settings, train, course, known, failed)
     outcomes = [each.outcome for each in fitted]
     # Where a sign is in doubt, a fit with the sign turned says how much better it would be.
     findings = tuple(
@@ -240,21 +265,34 @@ def _fit_all(
     train: Dataset,
     course: Course,
     made: Mapping[str, AnyOutcome],
+    failed: Mapping[tuple[str, ...], PluginError],
 ) -> tuple[list[Fitted], tuple[Finding, ...]]:
     """All candidates of all kinds, fitted; and what was seen on the way.
 
     Raises:
         SettingError: no model is asked for, or one that cannot be; before anything is fitted.
         CheckError: these rows can make none of the models.
+        PluginError: all models that were asked for need packages that fail.
     """
-    asked = [_of(plugin, kind.candidates, settings, train) for plugin, kind in every]
+
+    def sound(candidates: Sequence[Candidate]) -> list[Candidate]:
+        """Those that need no plug-in that failed."""
+        return [
+            each
+            for each in candidates
+            if not any((part.group, part.name) in failed for part in _parts_of(each))
+        ]
+
+    asked = [sound(_of(plugin, kind.candidates, settings, train)) for plugin, kind in every]
+    if failed and not any(asked):
+        raise next(iter(failed.values()))
     if not any(asked):
         raise SettingError(
             "no model was given", remedy="Give --models all, or names from erclutch laws"
         )
     fitted: list[Fitted] = []
     findings: tuple[Finding, ...] = ()
-    refused: list[CheckError] = []
+    refused: list[CheckError | PluginError] = []
     for (plugin, kind), candidates in zip(every, asked, strict=True):
         course.begin()
         fitted += _fit(
@@ -264,15 +302,27 @@ def _fit_all(
         course.told(0.0, "looking for what these fits leave")
         further = _of(plugin, kind.grown, settings, train, fitted)
         fitted += _fit(
-            plugin, kind, further.candidates, train, fitted, settings.workers, refused, course, made
+            plugin,
+            kind,
+            sound(further.candidates),
+            train,
+            fitted,
+            settings.workers,
+            refused,
+            course,
+            made,
         )
         findings += further.findings
     if not fitted:
         raise refused[0]
-    left_out = (
-        Finding("note", "left out", f"{reason.where} is left out: {reason.problem}", reason.remedy)
-        for reason in refused
-    )
+    left_out: list[Finding] = []
+    for reason in refused:
+        message = f"{reason.where} is left out: {reason.problem}"
+        level = "warning" if isinstance(reason, PluginError) else "note"
+        left_out.append(Finding(level, "left out", message, reason.remedy))
+    for error in failed.values():
+        message = f"what needs it is left out: {error.problem}"
+        left_out.append(Finding("warning", "left out", message, error.remedy))
 
     # A name stands for one model of a run. A search may come to a law that was asked for, with other terms taken out:
     # the better of both stays, by soundness and training rows.
@@ -283,6 +333,11 @@ def _fit_all(
             of_one_name, key=lambda fit: (not fit.outcome.sound, fit.outcome.train_cost)
         )
     return list(best.values()), (*findings, *left_out)
+
+
+def _parts_of(candidate: Candidate) -> Sequence[Plugin]:
+    """What a candidate needs of other packages; the candidate of another package may not say it."""
+    return getattr(candidate, "plugins", ())
 
 
 def _of(plugin: Plugin, answer: Any, *question: Any) -> Any:
@@ -298,7 +353,7 @@ def _fit(
     train: Dataset,
     known: Sequence[Fitted],
     workers: int,
-    refused: list[CheckError],
+    refused: list[CheckError | PluginError],
     course: Course,
     made: Mapping[str, AnyOutcome],
 ) -> list[Fitted]:
@@ -314,11 +369,16 @@ def _fit(
     def fit(candidate: Candidate) -> AnyOutcome | None:
         if candidate.name in made:
             return made[candidate.name]
+        # Of a law of ours with a stage of another package the stage is at fault.
+        at_fault = next(iter(_parts_of(candidate)), plugin) if plugin.own else plugin
         try:
-            with plugin.working(f"failed on {candidate.name}"):
-                return candidate.fit(train, known, starts_at_once)
-        except CheckError as error:
-            refused.append(CheckError(error.problem, where=candidate.name, remedy=error.remedy))
+            with at_fault.working(f"failed on {candidate.name}"):
+                outcome = candidate.fit(train, known, starts_at_once)
+                if not at_fault.own:
+                    _require_rows(outcome, train, at_fault)
+                return outcome
+        except (CheckError, PluginError) as error:
+            refused.append(type(error)(error.problem, where=candidate.name, remedy=error.remedy))
             return None
 
     with one_thread(), ThreadPoolExecutor(max_workers=at_once) as pool:
@@ -331,3 +391,20 @@ def _fit(
             raise
         pairs = [(candidate, future.result()) for future, candidate in futures.items()]
     return [Fitted(candidate, outcome) for candidate, outcome in pairs if outcome is not None]
+
+
+def _require_rows(outcome: Any, train: Dataset, plugin: Plugin) -> None:
+    """Refuse what a model of another package, or with a part of one, answers to the training rows.
+
+    Raises:
+        PluginError: it is no outcome of a fit, or its effort is no finite array of the rows.
+    """
+    if not isinstance(outcome, FitOutcome):
+        raise plugin.fault(f"fits a {type(outcome).__name__}, it must be a FitOutcome")
+    given = cast("AnyOutcome", outcome).model.predict(train)
+    effort = np.asarray(given)
+    if effort.shape != (train.rows,) or effort.dtype.kind not in "fiu":
+        raise plugin.fault(f"estimates no array of {train.rows} rows: {given!s:.60}")
+    wrong = train.rows - np.count_nonzero(np.isfinite(effort))
+    if wrong:
+        raise plugin.fault(f"estimates no finite effort in {wrong} of {train.rows} rows")

@@ -158,8 +158,13 @@ def sound_windows(windows: _Windows, plugin: Plugin) -> _Windows:
         source: Any, rows: int, margin: int, first: int, last: int | None
     ) -> Iterator[tuple[int, int, Table]]:
         reached = first
-        given: Any
-        for given in windows(source, rows, margin, first, last):
+        with plugin.working():
+            each = iter(windows(source, rows, margin, first, last))
+        while True:
+            with plugin.working():
+                given: Any = next(each, None)
+            if given is None:
+                return
             if not isinstance(given, tuple) or len(cast("tuple[Any, ...]", given)) != 3:
                 raise plugin.fault(f"yields {given!r:.60} as a window: start, stop and table")
             start, stop, table = cast("tuple[Any, Any, Any]", given)

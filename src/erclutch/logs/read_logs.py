@@ -161,7 +161,7 @@ def read_batches(
                 hashlib.file_digest(content, "sha256").hexdigest() if part == WHOLE_FILE else ""
             )
         source = LogSource(file, b"", digest, decimal=told.decimal)
-        with placed(file.name), plugin.working(f"failed on {file.name}"):
+        with placed(file.name), plugin.working(f"failed on {file.name}", alone=False):
             yield from windowed_batches(windows, source, told, device, invalid, rows, part)
         return
     table = table_of_log(file, told, device, variable or told.variable)

@@ -30,7 +30,6 @@ from erclutch.models.parameter_units import (
 )
 from erclutch.models.shared_answers import ModelBase
 from erclutch.models.stages import (
-    outside_stages,
     position_stages,
     slip_stages,
     stage_equations,
@@ -153,9 +152,7 @@ class TorqueModel(ModelBase):
     @property
     def plugins(self) -> tuple[Plugin, ...]:
         """What the model needs of other packages; its file names them."""
-        stages = outside_stages(self.structure.dynamics)
-        law = self.structure.law.plugin
-        return stages if law is None else (law, *stages)
+        return self.structure.plugins
 
     def effort_of_rows(
         self,

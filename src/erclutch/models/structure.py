@@ -21,12 +21,14 @@ from erclutch.models.laws.smooth import FORWARD, direction
 from erclutch.models.laws.yield_stress import POWER
 from erclutch.models.model import FluidSignals
 from erclutch.models.stages import (
+    outside_stages,
     position_stages,
     slip_stages,
     stages_at,
     temperature_stages,
 )
 from erclutch.models.stages.stage import SlipAndStrength, Stage
+from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 from erclutch.signals.device import Element
@@ -60,6 +62,12 @@ def as_it_is(x: Any) -> Any:
 @dataclass(frozen=True)
 class Structure(Composition):
     """What is fitted, without numbers, and the columns that it makes of rows."""
+
+    @property
+    def plugins(self) -> tuple[Plugin, ...]:
+        """The law and the stages of other packages."""
+        stages = outside_stages(self.dynamics)
+        return stages if self.law.plugin is None else (self.law.plugin, *stages)
 
     def _factors(
         self,

@@ -39,16 +39,28 @@ def laws(
         if not list_plugins(json=json, check=check) and check:
             raise SystemExit(1)
         return
-    from erclutch.models.laws import law_from_name, shown_laws
+    from erclutch.errors import PluginError
+    from erclutch.models.laws import Law, law_from_name, shown_laws
     from erclutch.models.laws.symbolic import equation_text
     from erclutch.models.stages import shown_stages
 
-    all_laws = [(name, law_from_name(name)) for name in shown_laws()]
+    # A law or stage of another package that fails is named, and all others are listed.
+    failed: list[PluginError] = []
+    all_laws: list[tuple[str, Law, str]] = []  # name, law, equation
+    for name in shown_laws(failed):
+        law = law_from_name(name)
+        try:
+            all_laws.append((name, law, equation_text(law)))
+        except PluginError as error:
+            failed.append(error)
+    all_stages = shown_stages(failed)
+    for error in failed:
+        terminal.console(stderr=True).print(f"left out: {error}", soft_wrap=True)
     if json:
         rows = [
             {
                 "name": name,
-                "equation": equation_text(law),
+                "equation": equation,
                 "source": law.source,
                 **({"plugin": law.plugin.to_dict()} if law.plugin else {}),
                 "parameters": [
@@ -60,7 +72,7 @@ def laws(
                     for g in law.gains
                 ],
             }
-            for name, law in all_laws
+            for name, law, equation in all_laws
         ]
         print(dumps(rows, indent=1))
         return
@@ -68,12 +80,12 @@ def laws(
         "Laws of one element (effort for w > 0)", ["model", "effort", "source"], [], left=3
     )
     table.columns[1].overflow = "fold"
-    for name, law in all_laws:
+    for name, law, equation in all_laws:
         label = (
             name if not name.endswith("-2") else f"{name.removesuffix('2')}N (N = 2 kernels shown)"
         )
         by_plugin = f" ({law.plugin.label})" if law.plugin else ""
-        table.add_row(label, equation_text(law), law.source + by_plugin)
+        table.add_row(label, equation, law.source + by_plugin)
     terminal.tell(table)
     terminal.tell(
         "NAME/square, /power, /critical, /saturating, /tanh or /constant: how the yield effort grows with the field."
@@ -85,7 +97,7 @@ def laws(
         left=3,
     )
     stages.columns[2].overflow = "fold"
-    for stage in shown_stages():
+    for stage in all_stages:
         stages.add_row(stage.name, stage.place, stage.equation)
     terminal.tell(stages)
     terminal.tell(

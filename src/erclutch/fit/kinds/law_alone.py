@@ -52,6 +52,7 @@ from erclutch.models.laws.yield_stress import (
 from erclutch.models.model import full_name
 from erclutch.models.stages.inertia import SMOOTH_INERTIA
 from erclutch.models.structure import Structure
+from erclutch.registry import Plugin
 from erclutch.signals.array import Mask
 from erclutch.signals.percent import percent
 from erclutch.signals.recording import TEMPERATURE
@@ -82,6 +83,11 @@ class LawCandidate(Candidate):
     def name(self) -> str:
         """Identifier of the model."""
         return full_name(self.structure.specification, self.structure.dynamics)
+
+    @property
+    def plugins(self) -> tuple[Plugin, ...]:
+        """The law and the stages of other packages."""
+        return self.structure.plugins
 
     def fit(self, train: Dataset, fitted: Sequence[Fitted], workers: int) -> AnyOutcome:
         """The law without the terms that these rows cannot tell; see `Candidate.fit`."""

@@ -15,6 +15,7 @@ from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import full_name
 from erclutch.models.residual_model import ResidualStructure, parts_of
+from erclutch.registry import Plugin
 from erclutch.signals.array import Mask
 
 
@@ -34,6 +35,11 @@ class LawWithNetworkCandidate(Candidate):
     def name(self) -> str:
         """Identifier of the model."""
         return full_name(self.structure.specification, self.structure.dynamics)
+
+    @property
+    def plugins(self) -> tuple[Plugin, ...]:
+        """The law and the stages of other packages."""
+        return self.structure.law.plugins
 
     def fit(self, train: Dataset, fitted: Sequence[Fitted], workers: int) -> AnyOutcome:
         """A law that is fitted already is not fitted again; see `Candidate.fit`."""

@@ -19,8 +19,9 @@ from erclutch.models.laws.yield_stress import SATURATING, TANH
 from erclutch.models.model import full_name
 from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_network, network_from_name
 from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
-from erclutch.models.stages import needs_time, slip_stages, stages_of
+from erclutch.models.stages import needs_time, outside_stages, slip_stages, stages_of
 from erclutch.models.structure import Structure
+from erclutch.registry import Plugin
 from erclutch.signals.array import Mask
 
 
@@ -42,6 +43,11 @@ class NetworkCandidate(Candidate):
     def name(self) -> str:
         """Identifier of the model."""
         return full_name(self.structure.specification, self.structure.dynamics)
+
+    @property
+    def plugins(self) -> tuple[Plugin, ...]:
+        """The stages of other packages."""
+        return outside_stages(self.structure.dynamics)
 
     def fit(self, train: Dataset, fitted: Sequence[Fitted], workers: int) -> AnyOutcome:
         """Behind stages it has their constants from the best law; see `Candidate.fit`."""

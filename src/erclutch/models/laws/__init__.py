@@ -49,12 +49,19 @@ _SLIPS = np.array([-1.0, 0.5, 2.0])  # where a law is asked whether the field ha
 PAPER = ("bingham/forward", "seo-seo/forward", "hem/forward", "rbfm-5/forward", "rbfm-10/forward")
 
 
-def families() -> dict[str, LawFamily]:
-    """All laws by name, ours and those of other packages that load, from the simplest to the richest."""
+def families(failed: list[PluginError] | None = None) -> dict[str, LawFamily]:
+    """All laws by name, ours and those of other packages that load, from the simplest to the richest.
+
+    Args:
+        failed: gets what is wrong with each law that does not load.
+    """
     by_name: dict[str, LawFamily] = {}
     for plugin in registry.plugins(GROUP):
-        with suppress(PluginError):
+        try:
             by_name[plugin.name] = family_of(plugin)
+        except PluginError as error:
+            if failed is not None:
+                failed.append(error)
 
     def place(name: str) -> tuple[float, str]:
         """A law that is not on the ladder stands behind those that are."""
@@ -113,11 +120,28 @@ def shown_of(name: str, family: LawFamily) -> tuple[str, ...]:
     return tuple(family.ladder or (name,))
 
 
-def shown_laws() -> tuple[str, ...]:
-    """A specification for each row of a table of laws."""
+def shown_laws(failed: list[PluginError] | None = None) -> tuple[str, ...]:
+    """A specification for each row of a table of laws, without laws of other packages that fail.
+
+    Args:
+        failed: gets what is wrong with each of these.
+    """
     shown: list[str] = []
-    for name, family in families().items():
-        shown += shown_of(name, family)
+    for name, family in families(failed).items():
+        specifications = shown_of(name, family)
+        plugin = registry.find(GROUP, name)
+        if not plugin.own:  # a law may load and be none that can be used
+            try:
+                for specification in specifications:
+                    law_from_name(specification)
+            except SettingError as error:
+                if failed is not None:
+                    told = isinstance(error, PluginError)
+                    failed.append(
+                        error if told else plugin.fault(f"has a ladder with {error.problem}")
+                    )
+                continue
+        shown += specifications
     return tuple(shown)
 
 

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.arithmetic.dual import Dual
-from erclutch.models.laws.law import Dimension, Gain, Law, LawFamily, ShapeParameter
+from erclutch.models.laws.law import Columns, Dimension, Gain, Law, LawFamily, ShapeParameter
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.registry import Plugin
 
@@ -41,9 +43,9 @@ def checked(law: Any, plugin: Plugin) -> Law:
     require_law(law, plugin)
     own = replace(
         law,
-        columns=plugin.guarded(law.columns),
+        columns=_looked_at(law, plugin),
         stimulus=None if law.stimulus is None else plugin.guarded(law.stimulus),
-        paper_form=None if law.paper_form is None else plugin.guarded(law.paper_form),
+        paper_form=None if law.paper_form is None else _published(law.paper_form, plugin),
         plugin=plugin,
     )
     # The law is tried out: its columns must be what its gains say.
@@ -56,34 +58,93 @@ def checked(law: Any, plugin: Plugin) -> Law:
         if isinstance(field, np.ndarray):
             field.setflags(write=False)
     shape = [typical(number) for number in own.shape]
-    columns: Any = own.columns(field, _SLIPS, *shape)
-    given = type(columns).__name__
-    if type(columns) is tuple:
-        count = len(cast("tuple[Any, ...]", columns))
-        given = f"{count} columns"
-    if given != f"{len(own.gains)} columns":
-        gains = ", ".join(gain.name for gain in own.gains)
-        raise plugin.fault(
-            f"must return a tuple with a column for each of its gains ({gains}), it returns {given}"
-        )
-    for gain, column in zip(own.gains, cast("tuple[Any, ...]", columns), strict=True):
-        if (
-            np.shape(column) != _SLIPS.shape
-            or np.iscomplexobj(column)
-            or not np.isfinite(column).all()
-        ):
-            raise plugin.fault(
-                f"returns for the gain {gain.name} what is no finite array of the rows: {column}"
-            )
-    if not np.array_equal(cast("tuple[Any, ...]", columns), own.columns(field, _SLIPS, *shape)):
+    columns = own.columns(field, _SLIPS, *shape)
+    if not np.array_equal(columns, own.columns(field, _SLIPS, *shape)):
         raise plugin.fault("returns other numbers for the same rows when it is asked again")
     # Derivatives run through the same function.
-    derived = own.columns(field, _SLIPS, *(Dual(x, {place: 1.0}) for place, x in enumerate(shape)))
-    for gain, column in zip(own.gains, derived, strict=True):
-        if np.asarray(getattr(column, "value", column)).dtype.kind not in "fiu":
-            what = f"loses the derivatives for the gain {gain.name}: it may use operators and NumPy's functions alone"
-            raise plugin.fault(f"{what}, and not np.asarray, np.array or float")
+    own.columns(field, _SLIPS, *(Dual(x, {place: 1.0}) for place, x in enumerate(shape)))
     return own
+
+
+def _looked_at(law: Law, plugin: Plugin) -> Columns:
+    """The columns of a law, each looked at whenever rows are asked for: many rows meet what a few do not."""
+    guarded = plugin.guarded(law.columns)
+
+    def columns(E: Any, w: Any, *shape: Any) -> tuple[Any, ...]:
+        given: Any = guarded(E, w, *shape)
+        said = type(given).__name__
+        if type(given) is tuple:
+            count = len(cast("tuple[Any, ...]", given))
+            said = f"{count} columns"
+        if said != f"{len(law.gains)} columns":
+            gains = ", ".join(gain.name for gain in law.gains)
+            raise plugin.fault(
+                f"must return a tuple with a column for each of its gains ({gains}), it returns {said}"
+            )
+        shape_of_rows = rows_of(w)
+        if shape_of_rows:
+            for gain, column in zip(law.gains, cast("tuple[Any, ...]", given), strict=True):
+                require_rows(column, shape_of_rows, f"for the gain {gain.name}", plugin)
+        return cast("tuple[Any, ...]", given)
+
+    return columns
+
+
+def _published(
+    paper_form: Callable[..., dict[str, float]], plugin: Plugin
+) -> Callable[..., dict[str, float]]:
+    """The published symbols of a law, if they are numbers by name."""
+    guarded = plugin.guarded(paper_form)
+
+    def published(*given: Any) -> dict[str, float]:
+        symbols: Any = guarded(*given)
+        entries = cast("dict[Any, Any]", symbols) if isinstance(symbols, dict) else {0: 0}
+        numbers: dict[str, float] = {}
+        for name, value in entries.items():
+            if not isinstance(name, str) or not isinstance(value, int | float | np.number):
+                raise plugin.fault(
+                    f"gives {symbols!r:.60} as its published numbers; these are a dict of floats by name"
+                )
+            numbers[name] = float(cast(float, value))
+        return numbers
+
+    return published
+
+
+def rows_of(signal: Any) -> tuple[int, ...]:
+    """The shape of a signal over rows, an array or a dual; () of what is computed a row at a time, or of symbols."""
+    values: object = getattr(signal, "value", signal)
+    return cast("NDArray[Any]", values).shape if isinstance(values, np.ndarray) else ()
+
+
+def require_rows(given: Any, shape: tuple[int, ...], what: str, plugin: Plugin) -> None:
+    """Refuse an answer that is no finite array of the rows; of a `Dual` the derivatives are looked at, too.
+
+    Args:
+        given: the answer.
+        shape: that it must have.
+        what: it is, for example "for the gain eta".
+        plugin: that gave it.
+
+    Raises:
+        PluginError: what is wrong.
+    """
+    values = given.value if isinstance(given, Dual) else given
+    if np.asarray(values).dtype.kind == "O":
+        remedy = "operators and NumPy's functions alone, and not np.asarray, np.array or float"
+        raise plugin.fault(f"loses the derivatives {what}: it may use {remedy}")
+    if np.shape(values) != shape or np.asarray(values).dtype.kind not in "fiu":
+        raise plugin.fault(
+            f"returns {what} what is no finite array of the rows, of shape {shape}: {values!s:.80}"
+        )
+    partials = given.partials.values() if isinstance(given, Dual) else ()
+    for numbers in (values, *partials):
+        wrong = np.size(numbers) - np.count_nonzero(np.isfinite(numbers))
+        if wrong:
+            raise plugin.fault(
+                f"returns {what} what is no finite array of the rows: {wrong} of {np.size(numbers)} "
+                "numbers are infinite or none"
+            )
 
 
 def typical(shape: ShapeParameter) -> float:
@@ -147,6 +208,11 @@ def require_law(law: Law, plugin: Plugin) -> None:
         if not known:
             raise plugin.fault(
                 f"has the gain {gain!r:.60}; a Gain has a name, a meaning, a dimension"
+            )
+        if gain.extra is not None or gain.part not in (None, "yield", "viscous"):
+            raise plugin.fault(
+                f"has the gain {gain.name} with extra {gain.extra!r:.20} and part {gain.part!r:.20}; extra is "
+                "None, for further inputs are added by erclutch, and part is yield, viscous or None"
             )
     for name in ("columns", "stimulus", "paper_form"):
         function = getattr(law, name)

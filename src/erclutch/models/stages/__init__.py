@@ -6,7 +6,6 @@ signal.
 
 from __future__ import annotations
 
-from contextlib import suppress
 from functools import cache
 from typing import cast
 
@@ -42,15 +41,22 @@ def stage_named(specification: str) -> Stage:
     return made_stage(registry.find(GROUP, stem if numbered else name), specification)
 
 
-def shown_stages() -> list[Stage]:
-    """Each stage in each of its forms, without those of other packages that fail."""
+def shown_stages(failed: list[PluginError] | None = None) -> list[Stage]:
+    """Each stage in each of its forms, without those of other packages that fail.
+
+    Args:
+        failed: gets what is wrong with each of these.
+    """
     shown: list[Stage] = []
     for plugin in registry.plugins(GROUP):
-        with suppress(PluginError):
+        try:
             specifications = [plugin.name]
             if isinstance(plugin.value, StageFamily):
                 specifications += [f"{plugin.name}/{form}" for form in plugin.value.forms]
             shown += [stage_named(specification) for specification in specifications]
+        except PluginError as error:
+            if failed is not None:
+                failed.append(error)
     return shown
 
 

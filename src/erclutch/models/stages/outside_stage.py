@@ -8,9 +8,10 @@ from typing import Any, cast
 
 from erclutch.errors import SettingError
 from erclutch.models.laws.law import ShapeParameter
-from erclutch.models.laws.outside_law import require_parameters
-from erclutch.models.stages.stage import Stage, StageFamily
+from erclutch.models.laws.outside_law import require_parameters, require_rows, rows_of
+from erclutch.models.stages.stage import SlipAndStrength, Stage, StageFamily
 from erclutch.registry import Plugin, find
+from erclutch.signals.clock import Clock
 
 MOST_STATES = 8  # of a stage of another package, counted by the number in its name
 
@@ -58,6 +59,19 @@ class OutsideStage:
         if not isinstance(given, tuple | list):
             raise self.plugin.fault(f"gives a {type(given).__name__} as its parameters")
         return require_parameters(tuple(cast("Sequence[Any]", given)), self.plugin)
+
+    def respond(self, signal: Any, clock: Clock, q: Sequence[Any], rows: slice) -> Any:
+        """The output over all rows, looked at: many rows meet what a few do not."""
+        given: Any = self.plugin.guarded(self.stage.respond)(signal, clock, q, rows)
+        ahead = signal.slip if isinstance(signal, SlipAndStrength) else signal
+        all_rows = rows_of(ahead)
+        if not all_rows:
+            return given
+        wanted = (len(range(*rows.indices(all_rows[0]))),)
+        outputs = cast("list[Any]", given if isinstance(given, list | tuple) else [given])
+        for output in outputs:
+            require_rows(output, wanted, "for the signal behind it", self.plugin)
+        return cast(Any, given)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A copy in another process finds the stage by its name."""
