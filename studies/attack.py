@@ -525,10 +525,10 @@ def main() -> int:
         began, used = time.monotonic(), sum(os.times()[:4])
         share = WEIGHTS[part] / sum(WEIGHTS[later] for later in parts[place:])
         until = began + max(end - began, 0.0) * share
-        of_part = list(PARTS[part](until, asked.count) if part in PARTS else tested(part, until))
-        for row in of_part:
+        for row in PARTS[part](until, asked.count) if part in PARTS else tested(part, until):
+            # Whoever ends the attack has the rows so far.
             print(f"| {row.name} | {row.tries} | {len(row.failures)} | {row.note} |", flush=True)
-        rows += of_part
+            rows.append(row)
         taken[part] = sum(os.times()[:4]) - used  # of this process and of those that it waited for
         clock = time.monotonic() - began
         print(
