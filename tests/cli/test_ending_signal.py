@@ -16,6 +16,7 @@ import pytest
 from erclutch import cli
 from erclutch.cli import main
 from erclutch.cli.ending_signal import EndingSignal
+from erclutch.files import takes_files
 
 _ALL = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -158,3 +159,22 @@ def test_an_interrupt_while_a_dataclass_is_made_ends_the_process_with_its_code(
     path = os.pathsep.join([*sys.path, str(tmp_path)])
     env = {**os.environ, "PYTHONPATH": path}
     assert subprocess.run(command, cwd=tmp_path, env=env, check=False).returncode == 130
+
+
+def test_a_signal_beside_the_look_whether_a_folder_takes_files_leaves_nothing(
+    usual: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It came between the probe and its end: the probe stayed."""
+    touch = Path.touch
+
+    def touched(path: Path, **how: bool) -> None:
+        touch(path, **how)
+        signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr(Path, "touch", touched)
+    ending = EndingSignal()
+    ending.begin()
+    with pytest.raises(SystemExit):
+        takes_files(tmp_path)
+    ending.end()
+    assert list(tmp_path.iterdir()) == []

@@ -130,6 +130,13 @@ def test_each_failure_is_a_line(reader: str, tmp_path: Path, how: str, said: str
         )
 
 
+def test_a_log_that_became_a_pipe_is_a_line(reader: str, tmp_path: Path) -> None:
+    """Nobody fills it, so to open it had no end: the child was killed after minutes."""
+    os.mkfifo(tmp_path / "a.mat")
+    with pytest.raises(LogError, match="the file was replaced while it was read"):
+        child_process.run(reader, tmp_path / "a.mat", "limits", memory=2 << 30)
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("reader")
 def test_pieces_come_one_after_another_and_the_child_ends_with_who_asked(tmp_path: Path) -> None:

@@ -32,6 +32,7 @@ from erclutch.files.places import (
     release,
     replaced,
     reserve,
+    unheard,
 )
 
 #: Of a file that is read whole though it is no log.
@@ -250,8 +251,9 @@ def takes_files(folder: Path) -> bool:
         return False
     probe = folder / f".{secrets.token_hex(8)}"
     try:
-        probe.touch(exist_ok=False)
-        probe.unlink()
+        with unheard():  # a signal between both would leave the probe
+            probe.touch(exist_ok=False)
+            probe.unlink()
     except OSError as error:
         # Whoever writes says why.
         return error.errno in (

@@ -237,6 +237,7 @@ def serve(read: Callable[..., Answer]) -> int:
     """
     path, folder, memory, *arguments = _begun()
     with _told(folder, memory):
+        _refuse_pipe(path)
         arrays, texts = read(path, *arguments)
         _keep(folder, arrays, texts, budget_of(Path(path)))
     return 0
@@ -246,6 +247,7 @@ def serve_pieces(read: Callable[..., Iterator[Answer]]) -> int:
     """As `serve`, for `stream`: ``read`` yields answers."""
     path, folder, memory, *arguments = _begun()
     with _told(folder, memory):
+        _refuse_pipe(path)
         for number, (arrays, texts) in enumerate(read(path, *arguments)):
             place = folder / str(number)
             place.mkdir()
@@ -264,6 +266,17 @@ def _begun() -> tuple[Any, ...]:
     end_with_parent()
     limit_process(int(memory), int(seconds))
     return path, Path(folder), int(memory), *arguments
+
+
+def _refuse_pipe(path: str) -> None:
+    """Refuse what became a pipe or a device after the look at it: to open a pipe that nobody fills has no end.
+
+    Raises:
+        LogError: it is one.
+    """
+    place = Path(path)
+    if place.exists() and not (place.is_file() or place.is_dir()):
+        raise LogError("the file was replaced while it was read", remedy="Give a plain file")
 
 
 @contextmanager
