@@ -45,7 +45,7 @@ WORDS = {
     "tune": ("tune", "lagged", "--bandwidth", "5", "--as", "svg", "--out"),
     "experiment": ("experiment", "sine", "--run", "pair", "--seconds", "1", "--out"),
     "calibrate-twin": ("calibrate-twin", "pair.csv", "--device", "coaxial", *_CALIBRATION, "--out"),
-    "live": ("live", "--no-model", "--headless", "--seconds", "0.05", "--record", "--folder"),
+    "live": ("live", "--no-model", "--headless", "--seconds", "0.2", "--record", "--folder"),
     "demo": ("demo", "--seconds", "10", "--out"),
 }
 _ENDINGS = {
