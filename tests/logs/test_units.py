@@ -128,7 +128,7 @@ def test_heavy_modules_wait_until_they_are_needed() -> None:
 def test_common_units_are_what_pint_says() -> None:
     for text, (factor, dimension) in units.COMMON.items():
         spelled = text
-        for pattern, replacement in units._SPELLINGS:
+        for pattern, replacement in units.SPELLINGS:
             spelled = pattern.sub(replacement, spelled)
         assert units.evaluated(text, spelled) == units.Unit(text, factor, dimension)
 
@@ -169,3 +169,59 @@ def test_an_adc_may_be_a_converter() -> None:
 def test_seconds_are_written_with_a_small_letter_or_a_large_one(unit: str) -> None:
     assert units.parse(unit).factor == 1.0
     assert units.in_unit(f"3 {unit}", "s") == 3.0
+
+
+@pytest.mark.parametrize(
+    "unit",
+    [
+        *("dev/dak", "d/dak", "devir / dakika", "об/мин", "обор/мин", "tr/mn", "t/min", "tr.min-1"),
+        *("tours/min", "vueltas/min", "ford/perc", "f/perc", "στρ/λεπτό", "vòng/phút", "รอบ/นาที"),
+        *("회전/분", "r.p.m.", "upm", "Umdr./min", "kierr/min", "ot./min", "REV/MIN", "R/MIN"),
+    ],
+)
+def test_turns_a_minute_in_many_languages(unit: str) -> None:
+    assert units.conversion(unit, SIGNALS["slip"], "n") == (
+        pytest.approx(2.0 * math.pi / 60.0, rel=1e-14),
+        "rad/s",
+    )
+
+
+@pytest.mark.parametrize(
+    ("unit", "means"),
+    [
+        ("Grad", "deg"),  # German; a G before rad is a thousand million radians to pint
+        ("Grad/s", "deg/s"),
+        ("grados/s", "deg/s"),
+        ("Nmeter", "N*m"),  # in small letters a nanometre
+        ("ms-1", "m/s"),  # with a blank too few: nothing moves once a millisecond
+        ("mms^-1", "mm/s"),
+        ("rads-1", "rad/s"),
+        ("Min", "min"),  # a million inches
+        ("mseg", "ms"),
+        ("кгс·м", "kgf*m"),
+    ],
+)
+def test_a_unit_is_read_as_a_bench_means_it(unit: str, means: str) -> None:
+    assert units.parse(unit).factor == pytest.approx(units.parse(means).factor, rel=1e-14)
+    assert units.parse(unit).dimension == units.parse(means).dimension
+
+
+@pytest.mark.parametrize(
+    ("unit", "factor", "si"),
+    [("kG", 0.1, "T"), ("mG", 1e-7, "T"), ("kOe", 79577.47154594767, "A/m")],
+)
+def test_a_field_in_old_units_may_have_a_prefix(unit: str, factor: float, si: str) -> None:
+    """Without this a prefix was a constant of nature."""
+    assert units.conversion(unit, SIGNALS["field"], "B") == (pytest.approx(factor), si)
+
+
+@pytest.mark.parametrize("unit", ["Mm", "Ms", "Mrad", "Mm/s", "a"])
+def test_no_bench_moves_by_megametres(unit: str) -> None:
+    """``Mm`` is a slip of the shift key, for mm or for m: nobody knows which."""
+    assert not units.is_unit(unit)
+
+
+@pytest.mark.parametrize("unit", ["grad", "grad/s", "Grade"])
+def test_a_degree_or_a_gon_is_not_guessed(unit: str) -> None:
+    with pytest.raises(UnitError, match="degrees or in gons"):
+        units.parse(unit)

@@ -18,140 +18,22 @@ import numpy as np
 from erclutch.errors import UnitError, shell_word
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SignalKind
+from erclutch.signals.unit_spellings import SPELLINGS
 
 UNKNOWN = "?"
 _LONGEST, _LONGEST_QUANTITY = 60, 200  # letters of a unit, and of a number with its unit
+#: A unit of a length, a time, an angle or a speed in SI that is larger than this was meant otherwise: Mm for mm.
+_LARGEST = 1e5
+_LIMITED = (
+    (("meter", 1.0),),
+    (("second", 1.0),),
+    (("radian", 1.0),),
+    (("meter", 1.0), ("second", -1.0)),
+    (("radian", 1.0), ("second", -1.0)),
+)
+#: A degree to half of the world, and the hundredth of a right angle to pint.
+_DEGREE_OR_GON = re.compile(r"\s*(?:grad|[Gg]rades?)(?P<over>(?!\w).*)", re.DOTALL)
 _NO_DIMENSION = {"", "-", "1", "[-]", "(-)", "none", "dimensionless"}
-# Chinese, Japanese and Korean units, the longer before the shorter that it holds.
-_EASTERN = (
-    (r"(?:转|轉|回転|(?<![A-Za-z])r)\s*(?:/|每|毎)\s*(?:分钟|分鐘|分|min)", "rpm"),
-    ("毫秒|ミリ秒|밀리초", "ms"),
-    ("微秒", "us"),
-    ("分钟|分鐘|分", "min"),
-    ("秒|초", "s"),
-    ("毫米|ミリメートル", "mm"),
-    ("厘米", "cm"),
-    ("米|メートル", "m"),
-    ("弧度|ラジアン", "rad"),
-    ("度", "deg"),
-    ("千牛|キロニュートン", "kN"),
-    ("牛顿|牛|ニュートン", "N"),
-    ("毫安", "mA"),
-    ("安培|安|アンペア", "A"),
-    ("伏特|伏|ボルト", "V"),
-    ("千帕", "kPa"),
-    ("帕|パスカル", "Pa"),
-)
-_CYRILLIC = (
-    ("с", "s"),
-    ("сек", "s"),
-    ("мс", "ms"),
-    ("мин", "min"),
-    ("м", "m"),
-    ("мм", "mm"),
-    ("см", "cm"),
-    ("об", "turn"),
-    ("рад", "rad"),
-    ("град", "deg"),
-    ("Н", "N"),
-    ("кН", "kN"),
-    ("Нм", "N*m"),
-    ("Па", "Pa"),
-    ("кПа", "kPa"),
-    ("МПа", "MPa"),
-    ("А", "A"),
-    ("мА", "mA"),
-    ("В", "V"),
-    ("мВ", "mV"),
-    ("кВ", "kV"),
-    ("Тл", "T"),
-    ("мТл", "mT"),
-)
-# Written unit -> what pint understands by it. Pint reads Nm as newton x molal, U/min as enzyme units, gauss in CGS.
-_SPELLINGS = (
-    *((re.compile(written), means) for written, means in _EASTERN),
-    *((re.compile(rf"(?<!\w){written}(?!\w)"), means) for written, means in _CYRILLIC),
-    (re.compile(r"\b(?:oz|ozf)\s*[-.*·]?\s*in\b"), "ounce_force*inch"),
-    (re.compile(r"\bin\s*[-.*·]?\s*(?:oz|ozf)\b"), "ounce_force*inch"),
-    *(
-        (
-            re.compile(
-                rf"\b(?:{pounds}\s*[-.*·]?\s*{arm}|{arm}\s*[-.*·]?\s*{pounds})\b", re.IGNORECASE
-            ),
-            means,
-        )
-        for pounds in ("(?:lbf|lbs|lb)",)
-        for arm, means in (
-            ("(?:inch|in)", "pound_force*inch"),
-            ("(?:foot|feet|ft)", "pound_force*foot"),
-        )
-    ),
-    (re.compile(r"(?<![\w.])lbs?f?(?!\w)", re.IGNORECASE), "pound_force"),
-    (
-        re.compile(r"/\s*(?:S|SEC|Sec)(?!\w)"),
-        "/s",
-    ),  # machines that write in capitals; nothing is over a siemens
-    *(
-        (re.compile(rf"(?<![\w.]){capitals}(?!\w)"), capitals.lower())
-        for capitals in ("MM", "CM", "IN", "DEG")
-    ),
-    (re.compile(r"(?<![\w.])(?:SEC|Sec)(?!\w)"), "s"),
-    (re.compile(r"(?<![\w.])KN(?!\w)"), "kN"),
-    (
-        re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"),
-        "rad/s",
-    ),  # a dot for the line of the fraction
-    (re.compile(r"(?<![\w.])([mk]?)[Nn]ewton[-. ]?[Mm]et(?:er|re)s?(?!\w)"), r"\1N*m"),
-    (re.compile(r"[·⋅∙×•・･]"), "*"),  # the signs that people type for a product
-    (re.compile(r"(?<![\w.])([mk]?)N[?\ufffd]m(?!\w)"), r"\1N*m"),  # a point that an encoding lost
-    (re.compile(r"(?<![\w.])n[-.*]m(?!\w)"), "N*m"),  # nm without a sign is the nanometre
-    # In capitals too: NM without a sign may be a nautical mile, and the name tells (`logs/columns/labels.py`).
-    (re.compile(r"(?<![\w.])(k?)N\s?[-.*]\s?M(?!\w)"), r"\1N*m"),
-    (re.compile(r"(?<![\w.])(k?gf)\.(c?m)(?!\w)"), r"\1*\2"),
-    # A torque in kilograms times an arm is one of weights; what goes on is an inertia or a momentum.
-    (
-        re.compile(r"(?<![\w.])(k?g)(?:\s*[-.*·]\s*|\s+|(?=cm))([cm]?m)(?![\w^*/²])(?!\s*[/*^])"),
-        r"\1f*\2",
-    ),
-    (re.compile(r"\b((?:da|[numcdhkMGµμ])?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
-    (
-        re.compile(r"(?<![\w.])mils?(?!\w)"),
-        "thou",
-    ),  # of a machinist; that of a gunner is no unit of a bench
-    (re.compile(r"(?<![\w.])kp(?!\w)"), "kgf"),
-    (re.compile(r"(?<![\w.])(?:d|dev|devir)\s*/\s*dk(?!\w)"), "turn/min"),  # Turkish
-    (re.compile(r"^\s*[x×*]\s*(?=\d)"), ""),  # x1000 rpm
-    (re.compile(r"(?<=\w)\s*[x×]\s*(?=\d+(?:\.\d+)?\s*$)"), "*"),  # rpm x1000
-    (
-        re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"),
-        r"\1*s",
-    ),  # pint reads Pas as several pascals
-    (re.compile(r"-¹"), "^-1"),
-    (
-        re.compile(
-            r"(?<![\w.])(?:U|r|trs?|rev|revs|giri|giros|obr|ot|omw|varv|rot|(?:umdr|Umdr)\.?)(?=\s*/)"
-        ),
-        "turn",
-    ),
-    (re.compile(r"(?<![\w.])revs?(?!\w)"), "turn"),
-    (re.compile(r"(?<![\w.])[Aa]mps?(?!\w)"), "ampere"),  # pint reads amps as attometers per second
-    (re.compile(r"(?<![\w.])([mkuµμ]?V)\s?(?:DC|AC|dc|ac|RMS|rms|eff)(?!\w)"), r"\1"),
-    # ADC without a blank may be the counts of a converter.
-    (re.compile(r"(?<![\w.])([mkuµμ]?A)(?:\sDC|\sAC|\s?(?:dc|ac|RMS|rms|eff))(?!\w)"), r"\1"),
-    (re.compile(r"(?<![\w.])rads(?!\w)"), "rad"),  # and rads as a dose
-    (re.compile(r"(?<![\w.])(?:dps|DPS)(?!\w)"), "deg/s"),
-    (re.compile(r"(?<![\w.])(?:ips|IPS)(?!\w)"), "inch/s"),
-    (re.compile(r"(?<![\w.])(?:RPM|Rpm|Upm|UPM)(?!\w)"), "rpm"),
-    (re.compile(r"([A-Za-zµμ°])(-?[1-9])(?!\w)"), r"\1^\2"),
-    (
-        re.compile(
-            r"(?<![\w.])(?:[Ss]egs?|[Ss]egundos?|[Ss]ek|[Ss]ekunden|secondes?|secs)(?!\w)\.?"
-        ),
-        "s",
-    ),
-    (re.compile(r"(?<![\w.])(?:gauss|Gauss|Gs|G)(?!\w)"), "(1e-4*tesla)"),
-    (re.compile(r"(?<![\w.])(?:oersted|Oe)(?!\w)"), "(79.57747154594767*A/m)"),
-)
 #: A power of ten before or behind a unit, as heads of tables have it: ``×10³ Pa``, ``Pa x 10^3``.
 _TENS = re.compile(
     r"[×x*·]?\s*10\s*(?P<before>(?:\^|\*\*)[+-]?\d|-\d|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹])\s*[×*·]?\s*(?P<unit>(?:1/)?[^\W\d_].*)"
@@ -260,6 +142,9 @@ def parse(text: str) -> Unit:
     if len(text) > _LONGEST:  # the patterns below take the square of its length
         long = f"'{text[:_LONGEST]}...' has {len(text)} letters, a unit at most {_LONGEST}"
         raise UnitError(long, remedy=remedy)
+    if _DEGREE_OR_GON.fullmatch(text):
+        remedy = f"Say which: {in_other_words(text)}, or gon in place of deg"
+        raise UnitError(f"'{text}' may count in degrees or in gons", remedy=remedy)
     spelled = text.strip()
     tens = _TENS.fullmatch(spelled) if "10" in text else None
     if tens:
@@ -267,7 +152,7 @@ def parse(text: str) -> Unit:
         # An e would be a charge to pint.
         times = f"{10.0 ** int(power):.9f}".rstrip("0").rstrip(".")
         spelled = f"{times} {tens['unit'] or tens['of']}"
-    for pattern, replacement in _SPELLINGS:
+    for pattern, replacement in SPELLINGS:
         spelled = pattern.sub(replacement, spelled)
     # pint evaluates arithmetic: a chain of powers would keep it busy for ever, so only small single powers pass.
     chained = re.search(r"\^|\*\*", _POWER.sub("", spelled))
@@ -284,8 +169,11 @@ def parse(text: str) -> Unit:
             attempts.append(spelled.lower())
         for attempt in attempts:
             unit = evaluated(text, attempt)
-            if unit is not None:
-                return unit
+            if unit is None:
+                continue
+            if unit.dimension in _LIMITED and unit.factor > _LARGEST:
+                break
+            return unit
     raise UnitError(f"'{text}' is not a unit that erclutch knows", remedy=remedy)
 
 
@@ -310,6 +198,12 @@ def evaluated(text: str, spelled: str) -> Unit | None:
     if not dimension and not re.search(r"%|percent|permille|ppm", spelled):
         return None  # a bare number such as 3, or a count: no unit
     return Unit(text, factor, dimension)
+
+
+def in_other_words(text: str) -> str:
+    """What a unit that is refused most likely is: degrees where gons might be meant; "UNIT" where nobody knows."""
+    degrees = _DEGREE_OR_GON.fullmatch(text)
+    return f"deg{degrees['over'].rstrip()}" if degrees else "UNIT"
 
 
 def is_written_well(text: str) -> bool:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
+from erclutch.errors import UnitError
 from erclutch.logs.columns.vocabulary import set_of
+from erclutch.signals.units import fits
 
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
 _AS_THEY_ARE = "A mA V mV kV N kN kg krpm gauss Pa kPa MPa s ms us ns mm cm m rad deg rpm T mT"
@@ -103,6 +105,9 @@ _TORQUE = re.compile(
 )
 _TORQUE_SYMBOL = re.compile(r"[TM]\d?")
 _CAPITALS = {"NM": "N*m", "KNM": "kN*m"}
+#: ``Speed rev/min``: such a unit may be written in any of a hundred ways, so `erclutch.signals.units` is asked.
+_FRACTION = re.compile(r"[^\W\d_]{1,7}/[^\W\d_]{1,7}")
+_RATES = ("rad/s", "m/s", "V/m", "A/m", "1/s")
 _WORD = 5  # letters of a unit that is written out
 _POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
 
@@ -134,6 +139,8 @@ def split_end(name: str) -> tuple[str, str | None]:
             return name, None  # squared meters: no length
         end = "_".join(words[-count:])
         unit = _BARE.get(end) or _unit_of_end(end) or torque_in_capitals(stem, end)
+        if unit is None and _FRACTION.fullmatch(end):
+            unit = _rate(end)
         is_time = end == "s" and stem.lower() in TIMES
         if stem and unit and (len(end) > 1 or is_time):
             return stem, unit
@@ -191,6 +198,15 @@ def _split_at_capital(name: str) -> tuple[str, str | None]:
     if last_word in _LETTERS_BEHIND.get(words[-1], ()):
         return "".join(words[:-1]), ENDS.get(words[-1]) or words[-1].lower()
     return name, None
+
+
+def _rate(end: str) -> str | None:
+    """An end that is written like a unit of a speed or a field, ``rev/min``; None for others, such as ``cmd/act``."""
+    try:
+        is_one = fits(end, _RATES) is not None
+    except UnitError:
+        return None
+    return end if is_one else None
 
 
 def torque_in_capitals(name: str, unit: str) -> str | None:

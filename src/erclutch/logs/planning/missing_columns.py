@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 
 from erclutch.errors import MappingError, shell_word
@@ -13,6 +14,7 @@ from erclutch.logs.columns.seen_columns import UNITS_OF_KIND, SeenColumn, SeenCo
 from erclutch.logs.columns.two_courses import is_rate_of
 from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOLD
 from erclutch.signals.recording import SIGNALS
+from erclutch.signals.units import in_other_words, is_unit
 
 #: Words for counts at the end of a name; a step there may be one of a test.
 _COUNTED = ("count", "counts", "tick", "ticks")
@@ -40,6 +42,9 @@ _SENSORS = {
         }
     ),
 }
+_FRACTION_IN_BRACKETS = re.compile(
+    r"(?P<name>[^(]{1,60}?)\s*\((?P<unit>[^()/\s]{1,20}/[^()/\s]{1,20})\)"
+)
 #: How a signal's column may be written, where nothing in the log looks like it.
 EXAMPLES = {
     "field": "I [A]",
@@ -108,7 +113,11 @@ def missing(
 
     misfits = [column for column in free if column.unit and column.fits(si_units) is False]
     refused = next((column for column in misfits if _is_called(column, signal)), None)
-    if refused is not None:
+    unreadable = with_an_unreadable_unit(free, signal)
+    if unreadable:
+        doubt += "; a column is called so, but its unit is none that erclutch knows"
+        remedy = f"Give the unit in other words: --{signal} {shell_word(unreadable)}"
+    elif refused is not None:
         doubt += f"; column {refused.name} is called so, but its unit {refused.unit} does not fit"
     presses = pressing_loads(seen, signal)
     if presses:
@@ -145,6 +154,20 @@ def _is_a_rate(seen: SeenColumns, column: SeenColumn) -> bool:
     """Whether a column is the rate of another one: a v in front of its x is no voltage."""
     others = (other for other in seen.columns.values() if other.name != column.name)
     return any(is_rate_of(column.values, other.values, seen.stamps) for other in others)
+
+
+def with_an_unreadable_unit(free: Iterable[SeenColumn], signal: str) -> str:
+    """The first column called like a signal whose unit nobody can read, with a unit to be given; "" where none is.
+
+    In round brackets a fraction is such a unit, ``Hız (dev/dak)``: a remark has no line of a fraction.
+    """
+    for column in free:
+        in_brackets = _FRACTION_IN_BRACKETS.fullmatch(column.name)
+        if column.unit and not is_unit(column.unit) and _is_called(column, signal):
+            return f"{column.name} [{in_other_words(column.unit)}]"
+        if in_brackets and len(spoken_name(in_brackets["name"]).forms[signal] or "") > 2:
+            return f"{column.name} [{in_other_words(in_brackets['unit'])}]"
+    return ""
 
 
 def not_measured(column: SeenColumn, signal: str) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from erclutch.logs.columns.candidates import DRIVES
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.seen_columns import KINDS, SeenColumns
-from erclutch.logs.columns.two_courses import is_multiple_of
+from erclutch.logs.columns.two_courses import goes_along, is_multiple_of
 from erclutch.logs.columns.vocabulary import CURRENTS
 
 #: Words for a sensor of a torque or a force.
@@ -42,7 +42,15 @@ def one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[list
     sensed = [name for name in efforts if seen.columns[name].spoken.says(_CELLS)]
     if len(efforts) == 2 and len(computed) == len(sensed) == 1 and computed != sensed:
         return sensed, f", and {computed[0]} is a current of its drive times a number"
-    efforts = seen.of_one_side(efforts, [motion])
+    on_its_side = seen.of_one_side(efforts, [motion])
+    if len(on_its_side) == 1:
+        # A torque sensor at the end of a joint's shaft is of no side by its name, and goes along with the joint's own.
+        own = seen.columns[on_its_side[0]]
+        of_no_side = [seen.columns[name] for name in efforts if not seen.columns[name].side]
+        for other in of_no_side:
+            if other.name != own.name and goes_along(other.values, own.values):
+                on_its_side.append(other.name)
+    efforts = on_its_side
     # A coefficient of friction says by its numbers which force is the friction and which presses.
     rubbing = rubbing_force(seen) if len(efforts) > 1 else ""
     if rubbing in efforts:

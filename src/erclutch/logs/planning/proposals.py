@@ -27,6 +27,7 @@ from erclutch.logs.planning.missing_columns import (
     not_measured,
     sensor_options,
     usual_unit,
+    with_an_unreadable_unit,
 )
 from erclutch.logs.planning.missing_values import must_be_said
 from erclutch.logs.planning.no_field import is_a_mark, maybe_field
@@ -290,7 +291,9 @@ def _column_option(
     """
     free = seen.without(taken)
     named, _ = candidates(seen, signal, taken)
-    of_a_sensor = sensor_options(free, signal)
+    unreadable = "" if named else with_an_unreadable_unit(free, signal)
+    in_other_words = f"--{signal} {shell_word(unreadable)}" if unreadable else ""
+    of_a_sensor = sensor_options(free, signal) or in_other_words
     if of_a_sensor and len(named) < 2:  # the load of a bus in % is none of several torques
         return of_a_sensor
 

@@ -1,0 +1,168 @@
+"""How engineers write units, in the languages and the machines of this world, and what pint understands by each.
+
+A line here is all that another spelling takes.
+"""
+
+from __future__ import annotations
+
+import re
+
+# A turn, a minute and a second in a score of languages: what stands over the line of a fraction, and under it.
+_TURN = (
+    r"(?:U|[Uu]mdr|r|R|REV|trs?|tours?|revs?|giri|giros?|vueltas?|obr|ot|omw|varv|kierr|rot|ford|f(?=\s*/\s*perc)"
+    r"|(?:d|dev|devir)(?=\s*/\s*(?:dk|dak|sn|san))|t(?=\s*/\s*mi?n(?!\w))|обор|στρ|vòng|รอบ|회전)\.?"
+)
+_MINUTE = r"(?:mn|MIN|dk|dak|dakika|perc|λεπτό|phút|นาที|분)(?!\w)"
+_SECOND = r"(?:sn|san|saniye|δευτ|giây)(?!\w)"
+_FRACTIONS = (
+    (rf"(?<![\w.]){_TURN}(?=\s*/)", "turn"),
+    (rf"(?<![\w.]){_TURN}\s?[.·]?\s?min\s?(?:\^?-1|⁻¹)", "turn/min"),
+    (rf"/\s*{_MINUTE}", "/min"),
+    (rf"/\s*{_SECOND}", "/s"),
+    (r"(?<!\w)(?:r\.\s?p\.\s?m\.?|upm|σ\.α\.λ\.?)(?!\w)", "rpm"),
+)
+# A minus one that stands for the line of a fraction: no bench counts in turns of a millisecond.
+_OVER_A_SECOND = tuple(
+    (rf"{written}\s?(?:\^?-1|⁻¹)", f"{length}/s")
+    for written, length in (
+        ("ms", "m"),
+        ("mms", "mm"),
+        ("cms", "cm"),
+        ("rads", "rad"),
+        ("degs", "deg"),
+    )
+)
+# Chinese, Japanese and Korean units, the longer before the shorter that it holds.
+_EASTERN = (
+    (r"(?:转|轉|回転|(?<![A-Za-z])r)\s*(?:/|每|毎)\s*(?:分钟|分鐘|分|min)", "rpm"),
+    ("毫秒|ミリ秒|밀리초", "ms"),
+    ("微秒", "us"),
+    ("分钟|分鐘|分", "min"),
+    ("秒|초", "s"),
+    ("毫米|ミリメートル", "mm"),
+    ("厘米", "cm"),
+    ("米|メートル", "m"),
+    ("弧度|ラジアン", "rad"),
+    ("度", "deg"),
+    ("千牛|キロニュートン", "kN"),
+    ("牛顿|牛|ニュートン", "N"),
+    ("毫安", "mA"),
+    ("安培|安|アンペア", "A"),
+    ("伏特|伏|ボルト", "V"),
+    ("千帕", "kPa"),
+    ("帕|パスカル", "Pa"),
+)
+_CYRILLIC = (
+    ("с", "s"),
+    ("сек", "s"),
+    ("мс", "ms"),
+    ("мин", "min"),
+    ("м", "m"),
+    ("мм", "mm"),
+    ("см", "cm"),
+    ("об", "turn"),
+    ("кг", "kg"),
+    ("кгс", "kgf"),
+    ("рад", "rad"),
+    ("град", "deg"),
+    ("Н", "N"),
+    ("кН", "kN"),
+    ("Нм", "N*m"),
+    ("Па", "Pa"),
+    ("кПа", "kPa"),
+    ("МПа", "MPa"),
+    ("А", "A"),
+    ("мА", "mA"),
+    ("В", "V"),
+    ("мВ", "mV"),
+    ("кВ", "kV"),
+    ("Тл", "T"),
+    ("мТл", "mT"),
+)
+# Written unit -> what pint understands by it. Pint reads Nm as newton x molal, U/min as enzyme units, gauss in CGS.
+SPELLINGS = (
+    *((re.compile(written), means) for written, means in _FRACTIONS),
+    *((re.compile(rf"(?<![\w.]){written}(?!\w)"), means) for written, means in _OVER_A_SECOND),
+    *((re.compile(written), means) for written, means in _EASTERN),
+    *((re.compile(rf"(?<!\w){written}(?!\w)"), means) for written, means in _CYRILLIC),
+    (re.compile(r"\b(?:oz|ozf)\s*[-.*·]?\s*in\b"), "ounce_force*inch"),
+    (re.compile(r"\bin\s*[-.*·]?\s*(?:oz|ozf)\b"), "ounce_force*inch"),
+    *(
+        (
+            re.compile(
+                rf"\b(?:{pounds}\s*[-.*·]?\s*{arm}|{arm}\s*[-.*·]?\s*{pounds})\b", re.IGNORECASE
+            ),
+            means,
+        )
+        for pounds in ("(?:lbf|lbs|lb)",)
+        for arm, means in (
+            ("(?:inch|in)", "pound_force*inch"),
+            ("(?:foot|feet|ft)", "pound_force*foot"),
+        )
+    ),
+    (re.compile(r"(?<![\w.])lbs?f?(?!\w)", re.IGNORECASE), "pound_force"),
+    (
+        re.compile(r"/\s*(?:S|SEC|Sec)(?!\w)"),
+        "/s",
+    ),  # machines that write in capitals; nothing is over a siemens
+    *(
+        (re.compile(rf"(?<![\w.]){capitals}(?!\w)"), capitals.lower())
+        for capitals in ("MM", "CM", "IN", "DEG")
+    ),
+    (re.compile(r"(?<![\w.])(?:SEC|Sec)(?!\w)"), "s"),
+    (re.compile(r"(?<![\w.])KN(?!\w)"), "kN"),
+    (
+        re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"),
+        "rad/s",
+    ),  # a dot for the line of the fraction
+    (re.compile(r"(?<![\w.])([mk]?)(?:[Nn]ewton|N)[-. ]?[Mm]et(?:er|re)s?(?!\w)"), r"\1N*m"),
+    (re.compile(r"[·⋅∙×•・･]"), "*"),  # the signs that people type for a product
+    (re.compile(r"(?<![\w.])([mk]?)N[?\ufffd]m(?!\w)"), r"\1N*m"),  # a point that an encoding lost
+    (re.compile(r"(?<![\w.])n[-.*]m(?!\w)"), "N*m"),  # nm without a sign is the nanometre
+    # In capitals too: NM without a sign may be a nautical mile, and the name tells (`logs/columns/labels.py`).
+    (re.compile(r"(?<![\w.])(k?)N\s?[-.*]\s?M(?!\w)"), r"\1N*m"),
+    (re.compile(r"(?<![\w.])(k?gf)\.(c?m)(?!\w)"), r"\1*\2"),
+    # A torque in kilograms times an arm is one of weights; what goes on is an inertia or a momentum.
+    (
+        re.compile(r"(?<![\w.])(k?g)(?:\s*[-.*·]\s*|\s+|(?=cm))([cm]?m)(?![\w^*/²])(?!\s*[/*^])"),
+        r"\1f*\2",
+    ),
+    (re.compile(r"\b((?:da|[numcdhkMGµμ])?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
+    (
+        re.compile(r"(?<![\w.])mils?(?!\w)"),
+        "thou",
+    ),  # of a machinist; that of a gunner is no unit of a bench
+    (re.compile(r"(?<![\w.])kp(?!\w)"), "kgf"),
+    (re.compile(r"^\s*[x×*]\s*(?=\d)"), ""),  # x1000 rpm
+    (re.compile(r"(?<=\w)\s*[x×]\s*(?=\d+(?:\.\d+)?\s*$)"), "*"),  # rpm x1000
+    (
+        re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"),
+        r"\1*s",
+    ),  # pint reads Pas as several pascals
+    (re.compile(r"-¹"), "^-1"),
+    (re.compile(r"(?<![\w.])revs?(?!\w)"), "turn"),
+    (re.compile(r"(?<![\w.])[Aa]mps?(?!\w)"), "ampere"),  # pint reads amps as attometers per second
+    (re.compile(r"(?<![\w.])([mkuµμ]?V)\s?(?:DC|AC|dc|ac|RMS|rms|eff)(?!\w)"), r"\1"),
+    # ADC without a blank may be the counts of a converter.
+    (re.compile(r"(?<![\w.])([mkuµμ]?A)(?:\sDC|\sAC|\s?(?:dc|ac|RMS|rms|eff))(?!\w)"), r"\1"),
+    (re.compile(r"(?<![\w.])rads(?!\w)"), "rad"),  # and rads as a dose
+    (re.compile(r"(?<![\w.])(?:dps|DPS)(?!\w)"), "deg/s"),
+    (re.compile(r"(?<![\w.])(?:ips|IPS)(?!\w)"), "inch/s"),
+    (re.compile(r"(?<![\w.])(?:RPM|Rpm|Upm|UPM)(?!\w)"), "rpm"),
+    (re.compile(r"([A-Za-zµμ°])(-?[1-9])(?!\w)"), r"\1^\2"),
+    (
+        re.compile(
+            r"(?<![\w.])(m?)(?:[Ss]egs?|[Ss]egundos?|[Ss]ek|[Ss]ekunden|secondes?|secs|saniye|sn)(?!\w)\.?"
+        ),
+        r"\1s",
+    ),
+    (re.compile(r"(?<![\w.])([mk]?)(?:gauss|Gauss|Gs|G)(?!\w)"), r"(1e-4*\1T)"),
+    (re.compile(r"(?<![\w.])([mk]?)(?:oersted|Oersted|Oe)(?!\w)"), r"(79.57747154594767*\1A/m)"),
+    (
+        re.compile(r"(?<![\w.])(?:Grad|Gradi|gradi|grader|grados?|graus?|degrés?|stopni)(?!\w)"),
+        "deg",
+    ),
+    (re.compile(r"(?<![\w.])(?:voltios?|Voltios?)(?!\w)"), "V"),
+    (re.compile(r"(?<![\w.])(?:[Aa]mperios?|[Aa]mpères?)(?!\w)"), "A"),
+    (re.compile(r"(?<![\w.])(?:Min|MIN)(?!\w)"), "min"),  # and Min as a million inches
+)

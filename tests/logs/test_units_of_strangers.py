@@ -1,0 +1,96 @@
+"""A unit in a header is read, or the question names its column with a place for the unit; never passed over."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import MappingError
+from erclutch.logs import plan_of, read, read_table
+from erclutch.logs.columns.name_ends import split_end
+from erclutch.logs.mapping import ColumnMap
+from erclutch.logs.plan import Plan
+
+ROWS = np.arange(400)
+TIME = ROWS / 100.0
+SPEED = 50.0 * np.sin(5.0 * TIME)
+CURRENT = 0.5 * (ROWS // 50 % 3)
+TORQUE = np.tanh(SPEED) * (0.2 + CURRENT) + 0.001 * SPEED
+
+
+def log(path: Path, head: str, *columns: np.ndarray) -> Path:
+    rows = "\n".join(
+        ",".join(f"{value:.5f}" for value in row) for row in zip(*columns, strict=True)
+    )
+    path.write_text(f"{head}\n{rows}\n", encoding="utf-8")
+    return path
+
+
+def brake(path: Path, speed: str) -> Path:
+    return log(path, f"Time (s),{speed},Current (A),Torque (Nm)", TIME, SPEED, CURRENT, TORQUE)
+
+
+def planned(path: Path) -> Plan:
+    return plan_of(read_table(path), ColumnMap())
+
+
+@pytest.mark.parametrize(
+    "speed", ["Hız (dev/dak)", "Скорость (об/мин)", "Speed rev/min", "Vitesse [tr.min-1]"]
+)
+def test_turns_a_minute_are_converted(tmp_path: Path, speed: str) -> None:
+    recording = read(brake(tmp_path / "b.csv", speed))
+    assert recording.signals["slip"] == pytest.approx(SPEED * 2.0 * np.pi / 60.0, abs=1e-4)
+
+
+def test_degrees_of_a_german_bench_are_no_thousand_million_radians(tmp_path: Path) -> None:
+    path = log(
+        tmp_path / "b.csv",
+        "Zeit [s],Winkel [Grad],Strom [A],Drehmoment [Nm]",
+        *(TIME, SPEED, CURRENT, TORQUE),
+    )
+    recording = read(path)
+    assert recording.signals["position"] == pytest.approx(np.radians(SPEED), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("speed", "asked"),
+    [
+        ("Speed [xyz/abc]", "Speed [UNIT]"),
+        ("Speed (xyz/abc)", "Speed (xyz/abc) [UNIT]"),
+        ("Speed [grad/s]", "Speed [deg/s]"),  # or gons, which nobody uses
+    ],
+)
+def test_a_unit_that_nobody_knows_is_asked_about_where_it_stands(
+    tmp_path: Path, speed: str, asked: str
+) -> None:
+    path = brake(tmp_path / "b.csv", speed)
+    plan = planned(path)
+    assert plan.examples == (f'--slip "{asked}"',)
+    with pytest.raises(MappingError, match="its unit is none that erclutch knows"):
+        read(path)
+
+
+def test_a_remark_in_brackets_is_no_unit(tmp_path: Path) -> None:
+    plan = planned(brake(tmp_path / "b.csv", "Speed (Motor)"))
+    assert plan.choices["slip"].column == "Speed (Motor)"
+
+
+@pytest.mark.parametrize("name", ["Speed cmd/act", "Force L/R", "Torque in/out"])
+def test_a_pair_of_words_is_no_unit(name: str) -> None:
+    assert split_end(name) == (name, None)
+
+
+def test_a_torque_sensor_beside_the_torque_of_a_joint_is_asked_about(tmp_path: Path) -> None:
+    head = "time [s],a1 velocity [rad/s],a1 torque [Nm],a2 torque [Nm],trs605 torque [Nm]"
+    columns = (TIME, SPEED, 1.1 * TORQUE, 0.0 * TIME, TORQUE)
+    question = planned(log(tmp_path / "b.csv", head, *columns)).questions
+    assert "a1 torque, trs605 torque" in next(iter(question)).problem
+
+
+def test_torques_of_two_joints_that_move_apart_are_not_asked_about(tmp_path: Path) -> None:
+    head = "time [s],a1 velocity [rad/s],a2 velocity [rad/s],a1 torque [Nm],a2 torque [Nm]"
+    other = 30.0 * np.cos(3.0 * TIME)
+    columns = (TIME, SPEED, 0.0 * TIME, TORQUE, np.tanh(other))
+    assert planned(log(tmp_path / "b.csv", head, *columns)).choices["effort"].column == "a1 torque"
