@@ -11,7 +11,7 @@ from tests.support.command import good
 
 pytestmark = pytest.mark.usefixtures("read_here")
 MADE = (
-    "position starts again after a full turn, 12 times: drawn out without jumps",
+    "drawn out without jumps",
     "slip <- position by the savgol derivative",
 )
 
