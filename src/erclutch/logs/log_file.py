@@ -32,6 +32,7 @@ from erclutch.logs.log_reader import (
 from erclutch.logs.rows.largest_doubles import without_largest_doubles
 from erclutch.logs.rows.levels_across import with_rows_for_each_level
 from erclutch.logs.rows.levels_filled_down import with_levels_filled_down
+from erclutch.logs.rows.peak_speeds import with_peak_speeds
 from erclutch.logs.rows.readable_names import with_readable_names
 from erclutch.logs.rows.senses_across import with_a_row_for_each_sense
 from erclutch.logs.rows.tidy_rows import untidied
@@ -73,6 +74,7 @@ TIDYINGS = (
     ),
     Tidying("rows for each field, though it stands in the names", with_rows_for_each_level),
     Tidying("rows for each sense, though each has a column", with_a_row_for_each_sense),
+    Tidying("a peak speed, though a test has amplitude and frequency", with_peak_speeds),
     Tidying("rows without holes, though channels are woven", unwoven),
     Tidying("a speed with its sign, though a word or a number says the sense", with_senses),
 )

@@ -53,7 +53,7 @@ def take_points(draft: Draft) -> None:
     A log of a motion turns back or rests, and its rate matters: there the user is asked for it.
     """
     question = draft.questions.get("time")
-    if question is None or not _is_untimed(draft, question):
+    if question is None or not is_untimed(draft, question):
         return
     slip = draft.signals.get("slip")
     effort = draft.signals.get("effort")
@@ -144,7 +144,7 @@ def _goes_one_way(
     return bool(grows or falls)
 
 
-def _is_untimed(draft: Draft, question: Question) -> bool:
+def is_untimed(draft: Draft, question: Question) -> bool:
     """Whether no column is the time and the user said nothing of it; arrays in memory have a rate that he knows."""
     has_no_time = question.problem.startswith("no time column")
     return has_no_time and draft.told.time is None and bool(draft.table.path)
@@ -156,7 +156,7 @@ def say_what_is_a_map(draft: Draft) -> None:
     Such rows are a map of an effort at rest, as a calculation of a motor gives it: no rate makes a motion of it.
     """
     question = draft.questions.get("time")
-    if question is None or not _is_untimed(draft, question):
+    if question is None or not is_untimed(draft, question):
         return
     position = draft.signals.get("position")
     effort = draft.signals.get("effort")

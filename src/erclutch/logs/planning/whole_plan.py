@@ -74,6 +74,7 @@ from erclutch.logs.planning.rheometer_columns import (
     pass_over_oscillations,
 )
 from erclutch.logs.planning.row_order import ask_about_order
+from erclutch.logs.planning.rows_of_tests import propose_rows_of_tests
 from erclutch.logs.planning.sense_of_effort import doubt_an_effort_without_its_sense
 from erclutch.logs.planning.sense_of_speed import doubt_a_speed_without_its_sense
 from erclutch.logs.planning.settings_of_a_rig import ask_about_a_setting_of_the_rig
@@ -148,6 +149,7 @@ STEPS = (
     Step("whether a setting of the rig parts the efforts", ask_about_a_setting_of_the_rig),
     # What the rows are.
     Step("whether the rows are points in no time", take_points, needs_all_rows=True),
+    Step("whether each row sums up a test", propose_rows_of_tests, needs_all_rows=True),
     Step("whether the rows are a map of efforts at rest", say_what_is_a_map, needs_all_rows=True),
     Step("whether rows without a number are dropped", drop_few_missing_values, needs_all_rows=True),
     Step("whether the time runs forward", ask_about_order, needs_all_rows=True),

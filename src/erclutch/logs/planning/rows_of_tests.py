@@ -1,0 +1,72 @@
+"""Where each row sums up a test, its rows are points: the command has its peaks or means, and no rate of sampling."""
+
+from __future__ import annotations
+
+from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.sums_of_tests import (
+    MOST_TESTS,
+    WORDS,
+    amplitude_and_frequency,
+    sum_of_a_test,
+    sums_of,
+)
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.points import is_untimed
+
+
+def propose_rows_of_tests(draft: Draft) -> None:
+    """Propose points of a motion and an effort that are summed up, where no column is a time.
+
+    An amplitude that was guessed as a position is taken back: it is no course of a motion.
+    """
+    question = draft.questions.get("time")
+    if question is None or not is_untimed(draft, question) or draft.table.rows > MOST_TESTS:
+        return
+    names = [column.name for column in draft.seen.columns.values()]
+    efforts = sums_of(names, "effort")
+    slips = sums_of(names, "slip")
+    known = draft.signals.get("effort")
+    if not efforts or (known is not None and known.column not in efforts):
+        return
+    pair = amplitude_and_frequency({name: draft.table.units.get(name) for name in names})
+    position = draft.guessed("position")
+    if position is not None:
+        is_summed = sum_of_a_test(position.column) is not None
+        if not is_summed and (pair is None or position.column not in pair):
+            return
+        draft.take_back("position")
+
+    chosen = draft.signals.get("slip")
+    if chosen is not None:
+        slip = chosen.column
+    else:
+        slip = min(slips, key=lambda name: WORDS.index(slips[name]), default="")
+
+    def speaks_against(name: str) -> tuple[bool, int]:
+        """How far an effort is from the one that belongs to the slip."""
+        return efforts[name] != slips.get(slip), WORDS.index(efforts[name])
+
+    effort = min(efforts, key=speaks_against)
+    if known is not None and known.column != effort and draft.guessed("effort") is not None:
+        draft.take_back("effort")  # the mean force of a sine beside its peak speed
+    why = f"each row sums up a test, as {effort} says"
+    missing, listed, columns = question.problem.partition("; the file has: ")
+    problem = f"{missing}; {why}, so its rows are points{listed}{columns}"
+    draft.ask("time", MappingError(problem, remedy=question.remedy), "--time none")
+    _propose(draft, "effort", effort)
+    if slip:
+        _propose(draft, "slip", slip)
+    elif "slip" not in draft.questions:
+        problem = f"no column for slip; {why}{listed}{columns}"
+        draft.ask("slip", MappingError(problem, remedy="Put the speed of each test into a column"))
+
+
+def _propose(draft: Draft, signal: str, name: str) -> None:
+    """Answer the question about a signal by a column, or ask that question where nothing was asked."""
+    if signal in draft.signals:
+        return
+    asked = draft.questions.get(signal)
+    option = f"--{signal} {shell_word(draft.table.label(name))}"
+    problem = asked.problem.partition(";")[0] if asked else f"no column for {signal}"
+    problem += f"; {name} of each test may be it; the file has: {draft.table.listed}"
+    draft.ask(signal, MappingError(problem, remedy=f"If it is, give {option}"), option)
