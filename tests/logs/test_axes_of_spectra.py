@@ -47,3 +47,19 @@ def test_frequencies_that_the_user_names_are_taken() -> None:
     told = ColumnMap.from_options({"slip": "w", "effort": "f", "field": "none"})
     plan = _plan({"f": FREQUENCIES, "w": 2.0 * np.pi * FREQUENCIES}, told)
     assert {"w", "f"} <= _columns(plan)
+
+
+@pytest.mark.parametrize(("name", "rows"), [("f", ROWS), ("freq", ROWS + 1), ("w", ROWS)])
+def test_an_axis_around_zero_is_no_signal_without_a_spectrum_beside_it(
+    name: str, rows: int
+) -> None:
+    axis = np.fft.fftshift(np.fft.fftfreq(rows, 0.005))
+    table = Table("a", {"t": np.arange(float(rows)) * 0.005, name: axis}, {}, "0" * 64)
+    plan = plan_of(table, ColumnMap())
+    assert name not in _columns(plan)
+    assert any("from minus its end" in note for note in plan.notes)
+
+
+def test_a_force_that_is_ramped_through_zero_with_its_noise_stays_a_force() -> None:
+    force = FREQUENCIES - FREQUENCIES[-1] / 2.0 + 0.01 * np.sin(7.0 * FREQUENCIES)
+    assert "f" in _columns(_plan({"f": force, "v [m/s]": np.tanh(force)}))

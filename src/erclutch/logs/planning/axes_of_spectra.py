@@ -19,12 +19,14 @@ _SPECTRA = set_of(
 )
 _LAST_DIGITS = 1e-6  # by which 2 pi f and w may differ, as a share
 _FEWEST = 3  # rows, from which on even steps say something
+_FEWEST_SHIFTED = 64  # rows, from which on even steps through 0 are no ramp of a force by hand
 
 
 def pass_over_axes_of_spectra(draft: Draft) -> None:
     """Take a frequency for no effort and an angular frequency for no speed, where both grow by even steps from 0 on.
 
-    One of them tells itself by the other, which is 2 pi times as large, or by a spectrum beside it.
+    One of them tells itself by the other, which is 2 pi times as large, or by a spectrum beside it. An axis from minus
+    the highest frequency to it, as a transform is shifted to, tells itself.
     """
     named = {*draft.taken}
     axes: list[SeenColumn] = []
@@ -34,21 +36,28 @@ def pass_over_axes_of_spectra(draft: Draft) -> None:
             axes.append(column)
     has_a_spectrum = any(column.spoken.says(_SPECTRA) for column in draft.seen.columns.values())
     for column in axes:
-        if not has_a_spectrum and not _has_a_twin(column, axes):
+        is_shifted = float(column.values[0]) < 0.0
+        if not is_shifted and not has_a_spectrum and not _has_a_twin(column, axes):
             continue
+        where = "from minus its end" if is_shifted else "beside a spectrum"
         draft.no_signals.append(column.name)
         draft.notes.append(
-            f"column {column.name} grows by even steps beside a spectrum: taken for its frequencies, left out"
+            f"column {column.name} grows by even steps {where}: taken for its frequencies, left out"
         )
 
 
 def _is_an_axis(column: SeenColumn) -> bool:
-    """Whether all numbers grow by one step, from 0 or from that step on, as the frequencies of a spectrum do."""
+    """Whether all numbers grow by one step, as frequencies of a spectrum do: from 0, from that step or minus their end.
+
+    An even number of frequencies around 0 ends a step before the one that mirrors the first.
+    """
     values = column.values
     if values.size < _FEWEST or not np.isfinite(values).all() or not column.has_equal_steps:
         return False
     step = float(np.median(column.steps))
-    return step > 0.0 and float(values[0]) in (0.0, step)
+    first, last = float(values[0]), float(values[-1])
+    is_shifted = values.size >= _FEWEST_SHIFTED and abs(first + last) <= step * (1.0 + _LAST_DIGITS)
+    return step > 0.0 and (first in (0.0, step) or (first < 0.0 and is_shifted))
 
 
 def _has_a_twin(column: SeenColumn, axes: list[SeenColumn]) -> bool:
