@@ -520,3 +520,30 @@ def test_a_topic_of_long_lists_beside_one_of_numbers_is_left_out(tmp_path: Path,
         LogError, match=f"topic /{kind}: the field numbers has 2,000 numbers, above 500"
     ):
         read_table(tmp_path / "bag", variable=f"/{kind}")
+
+
+@pytest.mark.usefixtures("read_here")
+def test_a_topic_whose_messages_nobody_defines_is_left_out(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg("float64 distance\n", "rig/msg/Near"))
+    with Writer(tmp_path / "bag", version=8, storage_plugin=StoragePlugin.SQLITE3) as bag:
+        near = bag.add_connection("/near", "rig/msg/Near", typestore=store)
+        torques = bag.add_connection("/torque", "std_msgs/msg/Float64", typestore=store)
+        for k in range(20):
+            for connection, kind in ((near, "rig/msg/Near"), (torques, "std_msgs/msg/Float64")):
+                message = store.types[kind](2.0 * k)
+                bag.write(connection, 10**7 * k, store.serialize_cdr(message, kind))
+    (file,) = (tmp_path / "bag").glob("*.db3")
+    with sqlite3.connect(file) as tables:  # as bags were before Iron
+        tables.execute("DELETE FROM message_definitions")
+    table = read_table(tmp_path / "bag")
+    assert table.columns["data"].tolist() == [2.0 * k for k in range(20)]
+    why = "topic /near: the bag does not define its messages, of type rig/msg/Near"
+    assert f"{why}: left out" in table.notes
+    with pytest.raises(LogError, match=why) as raised:
+        read_table(tmp_path / "bag", variable="/near")
+    assert "ROS 2 Iron or later" in raised.value.remedy

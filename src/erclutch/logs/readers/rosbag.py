@@ -44,17 +44,18 @@ def find(path: str, variable: str | None) -> Table:
             topics = {name: topics[name] for name in together}  # the others need not be looked at
 
         of_numbers: dict[str, list[Any]] = {}
-        of_lists: dict[str, LogError] = {}
+        unread: dict[str, LogError] = {}
         for topic, connections in topics.items():
             try:
+                _refuse_unknown_messages(bag, connections)
                 first_rows = _rows(bag, connections, most=1)
             except LogError as error:  # a scan, a picture or a whole course in one message
-                of_lists[topic] = LogError(f"topic {topic}: {error.problem}", remedy=error.remedy)
+                unread[topic] = LogError(f"topic {topic}: {error.problem}", remedy=error.remedy)
                 continue
             if any(len(row) > 1 for row in first_rows):  # a number beside the stamp
                 of_numbers[topic] = connections
-        if of_lists and not of_numbers and variable != found_recordings.ALL:
-            raise next(iter(of_lists.values()))
+        if unread and not of_numbers and variable != found_recordings.ALL:
+            raise next(iter(unread.values()))
         if len(together) > 1 and [*of_numbers] == together:
             rows_of = {name: _rows(bag, connections) for name, connections in of_numbers.items()}
             times_of = {name: _times_taken(rows) for name, rows in rows_of.items()}
@@ -68,7 +69,7 @@ def find(path: str, variable: str | None) -> Table:
         counted = sum(connection.msgcount for connection in connections)
 
     notes = [f"recording read from topic {topic}"]
-    notes += [f"{error.problem}: left out" for error in of_lists.values()]
+    notes += [f"{error.problem}: left out" for error in unread.values()]
     times = _times_taken(rows)  # ns, shape (rows,)
     in_batches = 2 * counted < len(rows)
     if in_batches:
@@ -80,6 +81,19 @@ def find(path: str, variable: str | None) -> Table:
     elapsed = (times - times[0]) * 1e-9  # s
     clock = None if in_batches else ("log_time", elapsed)
     return Found(_columns(rows), clock=clock, notes=notes).table()
+
+
+def _refuse_unknown_messages(bag: Any, connections: list[Any]) -> None:
+    """Raise where nobody defines the messages of a topic: bags of ROS 2 before Iron name the types of a robot only.
+
+    Raises:
+        LogError: the type is neither in the bag nor one of ROS itself.
+    """
+    for connection in connections:
+        if connection.msgtype not in bag.typestore.fielddefs:
+            problem = f"the bag does not define its messages, of type {connection.msgtype}"
+            remedy = "Record it by ROS 2 Iron or later, which defines them in the bag, or export the topic as CSV"
+            raise LogError(problem, remedy=remedy)
 
 
 def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:
