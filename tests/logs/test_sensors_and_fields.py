@@ -339,3 +339,21 @@ def test_a_torque_in_a_unit_of_force_is_doubted(name: str, unit: str) -> None:
     (doubt,) = _plan(columns, {name: unit, "current": "A"}).doubts
     assert f"is called {name.lower()} and is in {unit}" in doubt
     assert _plan(columns, {name: "N" if name == "force" else "N*m", "current": "A"}).doubts == ()
+
+
+@pytest.mark.parametrize(("name", "unit", "share"), [("Voltage", "mV", 3.0), ("U", "V", 0.003)])
+def test_the_volts_of_a_bridge_that_go_straight_with_the_effort_are_no_field(
+    name: str, unit: str, share: float
+) -> None:
+    columns = {**MOTION, name: share * EFFORT, "Measured Voltage": 0.003 * EFFORT}
+    plan = _plan(columns, {name: unit, "Measured Voltage": "V", "torque": "N*m"})
+    assert _field(plan) in (None, "")  # asked about, or none
+    assert not any(name in example or "Measured" in example for example in plan.examples)
+    assert any("goes straight with torque" in note for note in plan.notes)
+
+
+def test_a_small_voltage_that_does_not_go_with_the_effort_is_asked_about() -> None:
+    plan = _plan({**MOTION, "U": 0.009 * LEVELS}, {"U": "V", "torque": "N*m"})
+    field = plan.signal("field")
+    assert field is not None
+    assert field.doubt.startswith("which never exceeds 0.018, as the output of a sensor")

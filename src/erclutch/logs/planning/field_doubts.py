@@ -62,6 +62,10 @@ def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
     strongest = faintness(field, output)
     if strongest is None or not go_straight(output, measured):
         return
+    # The same output may be logged in other units.
+    for other in draft.seen.without([*draft.taken, field.column]):
+        if other.fits(("V",)) and go_straight(other.values, output):
+            draft.no_signals.append(other.name)
     course = f"never exceeds {strongest:.3g} and goes straight with {effort.column}"
     _leave_out_field(draft, f"{course}: taken for the output of its sensor, left out")
 

@@ -20,8 +20,10 @@ from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import UNKNOWN
 
 _NUMBER = re.compile(r"\d+")
-#: A coil that makes a field draws more than this, in A, in V or as logged.
+#: A coil that makes a field draws more than this, in A or as logged.
 _FAINT_FIELD = 1e-3
+#: V, that the bridge of a load cell gives: 2 mV a volt of a supply of 10 V. No coil is driven by as little.
+_BRIDGE = 0.02
 #: Units of a field that is the output of a supply.
 OF_A_SUPPLY = ("A", "V", UNKNOWN)
 
@@ -153,7 +155,8 @@ def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
 def faintness(field: SignalPlan, values: Array) -> float | None:
     """The largest field in its unit, where that is too little for a coil; None where it may drive one."""
     strongest = float(np.nanmax(np.abs(values), initial=0.0)) * abs(field.factor)
-    if field.si not in OF_A_SUPPLY or not 0.0 < strongest < _FAINT_FIELD:
+    faint = _BRIDGE if field.si == "V" else _FAINT_FIELD
+    if field.si not in OF_A_SUPPLY or not 0.0 < strongest < faint:
         return None
     is_called_field = spoken_name(field.column).forms["field"] == "field"
     return None if is_called_field else strongest
