@@ -54,3 +54,50 @@ def test_of_what_a_joint_did_and_was_told_the_former_is_proposed() -> None:
 def test_a_letter_behind_a_name_alone_is_no_word() -> None:
     plan = _plan({"t": SPAN, "vela": RATE, "trq": TORQUE})
     assert not any(each.column == "vela" for each in plan.signals)
+
+
+@pytest.mark.parametrize(
+    ("now", "wanted"),
+    [
+        ("current_position", "target_position"),
+        ("currentPos", "targetPos"),
+        ("curr_y", "desired_y"),
+        ("current angle", "setpoint angle"),
+        ("pos_current", "pos_target"),
+    ],
+)
+def test_what_is_now_beside_what_is_wanted_is_a_motion_and_no_current(
+    now: str, wanted: str
+) -> None:
+    plan = _plan({"time": SPAN, wanted: ANGLE + 0.02, now: ANGLE, "torque": TORQUE})
+    assert [each.column for each in plan.signals if each.signal == "position"] == [now]
+    assert not any(each.column == now for each in plan.signals if each.signal == "field")
+
+
+@pytest.mark.parametrize("word", ["current", "present", "cur"])
+def test_a_speed_as_it_is_now_is_the_slip(word: str) -> None:
+    now = f"{word}_velocity"
+    plan = _plan({"time": SPAN, "goal_velocity": RATE + 0.1, now: RATE, "torque": TORQUE})
+    assert [each.column for each in plan.signals if each.signal == "slip"] == [now]
+
+
+def test_a_place_as_it_is_now_is_no_field_beside_a_speed() -> None:
+    columns = {"time": SPAN, "velocity": RATE, "torque": TORQUE}
+    plan = _plan({**columns, "target_y": 2.0 * SPAN, "current_y": 1.9 * SPAN})
+    assert not any(each.column == "current_y" for each in plan.signals)
+
+
+@pytest.mark.parametrize(
+    ("current", "wanted"),
+    [
+        ("current_1", "target_1"),
+        ("motor_current", "motor_target"),
+        ("torque_current", "torque_target"),
+        ("current_coil", "current_set"),
+    ],
+)
+def test_a_current_beside_a_target_of_no_motion_stays_a_current(current: str, wanted: str) -> None:
+    level = 1.0 + np.floor(SPAN)
+    columns = {"time": SPAN, "velocity": RATE, "torque": level * TORQUE}
+    plan = _plan({**columns, current: level, wanted: 0.7 * level})
+    assert [each.column for each in plan.signals if each.signal == "field"] == [current]

@@ -12,7 +12,6 @@ import numpy as np
 
 from erclutch.logs.columns.joints import ESTIMATED, of_joints
 from erclutch.logs.columns.measured_names import of_whole_names, planned_beside_measured
-from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import headed, spoken_name
 from erclutch.logs.columns.parts_of_efforts import parts_of_efforts
 from erclutch.logs.columns.phases import is_of_phases
@@ -179,8 +178,7 @@ def _without_a_whole_name(
     # first encoder, second encoder and third encoder each is headed by what all share.
     heads: dict[str, str | None] = {}
     for column in fitting:
-        stem, _ = split_end(column.name)
-        heads[column.name] = headed(stem, signal, seen.shared_words)
+        heads[column.name] = headed(column.spoken.stem, signal, seen.shared_words)
     if not any(heads.values()):
         heads = {column.name: column.spoken.heads.get(signal) for column in fitting}
 

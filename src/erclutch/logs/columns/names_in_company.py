@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 
 from erclutch.logs.columns.names import SpokenName, spoken_name
+from erclutch.logs.columns.vocabulary import TOLD
 
 _FEWEST = 3  # columns, from which on what all names share says nothing
 #: A letter in front of all names: measured, filtered.
@@ -15,6 +16,9 @@ _FILE = re.compile(r"\.(?:txt|csv|dat|log|mat)$", re.IGNORECASE)
 #: posa1 beside posd1: what a joint did, and what it was told.
 _DID_OR_TOLD = re.compile(r"(pos|vel|acc|tor|trq|torque|force|cur)_?([ad])_?(\d*)", re.IGNORECASE)
 _WORDS = {"a": "actual", "d": "desired"}
+#: Words for what is now, beside what is wanted: current_y and target_y. Alone, the first three are amperes.
+_NOW = frozenset({"current", "curr", "cur", "present"})
+_AXES = frozenset({"x", "y", "z"})
 
 
 def told_by_company(said: Mapping[str, SpokenName]) -> dict[str, str]:
@@ -32,6 +36,7 @@ def told_by_company(said: Mapping[str, SpokenName]) -> dict[str, str]:
         if begin_so and _are_of_a_device(bare.values()):
             stems = bare
     stems |= dict(_did_and_told(stems))
+    stems |= dict(_now_beside_wanted(said))
     return {name: stem for name, stem in stems.items() if stem != said[name].stem}
 
 
@@ -58,3 +63,27 @@ def _did_and_told(stems: Mapping[str, str]) -> Iterator[tuple[str, str]]:
         # Once a position is told so, the speeds of the same table are.
         if match and paired:
             yield name, f"{match[1]} {_WORDS[match[2].lower()]} {match[3]}".strip()
+
+
+def _now_beside_wanted(said: Mapping[str, SpokenName]) -> Iterator[tuple[str, str]]:
+    """Names of what is now, each beside the name of what is wanted of it, and what the former mean.
+
+    What is wanted tells that current_y is a place and no amperes, as target_y is. The current behind the name of an
+    effort stays a current: that of torque is the one that makes a torque.
+    """
+    words = {name: spoken.stem_words for name, spoken in said.items()}
+    wanted_in_front = {each[1:] for each in words.values() if each[:1] and each[0] in TOLD}
+    wanted_behind = {each[:-1] for each in words.values() if each[:1] and each[-1] in TOLD}
+    for name, each in words.items():
+        if len(each) < 2:
+            continue
+        if each[0] in _NOW and each[1:] in wanted_in_front:
+            quantity = " ".join(each[1:])
+            kinds = frozenset({"position", "slip", "effort"})
+        elif each[-1] in _NOW and each[:-1] in wanted_behind:
+            quantity = " ".join(each[:-1])
+            kinds = frozenset({"position", "slip"})
+        else:
+            continue
+        if quantity in _AXES or kinds & spoken_name(quantity).may_be:
+            yield name, f"actual {quantity}"
