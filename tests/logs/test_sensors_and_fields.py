@@ -357,3 +357,30 @@ def test_a_small_voltage_that_does_not_go_with_the_effort_is_asked_about() -> No
     field = plan.signal("field")
     assert field is not None
     assert field.doubt.startswith("which never exceeds 0.018, as the output of a sensor")
+
+
+@pytest.mark.parametrize("name", ["slip", "Schlupf", "slip %"])
+def test_a_slip_in_per_cent_is_no_speed(name: str) -> None:
+    share = np.round(np.minimum(100.0, 3.0 + 104.0 * np.exp(-TIME)), 2)
+    plan = _plan({"time": TIME, "temperature": 200.0 + ANGLE, "force": EFFORT, name: share})
+    (question,) = plan.questions
+    assert question.signal == "slip"
+    assert f"column {name} is a share in per cent" in question.problem
+    assert not any(f'"{name}' in example for example in plan.examples)
+
+
+@pytest.mark.parametrize("levels", [np.floor(LEVELS) * 50.0, 100.0 + 0.5 * SPEED, SPEED])
+def test_a_slip_at_whole_levels_or_beyond_100_is_a_speed(levels: Any) -> None:
+    slip = _plan({"time": TIME, "force": EFFORT, "slip": levels}).signal("slip")
+    assert slip is not None
+    assert slip.column == "slip"
+
+
+@pytest.mark.parametrize("name", ["Time", "time", "Zeit"])
+def test_minutes_are_no_position(name: str) -> None:
+    columns = {f"{name} (m)": np.floor(TIME / 4.0), f"{name} (s)": TIME, "torque": EFFORT}
+    units = {f"{name} (m)": "m", f"{name} (s)": "s", "torque": "N*m"}
+    plan = _plan(columns, units)
+    assert plan.signal("position") is None
+    assert not any("(m)" in example for example in plan.examples)
+    assert not any("(m)" in question.remedy for question in plan.questions)

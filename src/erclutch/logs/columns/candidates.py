@@ -77,10 +77,8 @@ def candidates(
     if signal == "field":
         free = [column for column in free if not is_of_phases(seen, column)]
     if signal == "slip":
-        # In per cent it is the share by which a belt, a tyre or a machine lags, and no speed.
-        in_percent = [each for each in free if "%" in each.name or each.unit == "%"]
-        lags = [each.name for each in in_percent if each.spoken.forms["slip"] in _LAGS]
-        free = [column for column in free if column.name not in lags]
+        shares = slips_in_percent(free)
+        free = [column for column in free if column.name not in shares]
     free = _without_plans(signal, free, si_units)
     fits = {column.name: column.fits(si_units) for column in free}
 
@@ -131,6 +129,28 @@ def candidates(
         name for name in _beside_a_drive(signal, exact or named, fitting) if name not in names
     ]
     return _distinct(seen, names), "name"
+
+
+def slips_in_percent(columns: Iterable[SeenColumn]) -> list[str]:
+    """Names of slips in per cent: no speeds, but the share by which a belt, a tyre, a filament or a machine lags.
+
+    A slip without a unit that ends at 100 tells itself: whoever measures a speed to some digits meets no such end.
+    """
+    shares: list[str] = []
+    for column in columns:
+        if column.spoken.forms["slip"] not in _LAGS:
+            continue
+        is_said = "%" in column.name or column.unit == "%"
+        if is_said or (column.written_unit is None and _ends_at_100(column)):
+            shares.append(column.name)
+    return shares
+
+
+def _ends_at_100(column: SeenColumn) -> bool:
+    """Whether 100 is the largest number of a column, in size too, and others are no whole numbers, as levels are."""
+    known = column.values[np.isfinite(column.values)]
+    is_measured = bool(np.any(known % 1.0 != 0.0))
+    return is_measured and float(known.max()) == 100.0 and float(known.min()) >= -100.0
 
 
 def _without_plans(
@@ -316,7 +336,8 @@ def _unit_speaks(column: SeenColumn, signal: str, si_units: tuple[str, ...]) -> 
     if signal not in _TOLD_BY_UNIT or column.unit_for(si_units) in (None, *NO_UNITS):
         return False
     is_told_or_other = column.spoken.says(_told_of(signal) | OTHER)
-    if is_told_or_other or signal in column.spoken.turned:
+    is_a_time = column.is_called_time and len(column.name) > 1
+    if is_told_or_other or is_a_time or signal in column.spoken.turned:
         return False
     if signal in ("effort", "T") and column.spoken.is_primed:
         return False  # a modulus; the fluctuation of another quantity speaks, and is asked about beside its mean

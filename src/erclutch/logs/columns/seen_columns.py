@@ -17,7 +17,7 @@ import numpy as np
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import own_unit, without_unit
 from erclutch.logs.columns.name_ends import split_end
-from erclutch.logs.columns.names import SpokenName, spoken
+from erclutch.logs.columns.names import SpokenName, spoken, spoken_name
 from erclutch.logs.columns.names_in_company import told_by_company
 from erclutch.logs.columns.shapes import Shape, shape_of, spread_of
 from erclutch.logs.columns.vocabulary import MEASURED, NAMES, OTHER, SINGLE
@@ -110,6 +110,13 @@ class SeenColumn:
         """Whether the numbers grow by one and the same step, as a time does."""
         steps = self.steps
         return steps.size > 0 and bool(np.ptp(steps) <= EVEN * np.median(steps))
+
+    @property
+    def is_called_time(self) -> bool:
+        """Whether it is called like the time, also where a unit tells it from another: ``Time (m)`` are minutes."""
+        return (
+            self.spoken.is_time or spoken_name(self.name.removesuffix(f"({self.unit})")).is_time
+        )
 
     @property
     def written_unit(self) -> str | None:

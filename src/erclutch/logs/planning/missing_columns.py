@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable
 
 from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.candidates import slips_in_percent
 from erclutch.logs.columns.labels import COUNTS
 from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.quotients import pressing_loads
@@ -98,7 +99,11 @@ def missing(
     if signal == "field":
         remedy += ", or --constant 'field=0.5 A' if it is the same all through the log, or --field none if not logged"
     if signal == "slip":
-        in_lengths = (column for column in free if column.fits(SIGNALS["position"].si_units))
+        in_lengths = (
+            column
+            for column in free
+            if column.fits(SIGNALS["position"].si_units) and not column.is_called_time
+        )
         position = next((column.name for column in in_lengths if not column.shape.constant), "")
         if position:
             remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(position)}"
@@ -110,6 +115,10 @@ def missing(
     if of_a_sensor:
         remedy = f"Give what its sensor means, such as {of_a_sensor}"
     doubt += _said_of_rated_torque(free) if signal == "effort" else ""
+    shares = slips_in_percent(free) if signal == "slip" else []
+    if shares:
+        say_so = shell_word(f"{shares[0]} [rad/s]")
+        doubt += f"; column {shares[0]} is a share in per cent (--slip {say_so} if it is a speed)"
 
     misfits = [column for column in free if column.unit and column.fits(si_units) is False]
     refused = next((column for column in misfits if _is_called(column, signal)), None)

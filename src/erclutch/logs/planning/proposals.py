@@ -12,7 +12,7 @@ import numpy as np
 
 from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
-from erclutch.logs.columns.candidates import candidates
+from erclutch.logs.columns.candidates import candidates, slips_in_percent
 from erclutch.logs.columns.labels import is_given_by_place, split_label
 from erclutch.logs.columns.levels_in_names import differ_by_field
 from erclutch.logs.columns.names import plain, spoken_name
@@ -395,16 +395,17 @@ def _says_nothing(column: SeenColumn) -> bool:
     return not (column.unit or names_something or is_of_a_drive or not_measured(column, "effort"))
 
 
-def _less_likely(free: Iterable[SeenColumn], signal: str) -> list[str]:
+def _less_likely(free: Sequence[SeenColumn], signal: str) -> list[str]:
     """Columns that a short name, a word in it or a letter in front of it proposes for a signal: the likelier kind."""
     short: list[str] = []
     within: list[str] = []
     lettered: list[str] = []
     in_one_meaning: list[str] = []
     estimated: list[str] = []
+    shares = slips_in_percent(free) if signal == "slip" else []
     for column in free:
         spoken = column.spoken
-        if column.fits(SIGNALS[signal].si_units) is False:
+        if column.fits(SIGNALS[signal].si_units) is False or column.name in shares:
             continue
         if signal == "effort" and not_measured(column, signal):
             continue
