@@ -114,9 +114,7 @@ class SeenColumn:
     @property
     def is_called_time(self) -> bool:
         """Whether it is called like the time, also where a unit tells it from another: ``Time (m)`` are minutes."""
-        return (
-            self.spoken.is_time or spoken_name(self.name.removesuffix(f"({self.unit})")).is_time
-        )
+        return self.spoken.is_time or spoken_name(self.name.removesuffix(f"({self.unit})")).is_time
 
     @property
     def written_unit(self) -> str | None:
