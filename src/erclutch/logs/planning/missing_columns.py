@@ -115,10 +115,7 @@ def missing(
     if of_a_sensor:
         remedy = f"Give what its sensor means, such as {of_a_sensor}"
     doubt += _said_of_rated_torque(free) if signal == "effort" else ""
-    shares = slips_in_percent(free) if signal == "slip" else []
-    if shares:
-        say_so = shell_word(f"{shares[0]} [rad/s]")
-        doubt += f"; column {shares[0]} is a share in per cent (--slip {say_so} if it is a speed)"
+    doubt += _said_of_shares(free) if signal == "slip" else ""
 
     misfits = [column for column in free if column.unit and column.fits(si_units) is False]
     refused = next((column for column in misfits if _is_called(column, signal)), None)
@@ -156,6 +153,14 @@ def _said_of_rated_torque(free: Iterable[SeenColumn]) -> str:
         share = share_of_rated_torque(column)
         if share is not None:
             return f"; a 1 in column {column.name} is {share.words}"
+    return ""
+
+
+def _said_of_shares(free: Iterable[SeenColumn]) -> str:
+    """What is said of the first slip in per cent; "" where none is."""
+    for name in slips_in_percent(free):
+        say_so = shell_word(f"{name} [rad/s]")
+        return f"; column {name} is a share in per cent (--slip {say_so} if it is a speed)"
     return ""
 
 
