@@ -11,6 +11,7 @@ from scipy.io import savemat
 
 from erclutch.logs import ColumnMap, plan_of, read_table
 from erclutch.signals.array import Array
+from tests.support.plans_of_columns import planned
 from tests.support.slow_params import slow_behind
 
 RNG = np.random.default_rng(6)
@@ -119,3 +120,53 @@ def test_columns_with_names_are_none_of_these(tmp_path: Path) -> None:
     np.savetxt(path, rows, fmt="%.7g", delimiter=",", header="k1,k2,k3,m4", comments="")
     plan = plan_of(read_table(path), ColumnMap())
     assert not any("by the numbers alone" in question.problem for question in plan.questions)
+
+
+SET_SPEED = np.repeat([5.0, 10.0, 20.0, 50.0, 100.0, 200.0], 5)
+SET_CURRENT = np.tile([0.0, 0.5, 1.0, 1.5, 2.0], 6)
+AT_POINTS = 0.2 + 1.5 * SET_CURRENT + 0.002 * SET_SPEED + RNG.normal(0.0, 0.01, 30)
+
+
+@pytest.mark.parametrize(
+    ("columns", "wanted"),
+    [
+        (
+            {"x": SET_SPEED, "I": SET_CURRENT, "y": AT_POINTS},
+            "--time none --slip x --effort y",
+        ),
+        (
+            {"I [A]": SET_CURRENT, "X": SET_SPEED, "Y": AT_POINTS},
+            "--time none --slip X --effort Y",
+        ),
+        (
+            {"x": SET_SPEED, "y": SET_CURRENT, "z": AT_POINTS},
+            "--time none --field y --slip x --effort z",
+        ),
+        (
+            {"c1": SET_CURRENT, "c2": AT_POINTS, "c3": SET_SPEED},
+            "--time none --field c1 --slip c3 --effort c2",
+        ),
+    ],
+)
+def test_points_under_the_names_of_axes_are_asked_about_in_one_command(
+    columns: dict[str, Array], wanted: str
+) -> None:
+    words = shlex.split(planned(columns).command())
+    assert shlex.join(words[3:]) == wanted
+
+
+def test_where_two_axes_may_be_the_field_none_is_proposed() -> None:
+    plan = planned({"x": SET_SPEED, "y": 1.0 + SET_CURRENT, "z": AT_POINTS})
+    assert "--slip x" not in plan.command()
+    assert "--field y" not in plan.command()
+
+
+def test_the_question_says_how_the_numbers_of_each_column_run(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    np.savetxt(path, np.column_stack([TIME, SPEED, FRICTION, CURRENT]), fmt="%.7g")
+    plan = plan_of(read_table(path), ColumnMap())
+    said = " ".join(question.problem for question in plan.questions)
+    assert "c1 rises by steps of 0.002, as a time in s does" in said
+    assert "c4 has 4 levels from 0 to 1" in said
+    assert "c2 changes its sign" in said
+    assert "c3 changes its sign" in said

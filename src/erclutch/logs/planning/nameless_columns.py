@@ -6,6 +6,7 @@ Nothing is taken here: who knows the device says yes, or puts other columns in.
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -13,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from erclutch.errors import shell_word
+from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import known_rows, takes_both_signs
 from erclutch.logs.columns.two_courses import over_rate
 from erclutch.logs.planning.clock_by_motion import usual_rate
@@ -27,6 +29,10 @@ _SURELY = 0.3  # the same, where the effort follows a field most of all
 _ONE_COURSE = 0.999  # correlation of two columns that tell one thing
 _UNEVEN = 0.2  # of the usual step, by which a busy logger is late
 _MOST_STEPS = 0.8  # of all: the others lie at gaps
+_FEWEST_POINTS = 6  # rows of a table of points on a grid
+_MOST_POINTS = 1000
+_AXES = frozenset("xyz")
+_MOST_LEVELS = 20  # of a column that was set
 _STEPS = 0.05  # of the variance, which a switched field makes in an effort and in no motion
 
 
@@ -36,6 +42,7 @@ class _Roles(NamedTuple):
     position: str = ""
     slip: str = ""
     effort: str = ""
+    field: str = ""
 
 
 def propose_columns_without_names(draft: Draft) -> None:
@@ -58,9 +65,21 @@ def propose_columns_without_names(draft: Draft) -> None:
     elif clock:
         stamps = table.columns[clock]
 
+    known = draft.signals.get("field")
+    grid = _points_on_a_grid(table, free, known is not None) if "time" in asked else None
+    if grid is not None:
+        options["time"] = "--time none"
+        options["field"] = f"--field {shell_word(grid.field)}"
+        options["slip"] = f"--slip {shell_word(grid.slip)}"
+        options["effort"] = f"--effort {shell_word(grid.effort)}"
+        _propose(draft, options)
+        return
+
     levels = [name for name in free if draft.seen.columns[name].shape.keeps_levels]
     switched = [name for name in levels if not takes_both_signs(table.columns[name])]
     field = switched[0] if len(switched) == 1 else ""
+    if known is not None and known.column:
+        field = known.column
     options["field"] = f"--field {shell_word(field)}" if field else "--field none"
 
     moving = [name for name in free if name not in levels and np.ptp(table.columns[name]) > 0.0]
@@ -89,9 +108,61 @@ def _propose(draft: Draft, options: Mapping[str, str]) -> None:
         if question is None or question.option:
             continue
         missing, listed, columns = question.problem.partition("; the file has: ")
+        column = draft.seen.columns.get(shlex.split(option)[1].removesuffix(" [s]"))
         if about in ("slip", "effort"):
             missing += f"; by the numbers alone it may be {option}"
+        if column is not None:
+            missing += f" ({_course_of(column, about)})"
         asked[about] = replace(question, problem=f"{missing}{listed}{columns}", option=option)
+
+
+def _course_of(column: SeenColumn, about: str) -> str:
+    """How the numbers of a column run, in words, by which a user knows it again."""
+    values = column.values[np.isfinite(column.values)]
+    levels = np.unique(values).size
+    if about == "time":
+        step = float(np.median(np.diff(values)))
+        return f"{column.name} rises by steps of {step:.4g}, as a time in s does"
+    if levels <= _MOST_LEVELS and 2 * levels <= values.size:
+        return f"{column.name} has {levels} levels from {values.min():.4g} to {values.max():.4g}"
+    turns = int(np.count_nonzero(np.diff(np.signbit(values))))
+    course = f"changes its sign {turns} times" if turns else "keeps its sign"
+    ends = f"{values.min():.4g} to {values.max():.4g}"
+    unit = "; give units in brackets where you know them" if about == "effort" else ""
+    return f"{column.name} {course}, {ends}{unit}"
+
+
+def _points_on_a_grid(table: Table, free: Sequence[str], has_field: bool) -> _Roles | None:
+    """A motion, an effort and a field among points that were set by levels; None where the rows are no such points.
+
+    The effort takes a number of its own at each point. Of two columns of levels the field is the one that is zero
+    somewhere: without a field a device is measured too, at rest it is not.
+
+    Args:
+        table: of the file.
+        free: columns that are no signal yet.
+        has_field: whether the field is known.
+    """
+    if not _FEWEST_POINTS <= table.rows <= _MOST_POINTS:
+        return None
+    columns = {name: table.columns[name] for name in free}
+    if not all(np.isfinite(values).all() for values in columns.values()):
+        return None
+    set_by_levels = [
+        name
+        for name, values in columns.items()
+        if np.ptp(values) > 0.0 and 2 * np.unique(values).size <= values.size
+    ]
+    measured = [name for name in free if name not in set_by_levels]
+    at_zero = [name for name in set_by_levels if np.any(columns[name] == 0.0)]
+    if len(measured) != 1 or len(set_by_levels) != 2 - has_field:
+        return None
+    if has_field:
+        return _Roles(slip=set_by_levels[0], effort=measured[0])
+    if len(at_zero) != 1:
+        return None
+    (slip,) = (name for name in set_by_levels if name not in at_zero)
+    return _Roles(slip=slip, effort=measured[0], field=at_zero[0])
 
 
 def _counting(draft: Draft) -> list[str]:
@@ -103,11 +174,15 @@ def _counting(draft: Draft) -> list[str]:
 def _are_without_names(draft: Draft, clock: str) -> bool:
     """Whether a few columns beside the clock are numbered from 1, or from 0, on behind one word.
 
-    So a reader calls columns without a name, those of one array, and NumPy its arrays (``arr_0``).
+    So a reader calls columns without a name, those of one array, and NumPy its arrays (``arr_0``). Columns that are
+    called after the axes of a drawing (x, y) beside those whose name says a signal are no better named.
     """
     table = draft.table
     counting = _counting(draft)
     names = [name for name in table.columns if name not in (clock, *counting)]
+    lettered = [name for name in names if name not in draft.taken]
+    if len(lettered) >= 2 and {name.lower() for name in lettered} <= _AXES:
+        return not any(table.units.get(name) for name in lettered)
     if not 2 <= len(names) <= _MOST:
         return False
     matches = [_NUMBERED.fullmatch(name) for name in names]
