@@ -26,7 +26,7 @@ from erclutch.models.structure import Structure
 #: Other laws that are tried with the memory that was found, or with a hump.
 MOST_FORMS = 3
 #: Times the error of the base, on the training rows, that a drag may have which is the better law once both bend.
-_NEAR_UNBENT = 1.3
+_NEAR_UNBENT = 2.0
 #: The stage that gives a plain law a friction that falls with the slip.
 _HUMP = "stribeck"
 
