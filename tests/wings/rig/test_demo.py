@@ -28,6 +28,7 @@ def test_demo(tmp_path: Path) -> None:
         "Recommended: ",
     ):
         assert words in said
+    assert "mN" not in said  # one unit in the table and in the sentences below
     assert f"Report: {tmp_path / 'kept' / 'report.html'}" in said
     assert (
         json.loads((tmp_path / "kept" / "run" / "run.json").read_text())["kind"] == "erclutch run"

@@ -162,6 +162,7 @@ def _sum_up(material: Material, comparison: Comparison) -> None:
     """The ranking, and what it means in plain words."""
     from erclutch.cli import ranking_table
     from erclutch.report.numbers.number_text import percent, plain
+    from erclutch.signals.units import amount
 
     screen = terminal.console()
     screen.print()
@@ -172,14 +173,20 @@ def _sum_up(material: Material, comparison: Comparison) -> None:
         if role == "baseline":
             textbook = name
             break
-    error = material.effort.of(chosen["test"]["rmse"][0])
+    unit = material.body["units"]["effort"]
+
+    def in_words(error: float) -> str:
+        """An error in the unit of the table above."""
+        return amount(terminal.number(error), unit)
+
+    error = in_words(chosen["test"]["rmse"][0])
     words = (
         f"Recommended: {comparison.called(chosen['name'])}. On rows that it has not seen it errs by {error}, "
         f"{percent(chosen['test']['share'][0], 2)} of the torque's standard deviation"
     )
     if textbook != chosen["name"]:
         theirs = material.run.entry(textbook)["test"]["rmse"][0]
-        words += f"; the textbook, {material.run.titles[textbook]}, by {material.effort.of(theirs)}"
+        words += f"; the textbook, {material.run.titles[textbook]}, by {in_words(theirs)}"
     screen.print(
         plain(f"{words}."),
         style="bold",
@@ -189,7 +196,7 @@ def _sum_up(material: Material, comparison: Comparison) -> None:
     why = ranking_table.worth_its_freedom(comparison)
     if why:
         of_parts = f"{comparison.chosen_by} of the training rows, left out in turn"
-        it_errs = f"it errs by {material.effort.of(chosen['validation_rmse'][0])}"
+        it_errs = f"it errs by {in_words(chosen['validation_rmse'][0])}"
         screen.print(
             plain(f"On {of_parts}, {it_errs}. {why}"),
             markup=False,
