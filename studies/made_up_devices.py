@@ -66,12 +66,19 @@ def yielding(slip: Array, travel: float) -> Array:
 
 
 def bristles(
-    slip: Array, sliding: float, static: float, speed: float, stiffness: float, damping: float
+    slip: Array,
+    sliding: float,
+    static: float,
+    speed: float,
+    stiffness: float,
+    damping: float,
+    forward: float = 0.0,
 ) -> Array:
-    """LuGre's friction, in steps of a twentieth of the period."""
+    """LuGre's friction, in steps of a twentieth of the period; forward its levels are higher by a share, else lower."""
     bent, effort = 0.0, np.empty(ROWS)
     for k, w in enumerate(slip.tolist()):
         level = sliding + (static - sliding) * np.exp(-((w / speed) ** 2))
+        level *= 1.0 + forward * np.sign(w)
         rate = 0.0
         for _ in range(20):
             rate = w - stiffness * abs(w) / level * bent
@@ -132,6 +139,13 @@ def lugre_rig() -> tuple[Dataset, float]:
     return logged(np.zeros(ROWS), slip, effort, 0.2)
 
 
+def rig_with_two_levels() -> tuple[Dataset, float]:
+    """The same with levels of its own for each way: the friction goes on as the slip turns, where that above jumps."""
+    _, slip = waves(np.random.default_rng(3), 0.004, 0.1, 2.0)
+    effort = bristles(slip, 10.0, 16.0, 0.004, 1e5, 150.0, forward=0.08) + 60.0 * slip
+    return logged(np.zeros(ROWS), slip, effort, 0.2)
+
+
 def robot_joint() -> tuple[Dataset, float]:
     """Friction that differs between the ways, and a grease that warms and thins."""
     _, slip = waves(np.random.default_rng(4), 1.2, 0.1, 0.8)
@@ -176,6 +190,7 @@ DEVICES: tuple[Callable[[], tuple[Dataset, float]], ...] = (
     damper_of_dahl,
     oil_damper,
     lugre_rig,
+    rig_with_two_levels,
     robot_joint,
     ball_screw,
     valve_damper,

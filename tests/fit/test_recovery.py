@@ -39,7 +39,15 @@ STAGES = (
         "viscous",
     ),
     *("sides", "knees", "stribeck", "remanence", "self-heating"),
-    *("dahl", "dahl-2/field", "stops", "stops-2/field", "lugre", "lugre/field"),
+    *(
+        "dahl",
+        "dahl-2/field",
+        "stops",
+        "stops-2/field",
+        "lugre",
+        "lugre/field",
+        "lugre/field/sides",
+    ),
     *("bouc-wen", "bouc-wen-2", "hysteretic-tanh", "spencer"),
 )
 #: Of these a single fit takes more than a second.

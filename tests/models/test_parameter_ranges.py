@@ -12,7 +12,7 @@ from erclutch.models.laws import law_from_name, shown_laws
 from erclutch.models.stages import shown_stages, stage_named
 
 TABLE = Path(__file__).with_name("parameter_ranges.txt")
-RICHER = ("dahl-2/field", "lugre/field", "bouc-wen-2", "effort-second-order")
+RICHER = ("dahl-2/field", "lugre/field", "lugre/field/sides", "bouc-wen-2", "effort-second-order")
 
 
 def lines() -> Iterator[str]:

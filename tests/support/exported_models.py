@@ -227,6 +227,7 @@ MODELS: dict[str, Model] = {
         law_model("cho-choi-jhon", "single", "lag"),
         law_model("cho-choi-jhon/critical/forward", "coaxial", "rise-fall"),
         law_model("eddy-current", "single", "lag"),
+        law_model("bingham", "single", "lugre/field/sides"),
         law_model("hem", "coaxial"),
         law_model("hem", "coaxial", "rise-fall"),
         law_model("hem/forward", "single", "lag"),

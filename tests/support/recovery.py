@@ -122,6 +122,12 @@ _STAGES = (
         "lugre", {"r_l": 8e-3, "h_l": 1.6, "w_l": 0.15}, T_l=0.1, T_ld=0.1, T_ly=0.4, T_ldy=0.1
     ),
     _with_stage("lugre/field", {"r_l": 8e-3, "h_l": 1.6, "w_l": 0.15}, T_ly=0.4, T_ldy=0.1),
+    _with_stage(
+        "lugre/field/sides",
+        {"r_l": 8e-3, "h_l": 1.6, "w_l": 0.15, "a_l": 0.1},
+        T_ly=0.4,
+        T_ldy=0.1,
+    ),
     _with_stage("bouc-wen", {"r_b": 8e-3, "beta_b": 0.7}, T_b=0.1, T_by=0.4),
     _with_stage("bouc-wen-2", {"r_b": 8e-3, "beta_b": 0.7}, T_b=0.1, T_by=0.4),
     _with_stage("hysteretic-tanh", {"w_t": 0.4, "t_w": 0.02, "tau_m": 0.3}, T_t=0.2, T_ty=0.5),

@@ -295,7 +295,7 @@ def test_the_equation_names_all_numbers_and_outputs(stage: Stage) -> None:
         ("bouc-wen-0", "bouc-wen-N with N from 1 to 8"),
         ("bouc-wen-9", "bouc-wen-N with N from 1 to 8"),
         ("bouc-wen/nothing", "bouc-wen-N with N from 1 to 8"),
-        ("lugre/field/more", "lugre, lugre/field"),
+        ("lugre/field/more", "lugre, lugre/field, lugre/sides"),
     ],
 )
 def test_a_form_that_a_stage_does_not_have_is_refused(stage: str, offered: str) -> None:

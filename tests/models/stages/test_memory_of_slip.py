@@ -40,6 +40,7 @@ YIELDING = {
     "dahl": [4e-3],
     "stops": [4e-3],
     "lugre": [4e-3, 1.8, 0.2],
+    "lugre/sides": [4e-3, 1.8, 0.2, 0.3],
     "bouc-wen": [4e-3, 0.6],
     "bouc-wen-2": [4e-3, 1.5],
     "bouc-wen-3": [4e-3, 0.5],
@@ -101,14 +102,18 @@ def test_bouc_wen_solves_its_equation(exponent: int, beta: float) -> None:
     _agrees(lambda slip: response(f"bouc-wen-{exponent}", slip, 1.0, [r, beta]), rate, t, 2e-3)
 
 
-def test_lugre_solves_its_equation() -> None:
+@pytest.mark.parametrize(("name", "more_forward"), [("lugre", ()), ("lugre/sides", (0.2,))])
+def test_lugre_solves_its_equation(name: str, more_forward: tuple[float, ...]) -> None:
     r, h, w_l = 0.02, 1.7, 0.4
     t = np.arange(600, dtype=np.float64) * PERIOD
 
     def rate(w: float, s: float) -> float:
-        return (w - abs(w) * s / (1 + (h - 1) * np.exp(-((w / w_l) ** 2)))) / r
+        level = 1 + (h - 1) * np.exp(-((w / w_l) ** 2))
+        for a in more_forward:
+            level *= 1 + a * np.sign(w)
+        return (w - abs(w) * s / level) / r
 
-    _agrees(lambda slip: response("lugre", slip, 1.0, [r, h, w_l]), rate, t, 5e-3)
+    _agrees(lambda slip: response(name, slip, 1.0, [r, h, w_l, *more_forward]), rate, t, 5e-3)
 
 
 def _agrees(

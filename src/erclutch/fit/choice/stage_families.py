@@ -41,7 +41,8 @@ def feels(
     stage = stage_named(name)
     if train.in_no_time and needs_time(stage):
         return False
-    of_two_ways = any(family.two_ways for family in _families() if name in family.ladder)
+    own = [family for family in _families() if name in family.ladder]
+    of_two_ways = any(family.two_ways or name in family.apart for family in own)
     # A slip that never turns does not show what differs between its two ways.
     if of_two_ways and not any(
         element.slip.min() < 0.0 < element.slip.max() for element in train.elements
@@ -120,7 +121,10 @@ def simpler_than(left: Sequence[str], name: str) -> list[str]:
 
 def has_to_take_off(name: str) -> float:
     """The share of the error that a stage has to show beside a law before it is searched, and to take off; 0: none."""
-    return next((family.striking for family in _families() if name in family.ladder), 0.0)
+    for family in _families():
+        if name in family.ladder:
+            return family.apart.get(name, family.striking)
+    return 0.0
 
 
 def with_field_behind(structure: Structure, name: str) -> Structure | None:

@@ -5,6 +5,7 @@
     s' = (w - |w| s / g(w)) / r,   g(w) = 1 + (h - 1) exp(-(w / w_l)**2)
     lugre:        columns s, y(E) s, d and y(E) d with d = w - |w| s / g(w)
     lugre/field:  s' = (y(E) w - |w| s / g(w)) / r and d = y(E) w - |w| s / g(w), columns s and d
+    lugre/sides, lugre/field/sides:  the same with g(w) (1 + a sgn w) in place of g(w)
 
 The published form has a deflection z, a stiffness sigma_0, a damping sigma_1, and efforts F_C (Coulomb) and F_S
 (static): s = sigma_0 z / F_C, r = F_C / sigma_0, h = F_S / F_C; the gain of s is F_C, and the gain of d is
@@ -34,13 +35,18 @@ from erclutch.signals.clock import Clock
 
 @dataclass(frozen=True)
 class LuGre(SlipMemory):
-    """LuGre friction as a stage."""
+    """LuGre friction as a stage.
+
+    Attributes:
+        sided: whether bristles hold more one way than the other.
+    """
 
     takes_places: bool = True  # see `CommandLag`
+    sided: bool = False
 
     def parameters(self, period: float) -> tuple[ShapeParameter, ...]:
-        """The travel of the bristles, the static effort, and the slip at which the effort has fallen."""
-        return (
+        """The travel of the bristles, the static effort, the slip at which it has fallen, and how the ways differ."""
+        of_both_ways = (
             travel("r_l", "travel over which the bristles yield", period),
             ShapeParameter(
                 "h_l",
@@ -60,6 +66,11 @@ class LuGre(SlipMemory):
                 (0.01, 1.0),
             ),
         )
+        if not self.sided:
+            return of_both_ways
+        share = "share by which the bristles hold more forward, and less backward"
+        ways = ShapeParameter("a_l", share, -0.8, 0.8, usual=(-0.15, 0.15))
+        return (*of_both_ways, ways)
 
     def respond(
         self,
@@ -82,11 +93,14 @@ class LuGre(SlipMemory):
         r: Any,
         h: Any,
         w_l: Any,
+        a: Any = 0.0,
     ) -> tuple[Any, Any, Any]:
         """The way of the slip with the field's strength, g, and the share of the way that a row goes."""
         way = sign_of(signal.slip)
         ratio = signal.slip / w_l
         most = (h - 1.0) * np.exp(-(ratio * ratio)) + 1.0
+        if self.sided:
+            most = most * (1.0 + a * way)
         aim = way * signal.strength if self.ahead else way
         travelled = (np.abs(signal.slip) * step) / (r * most)
         gone = -np.expm1(-travelled)
@@ -123,18 +137,33 @@ class LuGre(SlipMemory):
 
 def _lugre(_: int, forms: tuple[str, ...]) -> LuGre:
     ahead = "field" in forms
-    title = "LuGre friction, the field ahead of the memory" if ahead else "LuGre friction"
+    sided = "sides" in forms
+    name, title, level = "lugre", "LuGre friction", "(1 + (h_l - 1) exp(-(w / w_l)^2))"
+    if ahead:
+        name += "/field"
+        title += ", the field ahead of the memory"
+    if sided:
+        name += "/sides"
+        title += ", forward and backward apart"
+        level = f"({level} (1 + a_l sgn w))"
     pull = "y(E) w" if ahead else "w"
     return LuGre(
-        name="lugre/field" if ahead else "lugre",
+        name=name,
         title=title,
         source="Canudas de Wit, Olsson, Astrom and Lischinsky 1995, doi 10.1109/9.376053",
         outputs=("l", "ld"),
         meanings=("effort of the bristles", "effort of the bristles' damping"),
-        equation=f"r_l l' = ld, ld = {pull} - |w| l / (1 + (h_l - 1) exp(-(w / w_l)^2))",
+        equation=f"r_l l' = ld, ld = {pull} - |w| l / {level}",
         ahead=ahead,
         damping=("ld",),
+        sided=sided,
     )
 
 
-STAGE = StageFamily(_lugre, forms=("field",), ladder=("lugre/field",), behind=("lugre",))
+STAGE = StageFamily(
+    _lugre,
+    forms=("field", "sides"),
+    ladder=("lugre/field", "lugre/field/sides"),
+    behind=("lugre", "lugre/sides"),
+    apart={"lugre/field/sides": 0.02},
+)

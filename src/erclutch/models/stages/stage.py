@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 from erclutch.arithmetic.dual import pick
@@ -255,6 +255,8 @@ class StageFamily:
             beside the law's. A corner that hardly shows is a bend, which other stages say. 0: as other stages.
         two_ways: the ladder tries it only where the slip goes either way: it is of what differs between the ways, and
             of one way the law says the same.
+        apart: the same of some specifications of the ladder alone, each with the share of the error that it must take
+            off, as `striking` says.
     """
 
     make: Callable[[int, tuple[str, ...]], Stage]
@@ -269,6 +271,7 @@ class StageFamily:
     instead: str = ""
     striking: float = 0.0
     two_ways: bool = False
+    apart: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
 def numbered(stem: str, number: int, *, ahead: bool = False) -> str:
