@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
+from erclutch.logs.columns.names import spoken_name
+from erclutch.logs.columns.names_in_company import told_by_company
 from erclutch.signals.array import Array
 
 SPAN = np.arange(600.0) * 0.004
@@ -101,3 +103,27 @@ def test_a_current_beside_a_target_of_no_motion_stays_a_current(current: str, wa
     columns = {"time": SPAN, "velocity": RATE, "torque": level * TORQUE}
     plan = _plan({**columns, current: level, wanted: 0.7 * level})
     assert [each.column for each in plan.signals if each.signal == "field"] == [current]
+
+
+def test_signals_of_a_robot_as_they_are_now_are_taken_without_what_is_wanted() -> None:
+    columns = {"current_position": ANGLE, "current_velocity": RATE, "current_torque": TORQUE}
+    plan = _plan({"time": SPAN, **columns})
+    taken = {each.signal: each.column for each in plan.signals if each.column}
+    assert taken == {
+        "slip": "current_velocity",
+        "position": "current_position",
+        "effort": "current_torque",
+    }
+
+
+@pytest.mark.parametrize("name", ["current_torque", "current_load", "current_d", "current_motor"])
+def test_a_current_that_is_called_after_no_motion_keeps_its_meaning(name: str) -> None:
+    said = {each: spoken_name(each) for each in ("time", "velocity", "torque", name)}
+    assert told_by_company(said) == {}
+
+
+def test_amperes_tell_a_current_that_is_called_after_a_motion() -> None:
+    level = 1.0 + np.floor(SPAN)
+    columns = {"time": SPAN, "velocity": RATE, "torque": level * TORQUE, "current_position": level}
+    plan = plan_of(Table("a", columns, {"current_position": "A"}, "0" * 64), ColumnMap())
+    assert [each.column for each in plan.signals if each.signal == "field"] == ["current_position"]

@@ -16,9 +16,11 @@ _FILE = re.compile(r"\.(?:txt|csv|dat|log|mat)$", re.IGNORECASE)
 #: posa1 beside posd1: what a joint did, and what it was told.
 _DID_OR_TOLD = re.compile(r"(pos|vel|acc|tor|trq|torque|force|cur)_?([ad])_?(\d*)", re.IGNORECASE)
 _WORDS = {"a": "actual", "d": "desired"}
-#: Words for what is now, beside what is wanted: current_y and target_y. Alone, the first three are amperes.
+#: Words for what is now: current_y beside target_y. Alone, the first three are amperes.
 _NOW = frozenset({"current", "curr", "cur", "present"})
 _AXES = frozenset({"x", "y", "z"})
+_MOTIONS = frozenset({"position", "slip"})
+_SHORT = 2  # letters, up to which a name means several things
 
 
 def told_by_company(said: Mapping[str, SpokenName]) -> dict[str, str]:
@@ -36,7 +38,7 @@ def told_by_company(said: Mapping[str, SpokenName]) -> dict[str, str]:
         if begin_so and _are_of_a_device(bare.values()):
             stems = bare
     stems |= dict(_did_and_told(stems))
-    stems |= dict(_now_beside_wanted(said))
+    stems |= dict(_as_it_is_now(said))
     return {name: stem for name, stem in stems.items() if stem != said[name].stem}
 
 
@@ -65,25 +67,31 @@ def _did_and_told(stems: Mapping[str, str]) -> Iterator[tuple[str, str]]:
             yield name, f"{match[1]} {_WORDS[match[2].lower()]} {match[3]}".strip()
 
 
-def _now_beside_wanted(said: Mapping[str, SpokenName]) -> Iterator[tuple[str, str]]:
-    """Names of what is now, each beside the name of what is wanted of it, and what the former mean.
+def _as_it_is_now(said: Mapping[str, SpokenName]) -> Iterator[tuple[str, str]]:
+    """Names of what is now, as current_velocity, and what they mean: no amperes.
 
-    What is wanted tells that current_y is a place and no amperes, as target_y is. The current behind the name of an
-    effort stays a current: that of torque is the one that makes a torque.
+    A motion needs a whole word behind, since no current is called after a motion; an effort needs such a motion, or
+    what is wanted beside it, as a letter does: current_y and target_y. The current behind the name of an effort stays
+    a current: that of torque is the one that makes a torque.
     """
-    words = {name: spoken.stem_words for name, spoken in said.items()}
-    wanted_in_front = {each[1:] for each in words.values() if each[:1] and each[0] in TOLD}
-    wanted_behind = {each[:-1] for each in words.values() if each[:1] and each[-1] in TOLD}
+    words = {name: spoken.stem_words for name, spoken in said.items() if len(spoken.stem_words) > 1}
+    wanted_in_front = {each[1:] for each in words.values() if each[0] in TOLD}
+    wanted_behind = {each[:-1] for each in words.values() if each[-1] in TOLD}
+    in_front = {name: each[1:] for name, each in words.items() if each[0] in _NOW}
+    motions = [name for name, rest in in_front.items() if _is_a_motion(rest, whole=True)]
+    for name, rest in in_front.items():
+        is_wanted = rest in wanted_in_front
+        is_effort = "effort" in spoken_name(" ".join(rest)).may_be
+        is_of_letters = is_wanted and (rest[0] in _AXES or _is_a_motion(rest, whole=False))
+        if name in motions or is_of_letters or (is_effort and (is_wanted or motions)):
+            yield name, f"actual {' '.join(rest)}"
     for name, each in words.items():
-        if len(each) < 2:
-            continue
-        if each[0] in _NOW and each[1:] in wanted_in_front:
-            quantity = " ".join(each[1:])
-            kinds = frozenset({"position", "slip", "effort"})
-        elif each[-1] in _NOW and each[:-1] in wanted_behind:
-            quantity = " ".join(each[:-1])
-            kinds = frozenset({"position", "slip"})
-        else:
-            continue
-        if quantity in _AXES or kinds & spoken_name(quantity).may_be:
-            yield name, f"actual {quantity}"
+        if each[-1] in _NOW and each[:-1] in wanted_behind and _is_a_motion(each[:-1], whole=False):
+            yield name, f"actual {' '.join(each[:-1])}"
+
+
+def _is_a_motion(words: tuple[str, ...], *, whole: bool) -> bool:
+    """Whether words name a position or a speed, or a whole word does, which has one meaning."""
+    spoken = spoken_name(" ".join(words))
+    is_short = len(spoken.plain_stem) <= _SHORT
+    return not _MOTIONS.isdisjoint(spoken.may_be) and not (whole and is_short)

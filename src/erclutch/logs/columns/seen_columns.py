@@ -279,7 +279,8 @@ def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
         {name: column.spoken for name, column in columns.items()}
     ).items():
         said = columns[name].spoken
-        columns[name] = replace(columns[name], spoken=spoken(stem, stem, said.end))
+        if not columns[name].fits(("A",)):  # a unit tells a current from what is now
+            columns[name] = replace(columns[name], spoken=spoken(stem, stem, said.end))
 
     for name in _desired(columns):
         said = columns[name].spoken
