@@ -44,6 +44,7 @@ def python_words(monkeypatch: pytest.MonkeyPatch) -> None:
         ("Fit with --lag lag+dahl-2/field.", "Fit with lag='lag+dahl-2/field'."),
         ("widen --from, --until or --skip", "widen begin=, end= or skip="),
         ("Say --decimal , for 1.5", "Say decimal=',' for 1.5"),
+        ("or choose --variable Torque-Speed.", "or choose variable='Torque-Speed'."),
         ("the slip -- of a brake -- rests", "the slip -- of a brake -- rests"),
     ],
 )

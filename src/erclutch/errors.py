@@ -66,7 +66,7 @@ _INTERFACE = _Interface()
 #: holds a sign of a name such as ``lag+dahl``. Any other word that follows belongs to the sentence.
 _OPTION = re.compile(
     r"--(?P<name>[A-Za-z][\w-]*)"
-    r"(?:[ =](?P<value>'[^']*'|\"[^\"]*\"|-?[\dA-Z](?:[\w.*/+]*\w)?|[.,](?= for)|[\w./-]*[+/][\w+/.-]*\w"
+    r"(?:[ =](?P<value>'[^']*'|\"[^\"]*\"|-?[\dA-Z](?:[\w.*/+-]*\w)?|[.,](?= for)|[\w./-]*[+/][\w+/.-]*\w"
     r"|(?:all|auto|central|coaxial|difference|drop|error|float32|float64|kalman|lowpass|none|savgol|single)\b))?"
 )
 _VALUE = r"\"[^\"]*\"|'[^']*'|[^\s;\"']+(?<!\.)"
