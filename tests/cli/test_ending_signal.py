@@ -16,7 +16,7 @@ import pytest
 from erclutch import cli
 from erclutch.cli import main
 from erclutch.cli.ending_signal import EndingSignal
-from erclutch.files import takes_files
+from erclutch.files import scratch_folder, takes_files
 
 _ALL = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
@@ -159,6 +159,25 @@ def test_an_interrupt_while_a_dataclass_is_made_ends_the_process_with_its_code(
     path = os.pathsep.join([*sys.path, str(tmp_path)])
     env = {**os.environ, "PYTHONPATH": path}
     assert subprocess.run(command, cwd=tmp_path, env=env, check=False).returncode == 130
+
+
+def test_a_signal_as_a_temporary_folder_is_made_leaves_none(
+    usual: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mkdir = os.mkdir
+
+    def made(path: str, mode: int = 0o777) -> None:
+        mkdir(path, mode)
+        signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("os.mkdir", made)
+    ending = EndingSignal()
+    ending.begin()
+    with pytest.raises(SystemExit), scratch_folder():
+        pass
+    ending.end()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_signal_beside_the_look_whether_a_folder_takes_files_leaves_nothing(

@@ -19,6 +19,7 @@ from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from json import JSONDecodeError
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, cast
 
 from erclutch.errors import ErclutchError, RunError
@@ -321,6 +322,19 @@ def refuse_ending(path: Path, endings: tuple[str, ...], option: str = "out") -> 
 def is_plain_file(path: Path) -> bool:
     """Whether it is a file that may be replaced by a file: no folder, no device, no pipe."""
     return path.is_file()
+
+
+@contextmanager
+def scratch_folder() -> Generator[str]:
+    """A temporary folder that is taken away; a signal that ends the program cannot come between both."""
+    folder = None
+    try:
+        with unheard():
+            folder = TemporaryDirectory(prefix="erclutch-")
+        yield folder.name
+    finally:
+        if folder is not None:
+            folder.cleanup()
 
 
 # --- the one place that writes ----------------------------------------------------------------------------------------

@@ -27,6 +27,7 @@ from erclutch.logs.planning.recording_choice import table_of_log
 from erclutch.logs.planning.whole_plan import plan_of, sure_plan_of
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
+from erclutch.logs.unchanged_file import state_of, unchanged_windows
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 
@@ -156,13 +157,16 @@ def read_batches(
     told = map_over(mapping, file_mapping(file, mapping_file))
     windows = plugin.of_type(LogReader).windows
     if windows and group_of(variable or told.variable) is None:
+        before = state_of(file)  # ahead of the digest
         with readable(file), file.open("rb") as content:
             digest = (
                 hashlib.file_digest(content, "sha256").hexdigest() if part == WHOLE_FILE else ""
             )
         source = LogSource(file, b"", digest, decimal=told.decimal)
         with placed(file.name), plugin.working(f"failed on {file.name}", alone=False):
-            yield from windowed_batches(windows, source, told, device, invalid, rows, part)
+            yield from windowed_batches(
+                unchanged_windows(windows, before), source, told, device, invalid, rows, part
+            )
         return
     table = table_of_log(file, told, device, variable or told.variable)
     plan = sure_plan_of(table, told, device, invalid)

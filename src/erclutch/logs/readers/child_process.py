@@ -12,7 +12,6 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
@@ -23,6 +22,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import LogError
+from erclutch.files import scratch_folder
 from erclutch.logs.readers.budget import MORE, RAISED, Budget, budget_of
 from erclutch.signals.array import Array
 
@@ -61,7 +61,7 @@ def run(
         LogError: the child reports one, crashes, hangs, or runs out of memory.
     """
     memory, seconds = _limits(path, memory, seconds)
-    with tempfile.TemporaryDirectory(prefix="erclutch-") as folder:
+    with scratch_folder() as folder:
         command, environment = _started(module, path, folder, memory, seconds, arguments)
         try:
             done = subprocess.run(
@@ -92,7 +92,7 @@ def stream(
     """
     memory, seconds = _limits(path, memory, seconds)
     with (
-        tempfile.TemporaryDirectory(prefix="erclutch-") as folder,
+        scratch_folder() as folder,
         (Path(folder) / "said").open("w+b") as said,
     ):
         command, environment = _started(module, path, folder, memory, seconds, arguments)

@@ -21,6 +21,7 @@ from erclutch.logs.readers import child_process
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import ALL, EACH, RecordingNames, SeveralTables
 from erclutch.logs.table import Table, WordColumn
+from erclutch.logs.unchanged_file import unchanged
 from erclutch.signals.array import Array
 
 _TEXTS = (
@@ -36,7 +37,6 @@ _TEXTS = (
     "hollow",
     "row_names",
 )
-_WRITTEN = "the file was written while it was read"
 _CHILD = "erclutch.logs.readers.reader_in_child"  # the module that a child runs
 
 
@@ -70,18 +70,8 @@ def in_child(
             )
             raise LogError(problem, remedy='Install it: pip install "erclutch[formats]"')
         path = source.path.resolve()
-        before = _state_of(path)
-        written = LogError(_WRITTEN, remedy="Wait until it is whole, or give a copy of it")
-        try:
-            found = child_process.run(_CHILD, path, reader, variable or "", memory=memory(path))
-        except LogError as error:
-            if _state_of(path) != before:
-                raise written from error
-            raise
-        # Half of the old file and half of the new one is a log that nobody took.
-        if _state_of(path) != before:
-            raise written
-        return found
+        with unchanged(path):
+            return child_process.run(_CHILD, path, reader, variable or "", memory=memory(path))
 
     # The tables of the last file whose recordings were all read at once, by its digest.
     kept: dict[str, Mapping[str, Table | LogError]] = {}
@@ -115,15 +105,6 @@ def in_child(
         return tables
 
     return {"read": read, "recordings": recordings, "each": each}
-
-
-def _state_of(path: Path) -> tuple[int, int, int] | None:
-    """What changes when a file is written or replaced; None where there is none."""
-    try:
-        state = path.stat()
-    except OSError:
-        return None
-    return state.st_ino, state.st_size, state.st_mtime_ns
 
 
 def table_of_answer(source: LogSource, answer: child_process.Answer) -> Table:

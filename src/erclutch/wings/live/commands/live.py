@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import signal
-import tempfile
 from collections.abc import Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -16,7 +15,7 @@ from cyclopts import Parameter
 
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.errors import require
-from erclutch.files import may_fill
+from erclutch.files import may_fill, scratch_folder
 from erclutch.wings.live.command_line.learn import NO_LEARN, LearnOptions
 from erclutch.wings.live.command_line.live_options import (
     DEFAULTS,
@@ -106,7 +105,7 @@ def live(
         control = replace(control, program="rest")
         no_model = True
     with ExitStack() as stack:
-        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="erclutch-")))
+        folder = Path(stack.enter_context(scratch_folder()))
         file = file_of(run, model)
         parameters = load_rig(rig.rig_file)
         control, tuning = tuned(control)
