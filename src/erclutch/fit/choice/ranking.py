@@ -36,6 +36,9 @@ from erclutch.signals.units import amount
 _FORGOTTEN = 3.0
 #: Ranges of the training effort from its mean, from which on a prediction is wild.
 _WILD = 3.0
+#: Of a step from 0 to 1: what is neither off nor on; and the share of the rows that a ramp of the field may leave so.
+_ON_THE_STEP = 0.05
+_FEW_ON_A_STEP = 0.1
 
 
 @dataclass(frozen=True, repr=False)
@@ -131,7 +134,9 @@ def scored(
                 folds=validated,
                 predicted=predicted,
                 excess=excess(error[test], best, seed=settings.seed),
-                sound=outcome.sound and not _wild(data, predicted, test),
+                sound=outcome.sound
+                and not _wild(data, predicted, test)
+                and not _steps_within_a_field(outcome, train),
                 notes=(*notes_on(outcome, data, predicted, test), *outcome.notes),
             )
         )
@@ -240,6 +245,26 @@ def _wild(data: Dataset, predicted: Array, test: NDArray[np.bool_]) -> int:
     wild = _WILD * float(np.ptp(seen))
     near = away < wild
     return int(np.count_nonzero(~near))
+
+
+def _steps_within_a_field(outcome: AnyOutcome, train: Dataset) -> bool:
+    """Whether many rows lie on the step of a law that is on or off: it stands in for a level between both.
+
+    A step is as narrow as it is to have a slope. On a field of the log it is a yield effort of that field alone.
+    """
+    law = outcome.model.law_part
+    if law is None or not law.structure.law.stimulus_shape:
+        return False
+    structure = law.structure
+    reference = law.reference
+    numbers: list[float] = []
+    for shape in structure.law.stimulus_shape:
+        numbers.append(law.shape[shape.name])
+    between = np.zeros(train.rows, np.bool_)
+    for element in train.elements:
+        share = structure.command(element.field, reference, numbers)
+        between |= (share > _ON_THE_STEP) & (share < 1.0 - _ON_THE_STEP)
+    return float(between.mean()) > _FEW_ON_A_STEP
 
 
 def too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
