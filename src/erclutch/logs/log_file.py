@@ -29,6 +29,7 @@ from erclutch.logs.log_reader import (
     read_once,
     source_of,
 )
+from erclutch.logs.rows.joint_states import with_joint_states_named
 from erclutch.logs.rows.largest_doubles import without_largest_doubles
 from erclutch.logs.rows.levels_across import with_rows_for_each_level
 from erclutch.logs.rows.levels_filled_down import with_levels_filled_down
@@ -64,6 +65,7 @@ class Tidying(NamedTuple):
 TIDYINGS = (
     Tidying("names that can be read", with_readable_names),
     Tidying("no number where the largest that there is stands for none", without_largest_doubles),
+    Tidying("names for what an echo of joint states holds", with_joint_states_named),
     Tidying("one time a row, though a stamp stands in several columns", with_whole_stamps),
     Tidying("a name for each channel, though it stands over its time", with_names_at_values),
     Tidying("a time and a name for each channel, though it is a pair of columns", with_pairs_named),
