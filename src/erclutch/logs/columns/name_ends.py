@@ -139,7 +139,8 @@ def split_end(name: str) -> tuple[str, str | None]:
             return name, None  # squared meters: no length
         end = "_".join(words[-count:])
         unit = _BARE.get(end) or _unit_of_end(end) or torque_in_capitals(stem, end)
-        if unit is None and _FRACTION.fullmatch(end):
+        # Of a level nothing but its number would be left: ``2 kV/mm``.
+        if unit is None and _FRACTION.fullmatch(end) and not stem.replace(".", "").isdigit():
             unit = _rate(end)
         is_time = end == "s" and stem.lower() in TIMES
         if stem and unit and (len(end) > 1 or is_time):
