@@ -119,7 +119,7 @@ def missing(
 
     misfits = [column for column in free if column.unit and column.fits(si_units) is False]
     refused = next((column for column in misfits if _is_called(column, signal)), None)
-    unreadable = with_an_unreadable_unit(free, signal)
+    unreadable = "" if of_a_sensor else with_an_unreadable_unit(free, signal)
     if unreadable:
         doubt += "; a column is called so, but its unit is none that erclutch knows"
         remedy = f"Give the unit in other words: --{signal} {shell_word(unreadable)}"
