@@ -77,10 +77,14 @@ class LogLook:
         """
         if self.problem is None:
             return ()
-        remedy = self.problem.remedy
+
+        def without_name(text: str, path: str, name: str) -> str:
+            return text.replace(path, "").replace(name, "")
+
+        remedy = without_name(self.problem.remedy, self.plan.path, self.log.name)
 
         def without(text: str, path: str, name: str) -> str:
-            text = text.replace(path, "").replace(name, "")
+            text = without_name(text, path, name)
             if not remedy or remedy not in text:
                 return text
             problem, _, rest = text.partition(remedy)
