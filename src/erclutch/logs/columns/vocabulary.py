@@ -22,6 +22,8 @@ NAMES = {
     "uq ud ia udc hv highvoltage hochspannung "
     "h coil fluxdensity magneticfluxdensity magneticflux flux bfield flussdichte induction inducao induccion "
     "磁感应强度 磁通密度 磁束密度 磁场强度 磁場強度 电场强度 電界強度 电流 电压 励磁电流 线圈电流 電流 電圧 "
+    "pradcewki bobinakımı spoelstroom spanning spänning virta jannite intensite intensidad campomagnetico "
+    "champmagnetique magnetfeld inductionmagnetique corrientedebobina courantdebobine 磁场 磁場 자기장 "
     "占空比 デューティ デューティ比 デューティサイクル 듀티 듀티비 듀티사이클 "
     "stromstarke ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
     "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
@@ -29,19 +31,23 @@ NAMES = {
     "thetadot dtheta thetad xdot dx dxdt xd dq qd qdot qvel ydot dy phidot dphi angvel velo spd rotationspeed "
     "速度 转速 角速度 滑差 轉速 回転数 回転速度 "
     "скорость обороты частотавращения угловаяскорость 속도 각속도 회전수 회전속도 predkosc predkoscobrotowa "
-    "obroty rychlost otacky snelheid toerental varvtal hastighet hız rotacao giri",
+    "obroty rychlost otacky snelheid toerental varvtal hastighet hız rotacao giri devir nopeus hoeksnelheid "
+    "revoluciones umdrehungen winkelgeschw predkosckatowa",
     "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung "
     "deplacement desplazamiento deslocamento spostamento posicion posicao angulo "
     "theta phi q qpos y s encoder enc extension crosshead drehwinkel auslenkung posizione spostamento carrera course "
     "位移 角度 转角 位置 行程 変位 ストローク "
     "перемещение положение угол ход 변위 위치 각도 przemieszczenie połozenie poloha uhel verplaatsing "
     "positie hoek vinkel konum elongation allongement elongacion alargamiento alongamento allungamento verlangerung "
-    "verlaengerung wydluzenie 伸长 伸び 伸长量 удлинение",
+    "verlaengerung wydluzenie curso corsa angolo kat skok yerdegistirme acı posun forskjutning lage siirtyma "
+    "伸长 伸び 伸长量 удлинение",
     "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
     "forca coppia forza fx fy fz mx my mz tx ty tz loadcell torq trq tor frc schubspannung torsion effet dampingforce "
     "dampkraft friction tauf taufric reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク "
     "момент крутящиимомент сила усилие нагрузка 토크 힘 하중 모멘트 마찰력 siła sila kracht koppel vridmoment "
-    "obciazenie kuvvet tork ff ffric",
+    "obciazenie kuvvet tork ff ffric binario momentotorcente voima vaantomomentti remkoppel momenthamujacy "
+    "momentobrotowy silatlumienia siłatłumienia sonumlemekuvveti frentorku torquedefreno torquedefrenagem "
+    "制动力矩 制动力 감쇠력 제동토크 제동력",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",
@@ -105,6 +111,9 @@ OTHER = set_of(
     "longitud longueur comprimento lunghezza masa masse massa segmento odkształcenie odksztalcenie laps "
     "dehnung stauchung querdehnung zugspannung druckspannung contrainte deformation deformacion deformacao "
     "yield wear film area volume cof latitude longitude altitude date datum fecha err fehler latency delay dt "
+    "viscosidad viscosite viskositat viscosidade viscosita lepkosc viskozite viscositeit viskozita 粘度 점도 "
+    "temperatuur sıcaklık teplota lampotila frequencia frekans taajuus frecuencia frequence frequenz frequenza "
+    "czestotliwosc частота 주파수 "
     "давление температура вязкость деформация цикл циклы циклов нормальная нормальное "
     "zyklus zyklen lastspiel lastspiele lastwechsel ciclo ciclos cicli cykl cykle cyklus cykly "
     "サイクル 사이클 횟수 반복수 변형률 응력 온도 압력 마찰계수 수직력 수직하중 "
@@ -142,9 +151,13 @@ NEED_UNIT = set_of(
     "v vs vrel t m d n e u b h x tau ff load id te par tension q y s phi qd dq dx dy xd course effet torsion id "
     "friction reibung frottement fx fy fz mx my mz tx ty tz"
 )
-VOLTAGES = set_of("u v uq ud udc voltage volt spannung tension voltaje tensao tensione 电压 電圧")
+VOLTAGES = set_of(
+    "u v uq ud udc voltage volt spannung tension voltaje tensao tensione 电压 電圧 전압 "
+    "напряжение gerilim napiecie napeti jannite"
+)
 CURRENTS = set_of(
-    "i iq id idc current strom courant corriente corrente amp amps cur curr 电流 電流"
+    "i iq id idc current strom courant corriente corrente amp amps cur curr 电流 電流 전류 ток prad "
+    "proud akım stroom virta"
 )
 ROMANCE = set_of(
     "vitesse velocidad velocidade velocita couple force fuerza forza forca par coppia deplacement desplazamiento "
