@@ -101,8 +101,9 @@ def test_a_workbook_with_a_sheet_for_each_test_is_read_once(
 def test_all_sheets_of_a_workbook_are_read_at_once_where_they_are_asked_for(
     tmp_path: Path, started: list[str]
 ) -> None:
-    path = book_of(tmp_path / "log.xlsx", 3)
-    assert len(recordings_in(path)) == 4
+    # Another number of sheets than above: a book of the same bytes has been read already.
+    path = book_of(tmp_path / "log.xlsx", 4)
+    assert len(recordings_in(path)) == 5
     assert read_table(path, variable="Test 002").rows == 80
-    assert len(read_all(path, ColumnMap())) == 3
+    assert len(read_all(path, ColumnMap())) == 4
     assert len(started) == 1
