@@ -82,7 +82,7 @@ def test_a_file_without_any_log_is_refused_as_before(tmp_path: Path) -> None:
         ("t [s],speed [rad/s],torque [N*m],q17", "erclutch inspect log.csv --field none"),
         ("torque [N*m],speed [rad/s],acc,T [°C]", "erclutch inspect log.csv --time none"),
         ("Shear rate [1/s],Shear stress [Pa],acc,T [°C]", "erclutch flowcurve log.csv"),
-        ("t [s],speed [rad/s],acc,T [°C]", 'erclutch inspect log.csv --effort "COLUMN [N]"'),
+        ("t [s],speed [rad/s],acc,T [°C]", 'erclutch inspect log.csv --effort "COLUMN [N*m]"'),
     ],
 )
 def test_the_last_line_of_inspect_is_the_command_that_settles_it(

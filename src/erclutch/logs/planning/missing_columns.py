@@ -111,6 +111,12 @@ def missing(
             counted = sensor_options(free, "position")
             if counted:
                 remedy = f"Give a speed, or the position that it is the rate of: {counted}"
+    if signal == "effort" and all(_is_no_effort(column) for column in free):
+        # No option can be right. Of a rotor that coasts the torque can be had all the same.
+        remedy = (
+            "No other column can be a force or a torque: log it. Where a rotor coasts down, the torque is its moment "
+            "of inertia times the rate at which its speed falls: write it into a column of its own"
+        )
     of_a_sensor = sensor_options(free, signal)
     if of_a_sensor:
         remedy = f"Give what its sensor means, such as {of_a_sensor}"
@@ -145,6 +151,12 @@ def missing(
             break
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
     return MappingError(problem, remedy=remedy)
+
+
+def _is_no_effort(column: SeenColumn) -> bool:
+    """Whether a unit says that a column is neither an effort nor, in volts, amperes, % or counts, of its sensor."""
+    may_be_a_sensor_s = column.written_unit in ("%", *COUNTS) or column.fits(("V", "A"))
+    return column.fits(SIGNALS["effort"].si_units) is False and not may_be_a_sensor_s
 
 
 def _said_of_rated_torque(free: Iterable[SeenColumn]) -> str:

@@ -68,6 +68,8 @@ _COPY = re.compile(r" \(\d+\)$")
 _ESTIMATED = frozenset({"est", "estimate", "estimated"})
 #: Words of what was told, and of a drive: such a column stands behind others that would do.
 _NOT_FIRST = TOLD | _COMMANDS - {"brake"} | {"motor", "drive", "antrieb", "moteur"}
+#: Units of what is not in the file, where what is there turns.
+_OF_TURNING = {"slip": "rpm", "position": "deg", "effort": "N*m"}
 _USUAL = {
     "lead": '--lead "10 mm"',
     "input": '--input "COLUMN"',
@@ -309,9 +311,10 @@ def _column_option(
     if not likely and signal == "effort" and len(free) == 1 and _says_nothing(free[0]):
         likely = [free[0].name]  # what is left over
     if not likely:
-        kinds = {seen.columns[name].kind for name in partners}
-        turns = signal == "slip" and kinds == {"N*m"}
-        hole = f"COLUMN [{'rpm' if turns else usual_unit(signal) or '-'}]"
+        beside_it = partners if signal == "slip" else [*beside[:1]]
+        turns = {seen.columns[name].kind for name in beside_it if name in seen.columns} == {"N*m"}
+        unit = _OF_TURNING.get(signal) if turns else usual_unit(signal)
+        hole = f"COLUMN [{unit or '-'}]"
         return f"--{signal} {shell_word(hole)}"
 
     ends = {re.split(r"[./]", name)[-1] for name in likely}
