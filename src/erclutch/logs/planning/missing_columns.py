@@ -98,19 +98,9 @@ def missing(
     remedy = f"Give it with its unit, such as --{signal} {shell_word(example)}"
     if signal == "field":
         remedy += ", or --constant 'field=0.5 A' if it is the same all through the log, or --field none if not logged"
-    if signal == "slip":
-        in_lengths = (
-            column
-            for column in free
-            if column.fits(SIGNALS["position"].si_units) and not column.is_called_time
-        )
-        position = next((column.name for column in in_lengths if not column.shape.constant), "")
-        if position:
-            remedy = f"Give a speed, or the position that it is the rate of: --position {shell_word(position)}"
-        else:
-            counted = sensor_options(free, "position")
-            if counted:
-                remedy = f"Give a speed, or the position that it is the rate of: {counted}"
+    instead = _position_options(free) if signal == "slip" else ""
+    if instead:
+        remedy = f"Give a speed, or the position that it is the rate of: {instead}"
     if signal == "effort" and all(_is_no_effort(column) for column in free):
         # No option can be right. Of a rotor that coasts the torque can be had all the same.
         remedy = (
@@ -151,6 +141,15 @@ def missing(
             break
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
     return MappingError(problem, remedy=remedy)
+
+
+def _position_options(free: Iterable[SeenColumn]) -> str:
+    """An option for a column of lengths or angles that moves, else of a sensor for one; "" where there is none."""
+    for column in free:
+        is_travel = column.fits(SIGNALS["position"].si_units) and not column.is_called_time
+        if is_travel and not column.shape.constant:
+            return f"--position {shell_word(column.name)}"
+    return sensor_options(free, "position")
 
 
 def _is_no_effort(column: SeenColumn) -> bool:
