@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 
 from erclutch.errors import UnitError, shell_word
@@ -9,12 +11,16 @@ from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.rated_torque import share_of_rated_torque
 from erclutch.logs.columns.two_courses import is_sum_of
+from erclutch.logs.columns.vocabulary import set_of
 from erclutch.logs.planning.draft import Draft
 from erclutch.signals import units
 
-_ARMS = frozenset(
-    {"arm", "arms", "lever", "leverarm", "hebel", "hebelarm", "bras", "levier", "brazo", "braccio"}
+_ARMS = set_of(
+    "arm arms lever leverarm hebel hebelarm hebelarmlange bras levier brazo palanca braccio "
+    "力臂 力臂长 力臂长度 杠杆臂 杠杆臂长 臂长 アーム アーム長 レバーアーム"
 )
+#: A length at the front of a value, with a decimal comma too: ``0,15 m``, ``150 mm lever arm``.
+_LENGTH = re.compile(r"(\d+)(?:[.,](\d+))? ?([^\W\d_]+)")
 #: Names of efforts by the unit of their kind.
 _EFFORTS_BY_NAME = {
     "N*m": ("torque", "moment", "drehmoment", "coppia"),
@@ -37,10 +43,12 @@ def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:
     if effort.si != "N" or motion.si not in ("rad/s", "rad"):
         return
     for key, text in draft.table.metadata.items():
-        if _ARMS.isdisjoint(words_of(key)):
+        length = _LENGTH.match(text.strip())
+        if length is None or _ARMS.isdisjoint((*words_of(key), *words_of(text))):
             continue
+        whole, decimals, unit = length.groups()
         try:
-            arm = units.in_unit(text, "m")
+            arm = units.in_unit(f"{whole}.{decimals or 0} {unit}", "m")
         except UnitError:
             continue
         label = shell_word(draft.table.label(effort.column))

@@ -28,7 +28,7 @@ _OF_AN_ENCODER = set_of(
 _COUNTED = _OF_AN_ENCODER - {"lines"}  # words of a column that counts
 _OF_A_TURN = re.compile(
     r"(?:counts?|pulses?|ticks?|lines?|impulse|inkremente|increments)\s*(?:/|per|pro)\s*"
-    r"(?:rev|revolution|turn|umdrehung|u)|cpr|ppr",
+    r"(?:rev|revolution|turn|umdrehung|u)|cpr|ppr|striche?",
     re.IGNORECASE,
 )
 _FIRST_QUANTITY = re.compile(

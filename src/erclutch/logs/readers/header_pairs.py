@@ -10,6 +10,7 @@ from collections.abc import Iterable
 
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import split_label
+from erclutch.logs.readers.header_remarks import stated_across_a_mark, stated_among_words
 from erclutch.signals import units
 
 _PAIR = re.compile(r"\W*([^\d\W][^:=,;\t]{0,60}?)\s*[:=,;\t]\s*(\S.*?)[\s,;]*")
@@ -57,7 +58,14 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
     for line in lines:
         # The line, and behind it the parts of a remark that say ``dt = 0.002 s`` among other words.
         for text in (line, *_ASSIGNMENT.findall(line)):
+            said = stated_across_a_mark(text)
             match = _QUOTED_KEY.fullmatch(text) or _PAIR.fullmatch(text)
+            if said is None and match is None:
+                said = stated_among_words(text)
+            if said is not None:
+                if len(pairs) < _MOST_PAIRS:
+                    pairs.setdefault(*said)
+                continue
             if match is None:
                 remark = _REMARK.fullmatch(text)
                 match = remark if remark and units.is_unit(remark.group(3)) else None

@@ -1,0 +1,101 @@
+"""A line above the rows that states a number among words is understood as a line with a colon is. SYNTHETIC."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.logs import ColumnMap, plan_of, read_table
+from erclutch.logs.readers.header_pairs import header_pairs
+
+ROWS = np.arange(400.0)
+SPEED = 12.0 * np.sin(ROWS / 20)  # rad/s
+FIELD = np.repeat([0.0, 1.0, 0.5, 1.5], 100)
+TORQUE = (0.2 + 1.5 * FIELD) * np.tanh(4.0 * SPEED)  # N m
+COUNTS = np.round(-240.0 * np.cos(ROWS / 20) / 200 / (2 * np.pi) * 4096)
+
+
+def command(folder: Path, line: str, columns: dict[str, np.ndarray]) -> str:
+    """The command that settles what is open of a log below a line."""
+    every = {"t [s]": ROWS / 200, "coil current [A]": FIELD, **columns}
+    path = folder / "log.csv"
+    with path.open("w", encoding="utf-8") as file:
+        file.write(f"{line}\n{','.join(every)}\n")
+        np.savetxt(file, np.column_stack([*every.values()]), delimiter=",", fmt="%.8g")
+    return plan_of(read_table(path), ColumnMap()).command()
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "lever arm 150 mm",
+        "# arm length = 0.15 m",
+        "Hebelarm 150 mm",
+        "Hebelarm = 0,15 m",
+        "Hebelarm 0,15 m",
+        "% force measured at 150 mm arm",
+        "L = 150 mm lever arm",
+        "moment arm (mm) 150",
+        "bras de levier 15 cm",
+        "brazo de palanca 150 mm",
+        "力臂 150 mm",
+        "杠杆臂长: 150 mm",
+    ],
+)
+def test_an_arm_in_any_words_makes_a_torque_of_the_force(tmp_path: Path, line: str) -> None:
+    said = command(tmp_path, line, {"speed [rad/s]": SPEED, "force [N]": TORQUE / 0.15})
+    assert '--scale "effort=0.15 N*m/N"' in said
+
+
+@pytest.mark.parametrize(
+    ("line", "scale"),
+    [
+        ("encoder 1024 ppr", "0.006135923152"),
+        ("# encoder 4096 counts/rev", "0.001533980788"),
+        ("# 1024 ppr encoder x4", "0.001533980788"),
+        ("Encoder resolution 4096 pulses per revolution", "0.001533980788"),
+        ("Geber 1024 Striche", "0.006135923152"),
+    ],
+)
+def test_counts_of_a_turn_in_any_words_make_an_angle(tmp_path: Path, line: str, scale: str) -> None:
+    said = command(tmp_path, line, {"encoder_counts": COUNTS, "torque [Nm]": TORQUE})
+    assert f'--scale "position={scale} rad/count"' in said
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "gear ratio 1:10",
+        "# reduction 10:1",
+        "gearbox ratio 1/10",
+        "Gear ratio 10",
+        "Übersetzung 10",
+        "Getriebe 1 : 10",
+    ],
+)
+def test_the_ratio_of_a_gear_in_any_words_turns_a_speed_of_the_motor(
+    tmp_path: Path, line: str
+) -> None:
+    columns = {"motor_speed [rad/s]": 10.0 * SPEED, "torque [Nm]": TORQUE}
+    assert "--scale slip=0.1" in command(tmp_path, line, columns).replace('"', "")
+
+
+def test_other_lines_state_what_they_did() -> None:
+    lines = [
+        "Start 12:30",
+        "gear 3",
+        "armature 0.5 A",
+        "stroke 20 mm",
+        "run 3 done",
+        "Date: 10/12",
+        "150 mm armature",
+        "x" * 300 + " 150 mm arm",
+    ]
+    assert header_pairs(lines) == {
+        "Start 12": "30",
+        "armature": "0.5 A",
+        "stroke": "20 mm",
+        "Date": "10/12",
+    }
