@@ -12,6 +12,7 @@ from openpyxl import Workbook
 
 from erclutch.logs import ColumnMap, plan_of, read, read_table
 from erclutch.signals.array import Array
+from tests.support.command import good, run
 
 SPEED = np.linspace(50.0, 600.0, 12)
 FIELDS = (0.0, 0.5, 1.5)
@@ -130,6 +131,145 @@ def test_other_tables_stay_as_they_are(tmp_path: Path, names: list[str]) -> None
     table = read_table(written(tmp_path, names, [SPEED, *map(torque, FIELDS)]))
     assert table.rows == SPEED.size
     assert "field" not in table.columns
+
+
+TIME: Array = np.arange(300) / 100
+
+
+def groups(names: Sequence[str], *, ragged: bool) -> tuple[list[str], list[Array]]:
+    """Names and columns of a time, a motion and an effort at each field; with less rows at some fields where ragged."""
+    labels: list[str] = []
+    columns: list[Array] = []
+    for place, field in enumerate(FIELDS):
+        motion = np.sin(2 * np.pi * TIME)
+        group = [TIME + 0.003 * place, motion, (1.0 + 5.0 * field) * np.tanh(9.0 * motion)]
+        for column in group:
+            column[column.size - 40 * place * ragged :] = np.nan
+        columns += group
+        labels += [name.format(f"{field:g}") for name in names]
+    return labels, columns
+
+
+TIMED = (
+    ("t ({} A)", "v ({} A) [mm/s]", "F ({} A) [N]"),
+    ("t [s] ({} A)", "v [mm/s] ({} A)", "F [N] ({} A)"),
+    ("time_{}A_s", "velocity_{}A_mm_s", "force_{}A_N"),
+    ("Zeit {} A [s]", "Geschwindigkeit {} A [mm/s]", "Kraft {} A [N]"),
+    ("Time @ {}A (s)", "Velocity @ {}A (mm/s)", "Force @ {}A (N)"),
+    ("{}A_time [s]", "{}A_velocity [mm/s]", "{}A_force [N]"),
+    ("时间(s)-{}A", "速度(mm/s)-{}A", "力(N)-{}A"),
+    ("t (I={}A) [s]", "v (I={}A) [mm/s]", "F (I={}A) [N]"),
+)
+
+
+@pytest.mark.parametrize("ragged", [False, True])
+@pytest.mark.parametrize("names", TIMED)
+def test_groups_with_times_of_their_own_are_stacked_each_at_its_field(
+    tmp_path: Path, names: tuple[str, ...], ragged: bool
+) -> None:
+    labels, columns = groups(names, ragged=ragged)
+    path = tmp_path / "sheet.csv"
+    rows = [
+        ",".join("" if np.isnan(c) else f"{c:.9g}" for c in row)
+        for row in zip(*columns, strict=True)
+    ]
+    path.write_text("\n".join([",".join(labels), *rows]) + "\n", encoding="utf-8")
+    log = read(path)
+    known = [column[np.isfinite(column)] for column in columns]
+    np.testing.assert_array_equal(
+        log.signals["field"], np.repeat(FIELDS, [column.size for column in known[::3]])
+    )
+    np.testing.assert_allclose(log.signals["slip"], 1e-3 * np.concatenate(known[1::3]), atol=1e-12)
+    np.testing.assert_allclose(log.signals["effort"], np.concatenate(known[2::3]), atol=1e-7)
+    assert len(log.segments) == len(FIELDS)
+
+
+@pytest.mark.parametrize(
+    ("names", "field"),
+    [
+        (("t ({} %) [s]", "v ({} %) [mm/s]", "F ({} %) [N]"), "level [%]"),
+        (("t_I{} [s]", "v_I{} [mm/s]", "F_I{} [N]"), "level"),
+        (("t {} clicks [s]", "v {} clicks [mm/s]", "F {} clicks [N]"), "clicks"),
+    ],
+)
+def test_groups_at_numbers_that_may_be_no_field_are_asked_about_with_these_numbers(
+    tmp_path: Path, names: tuple[str, ...], field: str
+) -> None:
+    path = written(tmp_path, *groups(names, ragged=False))
+    plan = plan_of(read_table(path), ColumnMap())
+    assert [question.signal for question in plan.questions] == ["field"]
+    assert plan.command().replace("'", "").replace('"', "").endswith(f"--field {field}")
+    shares = np.array(FIELDS) / (100.0 if "%" in field else 1.0)
+    np.testing.assert_allclose(
+        read(path, field=field).signals["field"], np.repeat(shares, TIME.size)
+    )
+
+
+def test_a_duty_in_the_names_of_groups_is_the_field(tmp_path: Path) -> None:
+    names = ("time_pwm{}", "speed_pwm{}_rpm", "torque_pwm{}_Nm")
+    log = read(written(tmp_path, *groups(names, ragged=False)))
+    np.testing.assert_array_equal(log.signals["field"], np.repeat(FIELDS, TIME.size))
+
+
+@pytest.mark.parametrize(
+    ("name", "called"),
+    [
+        ("{} clicks (lbf)", "clicks"),
+        ("Click {} (lbf)", "clicks"),
+        ("Force @ {} clicks from closed [N]", "clicks"),
+        ("Kraft {} Klicks (N)", "clicks"),
+        ("Force (N) - {} clicks out", "clicks"),
+        ("{} turns (N)", "turns"),
+        ("Stufe {} (N)", "setting"),
+        ("阻尼力 {}段 (N)", "setting"),
+    ],
+)
+def test_positions_of_a_valve_are_asked_about_and_are_no_amperes(
+    tmp_path: Path, name: str, called: str
+) -> None:
+    speed = np.linspace(-0.5, 0.5, 21)
+    forces = [(30.0 + 8.0 * clicks) * np.tanh(9.0 * speed) for clicks in (0, 4, 12)]
+    names = ["Velocity (m/s)", *(name.format(clicks) for clicks in (0, 4, 12))]
+    path = written(tmp_path, names, [speed, *forces])
+    plan = plan_of(read_table(path), ColumnMap())
+    assert [question.signal for question in plan.questions] == ["time", "field"]
+    assert plan.command().endswith(f'--time none --field "{called}"')
+    log = read(path, time="none", field=called)
+    np.testing.assert_array_equal(log.signals["field"], np.repeat([0.0, 4.0, 12.0], speed.size))
+    assert log.units["field"] == "?"
+
+
+def test_positions_of_a_valve_in_both_senses_are_rows_of_their_own(tmp_path: Path) -> None:
+    speed = np.linspace(0.02, 0.5, 15)
+    names = ["Velocity (m/s)"]
+    columns: list[Array] = [speed]
+    for clicks in (0, 4):
+        names += [f"{clicks} clicks compression (N)", f"{clicks} clicks rebound (N)"]
+        columns += [(30.0 + clicks) * speed, -(40.0 + clicks) * speed]
+    log = read(written(tmp_path, names, columns), time="none", field="clicks")
+    slip = log.signals["slip"]
+    assert log.rows == 4 * speed.size
+    assert np.all(slip * log.signals["effort"] > 0.0)
+    assert np.count_nonzero(slip < 0.0) == 2 * speed.size
+
+
+@pytest.mark.usefixtures("read_here")
+def test_the_command_about_sheets_that_differ_by_clicks_is_one_that_goes_on(tmp_path: Path) -> None:
+    book = Workbook()
+    book.remove(book.worksheets[0])
+    for clicks in (0, 6, 12):
+        sheet = book.create_sheet(f"{clicks} clicks")
+        sheet.append(["Velocity [m/s]", "Force [N]"])
+        for speed in np.linspace(-0.5, 0.5, 41):
+            sheet.append([float(speed), float((30.0 + 10.0 * clicks) * np.tanh(9.0 * speed))])
+    path = tmp_path / "clicks.xlsx"
+    book.save(path)
+    asked = run("inspect", path, "--variable", "all", "--time", "none")
+    pattern = "clicks.xlsx: {field} clicks"
+    assert asked.code == 1
+    assert f'--name-pattern "{pattern}"' in asked.out + asked.error
+    shown = good("inspect", path, "--variable", "all", "--time", "none", "--name-pattern", pattern)
+    assert "Understood" in shown
 
 
 CURRENT: Array = np.linspace(0.0, 2.0, 9)

@@ -140,9 +140,14 @@ class LogOptions:
     def plan(self, table: Table, log: Path) -> Plan:
         """How the table of a log is read."""
         from erclutch.logs import plan_of
+        from erclutch.logs.columns.name_pattern import fits_name
         from erclutch.logs.mapping import file_mapping
 
         columns = self.column_map().over(file_mapping(log, self.map))
+        pattern = columns.name_pattern
+        if self.each and pattern and not fits_name(pattern, str(log.resolve())):
+            # It is of the names of recordings or efforts, which `read` gives their numbers.
+            columns = replace(columns, name_pattern=None)
         return plan_of(table, columns, device=self.device)
 
     def read(self, paths: Sequence[Path]) -> list[Recording]:

@@ -31,7 +31,10 @@ from erclutch.logs.log_reader import (
 )
 from erclutch.logs.rows.joint_states import with_joint_states_named
 from erclutch.logs.rows.largest_doubles import without_largest_doubles
-from erclutch.logs.rows.levels_across import with_rows_for_each_level
+from erclutch.logs.rows.levels_across import (
+    with_rows_for_each_level,
+    with_rows_for_each_timed_level,
+)
 from erclutch.logs.rows.levels_filled_down import with_levels_filled_down
 from erclutch.logs.rows.peak_speeds import with_peak_speeds
 from erclutch.logs.rows.readable_names import with_readable_names
@@ -67,6 +70,7 @@ TIDYINGS = (
     Tidying("no number where the largest that there is stands for none", without_largest_doubles),
     Tidying("names for what an echo of joint states holds", with_joint_states_named),
     Tidying("one time a row, though a stamp stands in several columns", with_whole_stamps),
+    Tidying("rows for each field, though it has a time of its own", with_rows_for_each_timed_level),
     Tidying("a name for each channel, though it stands over its time", with_names_at_values),
     Tidying("a time and a name for each channel, though it is a pair of columns", with_pairs_named),
     Tidying("one time for all channels, though each has its own", with_times_joined),

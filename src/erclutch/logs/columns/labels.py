@@ -59,6 +59,10 @@ _OF_A_MESSAGE = "field."  # before each name behind the time, as rostopic echo -
 _FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
 # A quotient behind an underscore (``SR_1/s``, ``v_m/s``); a capital letter there is an index (``M_A/Nm``).
 _QUOTIENT = re.compile(r"(.+)_((?:1|m|[^\W\d_]{2,})/[^/()]+)")
+# A level that was set, such as 1 A in ``Force (1 A)``: a unit with a number in front, where names differ in it alone.
+_LEVEL = re.compile(r"[+-]?\d+(?:[.,]\d+)?\s*(?:[^\W\d_]|%)[\w/.·%-]*")
+# Of a level behind a name the last letters are no unit of their own: ``v 2 kV/mm``.
+_NUMBER_OF_A_LEVEL = re.compile(r"\d ?[kmM]?[VA]$")
 # A quotient behind a blank (``Shear Rate 1/s``, ``Angular Velocity rad/s``): the word before the slash is of the unit.
 _BLANK = re.compile(r"(.*[^\W\d_]\S*)\s+((?:1|[^\W\d_]{1,4})/[^\s/()]+)")
 # A letter behind a blank (``Force N``), where all names of a file end in units; ``coil A`` alone is the first of two.
@@ -179,7 +183,7 @@ def _front_and_unit(label: str, *, letters: bool) -> tuple[str, str | None]:
             return front, unit
 
     match = _TIGHT_SLASH.fullmatch(label)
-    if match:
+    if match and not _NUMBER_OF_A_LEVEL.search(match[1]):
         front, unit = match.groups()
         unit = unit.removeprefix("(").removesuffix(")")
         if not units.is_unit(unit):
@@ -258,8 +262,9 @@ def name_columns(
         notes.append("names are the last parts of the paths in a model")
     bare: list[str] = []  # names without their units
     units_of: list[str | None] = []
+    with_levels = _labels_with_levels(shown)
     for label, own in zip(shown, own_units or [None] * len(shown), strict=True):
-        name, unit = split_label(label)
+        name, unit = (label, None) if label in with_levels else split_label(label)
         if unit and own and unit != own:
             notes.append(
                 f"column {name!r} has two units: {unit} in its name is taken, {own} is not"
@@ -289,6 +294,16 @@ def name_columns(
             )
         names[unique] = None
     return list(names), units_of, notes
+
+
+def _labels_with_levels(labels: Iterable[str]) -> set[str]:
+    """Labels that are the same but for a level in brackets: ``t (0 A)`` and ``t (1 A)`` are no times in amperes."""
+    alike: dict[str, dict[str, str]] = {}  # by the name in front: level -> label
+    for label in labels:
+        match = _ROUND.fullmatch(label) or _SQUARE.fullmatch(label)
+        if match and _LEVEL.fullmatch(match[2].strip()):
+            alike.setdefault(match[1], {})[match[2]] = label
+    return {label for levels in alike.values() if len(levels) > 1 for label in levels.values()}
 
 
 def _ends_of_paths(labels: Sequence[str]) -> list[str]:

@@ -19,6 +19,24 @@ _SPEED_IN_A_NAME = re.compile(
 )
 
 _COUNT = re.compile(r"\d+")
+#: What a position of a knob or a valve is counted in, by what the column of the positions is called.
+_COUNTED_IN = {
+    "clicks": "clicks? clics? klicks? klicke detents? notch(?:es)? rasten? clicchi scatti クリック 클릭",
+    "turns": "turns? umdrehungen tours giri vueltas",
+    "setting": "settings? stufen? einstellung reglages? ajustes? 段 档 档位",
+}
+_POSITIONS = "|".join("|".join(words.split()) for words in _COUNTED_IN.values())
+_FROM_AN_END = r"(?: (?:out|in|open|(?:from )?(?:full(?:y)? )?(?:closed|open|soft|hard|in|out)))?"
+#: A setting that is no number with a unit of a field: ``4 clicks``, ``Click 3``, ``PWM 50 %``, ``(50 %)``, ``I0``.
+_SETTING = re.compile(
+    rf"(?<![A-Za-z0-9.,])(?:(?P<counted>{NUMBER}) ?(?P<position>{_POSITIONS}){_FROM_AN_END}"
+    rf"|(?P<position_before>{_POSITIONS})[ _#=-]*(?P<counted_behind>{NUMBER})"
+    rf"|(?P<share>pwm|duty|dc)[ _=-]*(?P<percent_behind>{NUMBER}) ?%?"
+    rf"|(?P<percent>{NUMBER}) ?(?:%|pct|percent)(?:[ _-]?(?P<share_behind>pwm|duty))?"
+    rf"|[IU][ _=-]?(?P<plain>{NUMBER}))(?![A-Za-z0-9%])",
+    re.IGNORECASE,
+)
+_LEVEL = "level"
 
 
 class StatedLevel(NamedTuple):
@@ -65,6 +83,37 @@ def speed_in(name: str) -> StatedLevel | None:
 def without_speed(name: str) -> str:
     """A name without the number that may be the speed."""
     return _SPEED_IN_A_NAME.sub("", name)
+
+
+def setting_in(name: str) -> StatedLevel | None:
+    """The setting in a name that is no field by its unit, such as ``Force @ 4 clicks``; None for no or several.
+
+    It is called by its word, ``clicks``, ``pwm`` or ``level``; a share has the unit %.
+    """
+    found = [*_SETTING.finditer(name)]
+    if len(found) != 1:
+        return None
+    said = found[0].groupdict()
+    position = said["position"] or said["position_before"]
+    if position:
+        number = number_of(said["counted"] or said["counted_behind"])
+        counted_in = (
+            called
+            for called, words in _COUNTED_IN.items()
+            if re.fullmatch("|".join(words.split()), position, re.IGNORECASE)
+        )
+        return StatedLevel(next(counted_in), number, None)
+    share = said["share"] or said["share_behind"]
+    if said["percent"] or share:
+        number = number_of(said["percent"] or said["percent_behind"])
+        unit = "%" if said["percent"] or "%" in found[0][0] else None  # pwm 127 may be of 255
+        return StatedLevel(share.lower() if share else _LEVEL, number, unit)
+    return StatedLevel(_LEVEL, number_of(said["plain"]), None)
+
+
+def without_setting(name: str) -> str:
+    """A name without its setting."""
+    return _SETTING.sub("", name)
 
 
 def differ_by_field(names: Sequence[str]) -> bool:

@@ -27,9 +27,9 @@ FIELD_UNITS: dict[str, str] = {
     **{word: "kV/mm" for word in ("kVmm", "kV_mm", "kV-mm", "kVpmm", "kVpermm", "kV_per_mm")},
     **{word: "V/mm" for word in ("Vmm", "V_mm", "V-mm", "Vpmm", "Vpermm")},
 }
-#: A number of a field with its unit; a dash behind a letter or a digit parts words, and is no sign.
+#: A number of a field with its unit; a dash behind a letter, a digit or a bracket parts words, and is no sign.
 FIELD_IN_A_NAME = re.compile(
-    r"(?<![\d.])(?<!\d[xp,])((?:(?<![A-Za-z\d])[+-])?\d+(?:[.,xp]\d+)?)( ?)"
+    r"(?<![\d.])(?<!\d[xp,])((?:(?<![^\W_])(?<![)\]])[+-])?\d+(?:[.,xp]\d+)?)( ?)"
     rf"({'|'.join(sorted(FIELD_UNITS, key=len, reverse=True))})(?![A-Za-z0-9])"
 )
 #: A number of a name with the letters in front of it and behind it.
@@ -191,3 +191,13 @@ def constants_of(pattern: str, name: str) -> dict[str, tuple[float, str | None]]
             unit = next(known, None)
         numbers[field.group(1)] = (number_of(number), unit)
     return numbers
+
+
+def fits_name(pattern: str, path: str) -> bool:
+    """Whether the name of a file has the numbers of a pattern, or its path where the pattern is of its folder too."""
+    name = path if names_a_folder(pattern) else PurePath(path).name
+    try:
+        constants_of(pattern, name)
+    except MappingError:
+        return False
+    return True

@@ -42,7 +42,9 @@ def logs_of(tables: Mapping[str, Table], chosen: ColumnMap, device: DeviceName |
         )
         efforts = _efforts(table, chosen, device, effort)
         if not efforts:  # the plan finds it, or asks
-            logs.append((name, table, _with_numbers_of_names(chosen, [name])))
+            # As the log is called where it is asked about: ``sheets.xlsx: 4 clicks``.
+            names = [name, f"{table.name}: {name}"]
+            logs.append((name, table, _with_numbers_of_names(chosen, names)))
         for choice in efforts:
             column = str(choice.column)
             own = replace(chosen, columns={**chosen.columns, effort: choice})

@@ -1,7 +1,7 @@
-"""A bench sheet may have a column for each level that was set: ``Torque @ 0.5 A``, or ``Torque @ 100 rpm``.
+"""A bench sheet may have a column for each level that was set: ``Torque @ 0.5 A``, ``Torque @ 100 rpm``, ``4 clicks``.
 
-Each level gets rows of its own. Force over speed of a damper is written so at some currents, and the torque of a brake
-over its current at some speeds.
+Each level gets rows of its own. Force over speed of a damper is written so at some currents or clicks of its valve, and
+the torque of a brake over its current at some speeds. Each level may have a time of its own: ``t (1 A), F (1 A)``.
 """
 
 from __future__ import annotations
@@ -17,13 +17,16 @@ from erclutch.errors import listed
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.levels_in_names import (
     StatedLevel,
+    setting_in,
     speed_in,
     stated_in,
     without_field,
+    without_setting,
     without_speed,
 )
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.rheometer_names import said_by_name
+from erclutch.logs.columns.senses import says_a_sense
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -33,7 +36,9 @@ _A_SLIP_ALONE = frozenset({"slip"})
 _MOTIONS = frozenset({"slip", "position"})
 #: What `erclutch flowcurve` takes as it stands.
 _OF_A_RHEOMETER = ("rate", "stress", "viscosity")
-_AT_ITS_END = re.compile(r"[\s@,;:_(\[=-]+(?:at|for|bei|a|@)?[\s@)\]_-]*$", re.IGNORECASE)
+_AT_ITS_END = re.compile(
+    r"[\s@,;:_(\[=-]+(?:(?:at|for|bei|a|@)|[^\W\d_]{1,10}\s*=)?[\s@)\]_-]*$", re.IGNORECASE
+)
 _COUNTED = re.compile(r"[1-9]\d?[AVT]")  # the first specimen of batch A, or 1 A
 
 
@@ -41,7 +46,7 @@ class _Across(NamedTuple):
     """A quantity whose levels stand in names of columns.
 
     Attributes:
-        signal: what it is.
+        signal: what it is; "" where the level says what it is called.
         stated_in: the level that a name holds.
         without: a name without it.
         fits: whether a sheet with these columns beside those of the levels may be one: quantities, and shared columns.
@@ -62,21 +67,36 @@ def with_rows_for_each_level(table: Table) -> Table:
 
     Several efforts in one time stay columns: each of them is a log, and the user is asked.
     """
+    return _with_rows(table, own_times=False)
+
+
+def with_rows_for_each_timed_level(table: Table) -> Table:
+    """The same where each level has a time of its own: such times are of no channels."""
+    return _with_rows(table, own_times=True)
+
+
+def _with_rows(table: Table, *, own_times: bool) -> Table:
     if table.clock is not None or table.words:
         return table
     for across in _ACROSS:
         sheet: dict[str, dict[StatedLevel, str]] = {}
         shared: list[str] = []
+        called: set[str] = set()
         for name in table.columns:
             level = across.stated_in(name)
             if level is None:
                 shared.append(name)
-            else:
-                by_level = sheet.setdefault(across.without(name), {})
-                by_level[level._replace(name="")] = name
-        quantities = [_quantity(bare)[0] for bare in sheet]
-        if _is_a_sheet(table, sheet, quantities, shared) and across.fits(table, quantities, shared):
-            return _stacked(table, across.signal, sheet, shared)
+                continue
+            called.add(across.signal or level.name)
+            by_level = sheet.setdefault(across.without(name), {})
+            by_level[level._replace(name="")] = name
+        quantities = [_quantity(bare, across.signal)[0] for bare in sheet]
+        has_own_times = any(spoken_name(name).is_time for name in quantities)
+        if own_times and (shared or not has_own_times):
+            continue
+        is_a_sheet = len(called) == 1 and _is_a_sheet(table, sheet, quantities, shared)
+        if is_a_sheet and across.fits(table, quantities, shared):
+            return _stacked(table, called.pop(), sheet, shared)
     return table
 
 
@@ -92,7 +112,7 @@ def _stacked(table: Table, signal: str, sheet: _Sheet, shared: Sequence[str]) ->
         for bare, by_level in sheet.items():
             values = table.columns[by_level[level]]
             filled |= np.isfinite(values)
-            quantity, unit = _quantity(bare)
+            quantity, unit = _quantity(bare, signal)
             of_level[quantity] = values
             units[quantity] = table.units.get(by_level[level]) or unit
         of_level[signal] = np.full(table.rows, level.number)
@@ -100,7 +120,7 @@ def _stacked(table: Table, signal: str, sheet: _Sheet, shared: Sequence[str]) ->
         for name, values in of_level.items():
             columns.setdefault(name, []).append(values[filled])
     units[signal] = levels[0].unit
-    said = listed([f"{level.number:g} {level.unit}" for level in levels])
+    said = listed([f"{level.number:g} {level.unit or ''}".strip() for level in levels])
     note = f"the names of the columns tell the {signal}: the rows at {said} stand one after another"
     return replace(
         table,
@@ -153,8 +173,18 @@ def _fits_speeds(table: Table, quantities: Sequence[str], shared: Sequence[str])
     return "effort" in may_be or (quantities[0] == _VALUE and is_beside_a_field)
 
 
+def _fits_settings(table: Table, quantities: Sequence[str], shared: Sequence[str]) -> bool:
+    """Whether a quantity is an effort, has no name or is called by its sense, where a sheet of fields would fit."""
+    may_be_efforts = [
+        name == _VALUE or says_a_sense(name) or "effort" in spoken_name(name).may_be
+        for name in quantities
+    ]
+    return any(may_be_efforts) and _fits_fields(table, quantities, shared)
+
+
 _ACROSS = (
     _Across("field", stated_in, without_field, _fits_fields),
+    _Across("", setting_in, without_setting, _fits_settings),
     _Across("slip", speed_in, without_speed, _fits_speeds),
 )
 
@@ -163,12 +193,14 @@ def _has_time(table: Table, shared: Sequence[str]) -> bool:
     return table.sample_period is not None or any(spoken_name(name).is_time for name in shared)
 
 
-def _quantity(bare: str) -> tuple[str, str | None]:
+def _quantity(bare: str, signal: str) -> tuple[str, str | None]:
     """Name and unit of a quantity, of its name without the level: ``Torque (Nm) at`` is a torque in N m.
 
-    A name that was the level alone says nothing.
+    A name that was the level alone says nothing, as I of ``I=0.5A``, or n of ``n 100 rpm``.
     """
     stem = _AT_ITS_END.sub("", bare).strip(" _-@")
+    stem = re.sub("_{2,}", "_", stem)  # torque_0.5A_Nm
     name, unit = split_label(stem)
-    is_the_level = bool(name) and spoken_name(name).may_be in (_A_FIELD_ALONE, _A_SLIP_ALONE)
+    level_alone = _A_SLIP_ALONE if signal == "slip" else _A_FIELD_ALONE
+    is_the_level = bool(name) and spoken_name(name).may_be == level_alone
     return (_VALUE, None) if is_the_level or not name else (name, unit)
