@@ -7,6 +7,7 @@ moved there (`erclutch.files.places`).
 from __future__ import annotations
 
 import errno
+import functools
 import hashlib
 import json
 import os
@@ -16,13 +17,14 @@ import shutil
 import stat
 import tomllib
 from collections.abc import Callable, Generator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from json import JSONDecodeError
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, cast
 
 from erclutch.errors import ErclutchError, RunError
+from erclutch.files.groups import move_later
 from erclutch.files.places import (
     Reservation,
     held,
@@ -348,6 +350,8 @@ def whole_file(
 ) -> Generator[Path]:
     """A file to write that gets its name once it is whole; whatever goes wrong before leaves nothing.
 
+    Within `erclutch.files.groups.together` it gets its name with the others.
+
     Args:
         target: its name.
         unwritable: the error to raise when it cannot be written.
@@ -356,15 +360,16 @@ def whole_file(
     Raises:
         ErclutchError: it cannot be written; or its name was taken meanwhile, and the file is kept under another name.
     """
-    with _mine(target, unwritable, may_replace) as reservation:
+    with ExitStack() as clearing:
+        reservation = clearing.enter_context(_mine(target, unwritable, may_replace))
         partial = _partial(target, target.suffix)
-        try:
-            # Less what the umask takes.
-            os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-            yield partial
-            _put(partial, target, reservation.may_replace, unwritable)
-        finally:
-            partial.unlink(missing_ok=True)
+        clearing.callback(partial.unlink, missing_ok=True)
+        # Less what the umask takes.
+        os.close(os.open(partial, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        yield partial
+        move = functools.partial(_put, partial, target, reservation.may_replace, unwritable)
+        if not move_later(move, clearing):
+            move()
 
 
 @contextmanager

@@ -13,15 +13,16 @@ import json
 import shutil
 import sys
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from erclutch.errors import RunError
-from erclutch.files import file_digest, plain_words, small_json
+from erclutch.files import file_digest, plain_words, small_json, unwritable, whole_file
 from erclutch.logs.any_size import Cut
 from erclutch.models.model_file import digest_of, keeps_digest
 from erclutch.runs.every_row import KIND, SCHEMA, EveryRow, PartSums, require_unchanged
@@ -53,25 +54,17 @@ class KeptParts:
             return
         try:
             folder.mkdir(exist_ok=True)
-            _replaced(
-                folder / "plan.json",
-                lambda path: write_json(path, {**body, "digest": digest_of(body)}),
-            )
         except OSError as error:
-            raise self._unwritable(error) from error
+            raise self._unwritable(folder, error) from error
+        with whole_file(folder / "plan.json", self._unwritable) as unfinished:
+            write_json(unfinished, {**body, "digest": digest_of(body)})
 
     def keep(self, number: int, sums: PartSums) -> None:
         """Keep the sums of a part."""
         arrays = {name: getattr(sums, name) for name in PartSums.__dataclass_fields__}
-
-        def save(path: Path) -> None:
-            with path.open("wb") as file:
-                np.savez(file, **arrays)
-
-        try:
-            _replaced(self._folder / f"part-{number}.npz", save)
-        except OSError as error:
-            raise self._unwritable(error) from error
+        part = self._folder / f"part-{number}.npz"
+        with whole_file(part, self._unwritable) as unfinished, unfinished.open("wb") as file:
+            np.savez(file, **arrays)
 
     def sums(self, parts: int, models: int) -> dict[int, PartSums]:
         """The sums that are kept, by the part's number below ``parts``.
@@ -100,17 +93,11 @@ class KeptParts:
             sums[number] = of_part
         return sums
 
-    def _unwritable(self, error: OSError) -> RunError:
+    def _unwritable(self, path: Path, error: OSError) -> RunError:
         problem = f"what is scored cannot be kept: {error.strerror or error}"
         return RunError(
             problem, where=str(self._folder), remedy="Make room there, then give --resume"
         )
-
-
-def _replaced(path: Path, write: Callable[[Path], None]) -> None:
-    beside = path.with_name(f"{path.name}.partial")
-    write(beside)
-    beside.replace(path)
 
 
 def _plan_body(folder: Path) -> dict[str, Any]:
@@ -192,12 +179,8 @@ def write_every_row(folder: Path, figures: EveryRow) -> None:
     Raises:
         RunError: the folder cannot be written.
     """
-    try:
-        _replaced(folder / FILE, lambda path: write_json(path, figures.to_dict()))
-    except OSError as error:
-        raise RunError(
-            f"cannot be written: {error.strerror or error}", where=str(folder / FILE), remedy=_ANEW
-        ) from error
+    with whole_file(folder / FILE, partial(unwritable, remedy=_ANEW)) as unfinished:
+        write_json(unfinished, figures.to_dict())
     shutil.rmtree(folder / FOLDER, ignore_errors=True)
 
 

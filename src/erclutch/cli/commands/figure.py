@@ -46,6 +46,7 @@ def figure(
     from erclutch.cli.lone_run import lone_run
     from erclutch.errors import CheckError, SettingError, did_you_mean
     from erclutch.files import may_fill
+    from erclutch.files.groups import together
     from erclutch.report.plots.run_plots import FIGURES, write_figure
 
     screen = terminal.console()
@@ -67,17 +68,18 @@ def figure(
     from erclutch.runs.run_folder import read_run
 
     material = material_of(read_run(run))
-    for one in FIGURES if name == "all" else (name,):
-        try:
-            paths = write_figure(
-                one, material, out, start=start, seconds=seconds, kinds=as_, wide=wide
-            )
-        except CheckError as error:
-            if name != "all":
-                raise
-            screen.print(
-                f"{one} left out: {error.problem}", style="dim", markup=False, soft_wrap=True
-            )
-            continue
-        written = "\n".join(map(str, paths))
-        screen.print(written, markup=False, soft_wrap=True)
+    written: list[Path] = []
+    with together():
+        for one in FIGURES if name == "all" else (name,):
+            try:
+                written += write_figure(
+                    one, material, out, start=start, seconds=seconds, kinds=as_, wide=wide
+                )
+            except CheckError as error:
+                if name != "all":
+                    raise
+                screen.print(
+                    f"{one} left out: {error.problem}", style="dim", markup=False, soft_wrap=True
+                )
+    for path in written:
+        screen.print(str(path), markup=False, soft_wrap=True)

@@ -33,6 +33,7 @@ from erclutch.errors import (
     require,
 )
 from erclutch.files import may_fill, require_room
+from erclutch.files.groups import together
 
 if TYPE_CHECKING:
     from erclutch.logs import Table
@@ -97,6 +98,8 @@ def inspect(
         return 1
     look = look_at(log, others, raw, reading)
     drawn: list[Path] = []
+    from erclutch.logs.saved_plan import save_plan
+
     if plots is not None:
         from erclutch.report.plots.log_plots import describe_coverage, describe_section, titled
         from erclutch.report.plots.matplotlib_painter import save_plot
@@ -109,17 +112,18 @@ def inspect(
             raise SettingError(f"--start {start:g} s", remedy=remedy)
         section = describe_section(recording, start=start, seconds=seconds)
         coverage = describe_coverage(reading.dataset([recording]), titled(recording))
-        drawn += save_plot(section, plots / f"{log.stem}-section.png")
-        drawn += save_plot(coverage, plots / f"{log.stem}-coverage.png")
+        with together():
+            drawn += save_plot(section, plots / f"{log.stem}-section.png")
+            drawn += save_plot(coverage, plots / f"{log.stem}-coverage.png")
+            if write_mapping is not None:
+                save_plan(look.plan, write_mapping)
+    elif write_mapping is not None and not isinstance(look.problem, UnloggedFieldError):
+        save_plan(look.plan, write_mapping)
     fields_to_fill_in = 0
     if write_mapping is not None and isinstance(look.problem, UnloggedFieldError):
         fields_to_fill_in = write_fields([log, *others], write_mapping)
         if not fields_to_fill_in:
             look = look_at(log, others, raw, reading)
-    elif write_mapping is not None:
-        from erclutch.logs.saved_plan import save_plan
-
-        save_plan(look.plan, write_mapping)
     if json:
         body = _as_json(look, courses)
         print(dumps(body, indent=1, allow_nan=False))

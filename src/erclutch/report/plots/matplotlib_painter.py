@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from erclutch.files.groups import together
 from erclutch.report.numbers.number_text import capital, number
 from erclutch.report.plots.paper_style import (
     BLACK,
@@ -43,7 +44,7 @@ _RANKS = {"measured": 0, "recommended": 1, "best": 2, "baseline": 3}
 
 
 def save_plot(plot: Plot, *paths: Path) -> list[Path]:
-    """Write a plot as the endings of the paths say (.png, .pdf, .svg), and its table beside them.
+    """Write a plot as the endings of the paths say (.png, .pdf, .svg), and its table beside them: all or none.
 
     Returns:
         The files written, the table last.
@@ -51,12 +52,12 @@ def save_plot(plot: Plot, *paths: Path) -> list[Path]:
     Raises:
         RunError: another ending, or a folder that cannot be written.
     """
-    with style():
+    beside = paths[0].with_suffix(".csv")
+    with together(), style():
         figure = new_figure(plot.height, plot.width)
         paint(figure, plot)
         drawn = [save(figure, path) for path in paths]
-    beside = paths[0].with_suffix(".csv")
-    return [*drawn, save_numbers(beside, plot.table.header, plot.table.rows)]
+        return [*drawn, save_numbers(beside, plot.table.header, plot.table.rows)]
 
 
 def paint(figure: Any, plot: Plot) -> None:

@@ -16,7 +16,8 @@ from typing import Any
 
 from erclutch.errors import RunError
 from erclutch.export.encode import latex
-from erclutch.files import unwritable, whole_file
+from erclutch.files import scratch_folder, unwritable, whole_file
+from erclutch.files.groups import together
 from erclutch.files.spreadsheet_cells import shown_as_words
 from erclutch.report.plots.plot_description import COLUMN
 from erclutch.signals.array import Array
@@ -155,12 +156,10 @@ def save(figure: Any, path: Path) -> Path:
 
 
 def _save_for_latex(figure: Any, path: Path) -> None:
-    """Write a .pgf, the pictures of its maps before it: NAME-img0.png, ...
+    """Write a .pgf and the pictures of its maps, NAME-img0.png, ...: all or none.
 
     LaTeX gets escaped texts: for matplotlib's own backend every text is TeX, whatever ``text.parse_math`` says.
     """
-    from tempfile import TemporaryDirectory
-
     from matplotlib import rc_context  # pyright: ignore[reportUnknownVariableType]
     from matplotlib.backends import backend_pgf
 
@@ -172,15 +171,15 @@ def _save_for_latex(figure: Any, path: Path) -> None:
     plain = backend._tex_escape
     backend._tex_escape = latex
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         with (
             rc_context({"pgf.texsystem": program}),
-            TemporaryDirectory(prefix=".partial-", dir=path.parent) as folder,
+            scratch_folder() as folder,
+            together(),
         ):
             figure.savefig(Path(folder, path.name), format="pgf")
-            # The pictures come first: a .pgf that is there has all that it names.
-            for made in sorted(Path(folder).iterdir(), key=lambda file: file.suffix == ".pgf"):
-                made.replace(path.with_name(made.name))
+            for made in sorted(Path(folder).iterdir()):
+                with placed(path.with_name(made.name)) as partial:
+                    partial.write_bytes(made.read_bytes())
     except OSError as error:
         raise unwritable(path, error) from error
     except (backend.LatexError, RuntimeError) as error:

@@ -6,6 +6,7 @@
     devices/NAME.json    what came out of one log or device; a second start takes it where the log is the same
     parameters.parquet   a row for each parameter of each model of each device
     fits.parquet         a row for each model of each device; a device that failed has a row with the reason
+    report.html          a page that says what stands out and what drifts
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ import numpy as np
 
 from erclutch.errors import ErclutchError, RunError, SettingError, keywords_checked
 from erclutch.files import file_digest, may_fill, may_write, plain_words, small_json, whole_file
+from erclutch.files.groups import together
 from erclutch.files.places import nothing, release, reserve
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import ColumnMap
@@ -39,12 +41,13 @@ from erclutch.runs.written_run import run_to_dict, unwritable, versions, write_j
 from erclutch.signals.device import DeviceName
 from erclutch.signals.shown import Shown, one_line
 from erclutch.wings.fleet.fleet_statistics import FleetSeries
-from erclutch.wings.fleet.fleet_tables import Rows, tables_of
+from erclutch.wings.fleet.fleet_tables import FILES, Rows, tables_of
 
 if TYPE_CHECKING:
     from erclutch.report.notebook import Card
 
 MARKER = "fleet.json"
+REPORT = "report.html"
 _DEVICES = "devices"
 _LESS = 0.99  # of a field, to see how an effort follows it
 
@@ -239,6 +242,8 @@ def _fill(
     progress: FleetProgress,
 ) -> Fleet:
     """Fit what an earlier start did not finish, and write the tables of all; ``where`` tasks run: cluster, workers."""
+    from erclutch.wings.fleet.fleet_page import write_fleet_report
+
     done: dict[str, dict[str, Any]] = {}  # what came out of each device, by its name
     for task in tasks:
         # What an earlier start kept counts if it is whole, and the logs and the mappings beside them are the same.
@@ -269,14 +274,12 @@ def _fill(
                 progress(len(done), len(tasks), task.name)
 
     tables = tables_of([done[task.name] for task in tasks], over, baseline)
-    tables.write(folder)
-    _write(folder / MARKER, {**body, "model": tables.model, "digest": tables.digest})
     origins: set[str] = set()
     for device in done.values():
         for log in device.get("run", {}).get("logs", ()):
             if log["origin"]:
                 origins.add(log["origin"])
-    return Fleet(
+    fleet = Fleet(
         folder,
         tables.parameters,
         tables.fits,
@@ -287,6 +290,11 @@ def _fill(
         over,
         tuple(sorted(origins)),
     )
+    with together():  # a report beside tables of other devices would mislead
+        tables.write(folder)
+        _write(folder / MARKER, {**body, "model": tables.model, "digest": tables.digest})
+        write_fleet_report(fleet, folder / REPORT)
+    return fleet
 
 
 def fit_device(task: DeviceTask) -> dict[str, Any]:
@@ -419,7 +427,9 @@ def _begin(folder: Path, body: Mapping[str, Any], force: bool) -> None:
 
     devices = folder / _DEVICES
     try:
-        if force:
+        if force:  # nothing of the other settings may stay beside a fleet that is interrupted
+            for name in (REPORT, *FILES):
+                (folder / name).unlink(missing_ok=True)
             shutil.rmtree(devices, ignore_errors=True)
         devices.mkdir(parents=True, exist_ok=True)
     except OSError as error:

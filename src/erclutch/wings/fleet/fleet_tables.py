@@ -29,6 +29,8 @@ from erclutch.wings.fleet.fleet_statistics import (
 )
 
 Rows = list[dict[str, Any]]
+#: Of the tables of parameters and of fits.
+FILES = ("parameters.parquet", "fits.parquet")
 
 _SECONDS_A_DAY = 86400.0
 #: What a number means that is of another field where a log reaches another field, such as the yield effort.
@@ -65,12 +67,12 @@ class FleetTables:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        for name, rows in (("parameters", self.parameters), ("fits", self.fits)):
+        for name, rows in zip(FILES, (self.parameters, self.fits), strict=True):
             names = dict.fromkeys(key for row in rows for key in row)
             columns = {key: [row.get(key) for row in rows] for key in names}
             table = pa.table(columns)
             with (
-                whole_file(folder / f"{name}.parquet", unwritable) as partial,
+                whole_file(folder / name, unwritable) as partial,
                 partial.open("wb") as file,
             ):
                 pq.write_table(table, file)

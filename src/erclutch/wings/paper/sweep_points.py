@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -47,8 +48,8 @@ class Points:
         try:
             text = small_text(path)
             whole = text[: text.rfind("\n") + 1]
-            if whole != text:
-                path.write_text(whole, encoding="utf-8")
+            if whole != text:  # cut and not written anew: a full disk would take all points
+                os.truncate(path, len(whole.encode()))
         except (OSError, UnicodeDecodeError) as error:
             raise RunError(
                 f"cannot be read: {error}", where=str(path), remedy="Delete it"

@@ -10,6 +10,7 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.errors import SettingError
 from erclutch.files import LOG_ENDINGS, may_write_file
+from erclutch.files.groups import together
 
 if TYPE_CHECKING:
     from erclutch.wings.align.aligned_logs import AlignedLogs
@@ -84,9 +85,10 @@ def align(
     terminal.tell(
         f"correlation {match.correlation:.3f}; the overlap is worth {match.independent:.0f} independent samples"
     )
-    logs.write(out)
     plot = describe_clocks(logs.matches, logs.traces, logs.signal[0], logs.joined.origin)
-    save_plot(plot, image)
+    with together():
+        logs.write(out)
+        save_plot(plot, image)
     terminal.say(f"Written to {out}: {logs.joined.rows:,} rows; picture {image}")
 
 

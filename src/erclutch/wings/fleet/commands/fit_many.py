@@ -73,8 +73,8 @@ def fit_many(
         reading: How to read the logs.
     """
     from erclutch.fit.comparison import Settings
+    from erclutch.wings.fleet.fleet import REPORT
     from erclutch.wings.fleet.fleet import fit_many as fit_fleet
-    from erclutch.wings.fleet.fleet_page import write_fleet_report
 
     require_counts(workers, seed)
     require(5 if baseline else 0, baseline=baseline)
@@ -99,14 +99,13 @@ def fit_many(
             force=force,
             progress=show,
         )
-    report = write_fleet_report(fleet, out / "report.html")
     advice = advice_of_logs(logs, reading)
     if json:
         terminal.say_json(_as_json(fleet) | {"advice": advice})
     else:
         _print(fleet)
         terminal.tell(*advice)
-        terminal.say(f"Kept in {out}; read {report}")
+        terminal.say(f"Kept in {out}; read {out / REPORT}")
     if fleet.model is None:
         first, why = next(iter(fleet.failed.items()))
         problem = f"none of {fleet.devices} could be fitted; the first: {why.rstrip('.')}"

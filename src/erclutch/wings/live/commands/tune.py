@@ -12,6 +12,7 @@ from erclutch.cli import terminal
 from erclutch.cli.quantities import HERTZ, TORQUE, quantity
 from erclutch.errors import CheckError, SettingError, require
 from erclutch.files import may_fill, may_write_file
+from erclutch.files.groups import together
 
 if TYPE_CHECKING:
     from erclutch.models.model import Model
@@ -142,19 +143,20 @@ def tune(
                 f"The run recommends {kept.recommended}, which {problem}; {chosen.name} is its best that will do"
             )
         _show(chosen, path, moved, loops, gains)
-    with placed(out / "control.toml") as partial:
-        digest = chosen.to_dict()["digest"][:12]
-        by = "by erclutch tune. erclutch live --tuned takes this file."
-        lines = [f"# Control of {chosen.name} ({digest}), {by}"]
-        for tuned, margins in ((tuned, tuned.margins) for tuned in loops):
-            lines.append(
-                f"# {tuned.name}: {tuned.bandwidth:.3g} Hz of at most {tuned.largest:.3g}; "
-                f"gain margin {margins.gains}, phase {margins.phase:.0f} deg, delay {1e3 * margins.delay:.1f} ms, "
-                f"sensitivity {margins.sensitivity:.2f}"
-            )
-        lines += [f"{name} = {gains[name]:.6g}  # {unit}" for name, unit in TUNED.items()]
-        partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    pictures = save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_))
+    with together():
+        with placed(out / "control.toml") as partial:
+            digest = chosen.to_dict()["digest"][:12]
+            by = "by erclutch tune. erclutch live --tuned takes this file."
+            lines = [f"# Control of {chosen.name} ({digest}), {by}"]
+            for tuned, margins in ((tuned, tuned.margins) for tuned in loops):
+                lines.append(
+                    f"# {tuned.name}: {tuned.bandwidth:.3g} Hz of at most {tuned.largest:.3g}; "
+                    f"gain margin {margins.gains}, phase {margins.phase:.0f} deg, delay {1e3 * margins.delay:.1f} ms, "
+                    f"sensitivity {margins.sensitivity:.2f}"
+                )
+            lines += [f"{name} = {gains[name]:.6g}  # {unit}" for name, unit in TUNED.items()]
+            partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        pictures = save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_))
     if not json:
         terminal.say(out / "control.toml", *pictures)
 

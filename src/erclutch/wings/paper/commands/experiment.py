@@ -16,6 +16,7 @@ from erclutch.cli import terminal
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import SettingError
 from erclutch.files import may_fill
+from erclutch.files.groups import together
 from erclutch.files.places import nothing, reserve
 from erclutch.signals.percent import percent
 from erclutch.wings.paper.published import WARMING
@@ -316,11 +317,12 @@ def run_online(
             files += twin_models(rig, _RIVALS, terminal.console())
         saved = [load_model(file) for file in files]
         traces = run(name, chosen, saved, rig, **options)
-        for figure, trace in enumerate(traces, start=FIGURE_OF[name]):
-            if only is None:
-                numbers.append(_show(name, trace, figure, out / f"figure-{figure}"))
-            elif figure == only:
-                numbers.append(_show(name, trace, figure, out / f"fig{figure}"))
+        with together():
+            for figure, trace in enumerate(traces, start=FIGURE_OF[name]):
+                if only is None:
+                    numbers.append(_show(name, trace, figure, out / f"figure-{figure}"))
+                elif figure == only:
+                    numbers.append(_show(name, trace, figure, out / f"fig{figure}"))
     return numbers
 
 

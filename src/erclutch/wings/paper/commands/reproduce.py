@@ -14,6 +14,7 @@ from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import SettingError, require
 from erclutch.files import may_fill
+from erclutch.files.groups import together
 from erclutch.files.places import nothing, reserve
 from erclutch.wings.paper.published import APPROACHES
 from erclutch.wings.rig.twin.parameters import RigParameters, load_rig
@@ -238,11 +239,12 @@ def _table(
             in_paper = "" if paper is None else paper
             line += [row.errors[run], *row.bands[run], in_paper]
         lines.append(tuple(line))
-    numbers = save_numbers(out / f"{what}.csv", header, lines)
     latex = out / f"{what}.tex"
     shown = list(runs) if what == "table2" else list(runs)[1:]
-    with placed(latex) as unfinished:
-        unfinished.write_text(in_latex(rows, shown, origin), encoding="utf-8")
+    with together():
+        numbers = save_numbers(out / f"{what}.csv", header, lines)
+        with placed(latex) as unfinished:
+            unfinished.write_text(in_latex(rows, shown, origin), encoding="utf-8")
     if json:
         _say_json(origin, header, lines, [numbers, latex])
         return
