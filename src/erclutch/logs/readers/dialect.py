@@ -282,56 +282,27 @@ def _with_header(
         # Columns at the end are filled in few rows, and the other rows are short.
         usual = width
         width = named
-    trailing = False
-    if marks.delimiter is not None and width > 1:
-        trailing = all(len(row) < width or not row[-1] for row in (first_row, *data))
-    first_cells = [row[0] for row in data if row]
-    are_words = not any(marks.is_number(cell) for cell in first_cells)
-    are_counts = all(cell.isdecimal() and len(cell) < _LONGEST_COUNT for cell in first_cells)
-    rise = are_counts and all(
-        int(cell) < int(next_cell) for cell, next_cell in pairwise(first_cells)
-    )
-    # R names its rows so, by words or whole numbers that rise.
-    rows = RowsBelow(width, trailing, are_named=are_words or rise)
+    rows = _rows_below(first_row, data, marks, width)
 
     # An empty comment is no line, and neither is a page break of a printer.
     places = [index for index in range(first) if lines[index].strip("#%/ \t\f\v")]
     above = [lines[index] for index in places]
-    header = header_of(above, marks, rows)
-    notes: list[str] = []
-    if header is None and above and _keep_empty_cells(below, marks, width):
-        header = _names_of_the_first_cells(above[-1], marks, width - trailing)
-        if header is not None:
-            more = _width_of_names(above, marks) - len(header.labels)
-            notes.append(f"the last {more} names above the rows stand over no cells: left out")
+    header, notes = _header_above(above, marks, rows, below)
     if header is None:
         if above:
             _refuse_bad_first_row(above[-1], places[-1], marks, width)
-        header = Header([""] * (width - trailing), None, 0)
-        called = f"the columns are called c1 .. c{len(header.labels)}"
-        named = _width_of_names(above, marks)
-        if named > 2 and (named < width < 2 * named or width - trailing < named < 2 * width):
-            notes.append(
-                f"the line above the rows names {named} columns, the rows have {width - trailing} cells: {called}"
-            )
-        else:
-            notes.append(f"no header row: {called}")
-    else:
-        count = len(header.labels)
-        one_too_many = count > 1 and not header.labels[-1] and (trailing or count > width)
-        if one_too_many:
-            header = replace(
-                header, labels=header.labels[:-1], units=header.units and header.units[:-1]
-            )
+        header = Header([""] * (width - rows.trailing), None, 0)
+        notes.append(_said_of_no_names(above, marks, rows))
     headed = with_headings(header, above, marks)
     header = with_lines_above(header, above, marks) if headed is header else headed
     names, own_units, renamed = name_columns(header.labels, header.units)
 
+    # What stands above the names: keys with values, and prose.
     before_header = above[: len(above) - header.lines]
-    metadata = header_pairs(line.lstrip("#%/ ") for line in before_header)
-    metadata = {**metadata, **header_pairs(header.pairs)}
+    bare = [line.lstrip("#%/ ") for line in before_header]
+    metadata = {**header_pairs(bare), **header_pairs(header.pairs)}
     if not any(own_units):
-        metadata |= units_of_a_comment((line.lstrip("#%/ ") for line in before_header), names)
+        metadata |= units_of_a_comment(bare, names)
     names, own_units, by_legend = with_legend(names, own_units, metadata)
     prose = [line for line in before_header if not is_comment(line) and not header_pairs([line])]
     if prose:
@@ -347,12 +318,65 @@ def _with_header(
         names=tuple(names),
         units=tuple(own_units),
         first=first,
-        trailing=trailing and len(names) == width - 1,
+        trailing=rows.trailing and len(names) == width - 1,
         numeric=tuple(numeric[: len(names)]),
         metadata=metadata,
         notes=(*notes, *renamed, *by_legend),
         usual=usual,
     )
+
+
+def _rows_below(
+    first_row: Sequence[str], data: Sequence[Sequence[str]], marks: Marks, width: int
+) -> RowsBelow:
+    """What rows of so many cells say of the line of names above them."""
+    trailing = False
+    if marks.delimiter is not None and width > 1:
+        trailing = all(len(row) < width or not row[-1] for row in (first_row, *data))
+
+    # R names its rows by words or by whole numbers that rise.
+    first_cells = [row[0] for row in data if row]
+    are_words = not any(marks.is_number(cell) for cell in first_cells)
+    are_counts = all(cell.isdecimal() and len(cell) < _LONGEST_COUNT for cell in first_cells)
+    rise = are_counts and all(
+        int(cell) < int(next_cell) for cell, next_cell in pairwise(first_cells)
+    )
+    return RowsBelow(width, trailing, are_named=are_words or rise)
+
+
+def _header_above(
+    above: Sequence[str], marks: Marks, rows: RowsBelow, below: Sequence[str]
+) -> tuple[Header | None, list[str]]:
+    """The names above the rows, one for each of their cells, and what to say of names left out; None without names."""
+    cells = rows.width - rows.trailing
+    header = header_of(above, marks, rows)
+    if header is not None:
+        count = len(header.labels)
+        is_one_too_many = count > 1 and not header.labels[-1]
+        if is_one_too_many and (rows.trailing or count > rows.width):
+            units = header.units and header.units[:-1]
+            header = replace(header, labels=header.labels[:-1], units=units)
+        return header, []
+    if above and _keep_empty_cells(below, marks, rows.width):
+        header = _names_of_the_first_cells(above[-1], marks, cells)
+    if header is None:
+        return None, []
+    more = _width_of_names(above, marks) - len(header.labels)
+    return header, [f"the last {more} names above the rows stand over no cells: left out"]
+
+
+def _said_of_no_names(above: Sequence[str], marks: Marks, rows: RowsBelow) -> str:
+    """What is said of rows without names; a line above them may have names for more or fewer cells than they have."""
+    cells = rows.width - rows.trailing
+    called = f"the columns are called c1 .. c{cells}"
+    named = _width_of_names(above, marks)
+    are_too_few = named < rows.width < 2 * named
+    are_too_many = cells < named < 2 * rows.width
+    if named > 2 and (are_too_few or are_too_many):
+        return (
+            f"the line above the rows names {named} columns, the rows have {cells} cells: {called}"
+        )
+    return f"no header row: {called}"
 
 
 def _keep_empty_cells(rows: Sequence[str], marks: Marks, width: int) -> bool:
