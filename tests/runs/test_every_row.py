@@ -128,6 +128,17 @@ def test_figures_are_those_of_all_rows(
             assert 0.4 < wide / narrow < 2.5
 
 
+def test_a_log_that_changed_while_its_blocks_were_scored_is_told(
+    fitted: tuple[RowsOfLogs, Comparison],
+) -> None:
+    """Each block is of one file; but hours may lie between the first block and the last."""
+    rows, comparison = fitted
+    plan = plan_of(rows, comparison)
+    changed = replace(plan, logs=(replace(plan.logs[0], digest="another"),))
+    with pytest.raises(RunError, match="changed since it was fitted"):
+        score_every_row(changed, models_of(comparison), Reading(), Tasks(None))
+
+
 def test_the_place_where_tasks_run_changes_no_figure(fitted: tuple[RowsOfLogs, Comparison]) -> None:
     rows, comparison = fitted
     plan, models = plan_of(rows, comparison), models_of(comparison)

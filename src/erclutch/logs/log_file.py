@@ -28,6 +28,7 @@ from erclutch.logs.log_reader import (
     read_by,
     read_once,
     source_of,
+    source_with,
 )
 from erclutch.logs.rows.joint_states import with_joint_states_named
 from erclutch.logs.rows.largest_doubles import without_largest_doubles
@@ -238,7 +239,7 @@ def _at_once(
     log = log_at(file)
     each = log.plugin.of_type(LogReader).each
     assert each is not None
-    source = replace(source_of(log), digest=digest, variable="\n".join(names) or None)
+    source = replace(source_with(log, digest), variable="\n".join(names) or None)
     with log.plugin.working(f"failed on {file.name}"):
         return each(source)
 
@@ -247,4 +248,4 @@ def _at_once(
 def _names_at_once(file: Path, digest: str) -> tuple[str, ...]:
     """The names of these recordings."""
     log = log_at(file)
-    return tuple(names_in(log.plugin, replace(source_of(log), digest=digest)))
+    return tuple(names_in(log.plugin, source_with(log, digest)))

@@ -19,6 +19,14 @@ from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
 from erclutch.logs.readers.budget import Budget, size_of, within_seconds
 from erclutch.logs.table import Table
+from erclutch.logs.unchanged_file import (
+    State,
+    States,
+    changed,
+    opened_plainly,
+    states_of,
+    unchanged,
+)
 from erclutch.registry import Plugin
 
 if TYPE_CHECKING:
@@ -45,6 +53,7 @@ class LogSource:
         decimal: the decimal mark of a text, where the user named it.
         told: may be called with how many bytes were read, and of how many.
         memory: the log itself, where it is an object in memory; None for a file.
+        states: what its files were like before their bytes were read; a file that changes meanwhile is refused.
     """
 
     path: Path
@@ -54,6 +63,7 @@ class LogSource:
     told: Callable[[int, int], None] = field(default=lambda done, total: None, compare=False)
     decimal: str | None = None
     memory: object = field(default=None, compare=False)
+    states: States = field(default_factory=dict[Path, State], compare=False)
 
     @property
     def name(self) -> str:
@@ -192,7 +202,7 @@ def _log_on_the_disk(file: Path) -> ReadableLog:
         # The system's own files, such as /proc/kmsg, are regular and of no size, and a look into them may never end.
         if not file.stat().st_size:
             raise LogError("the file is empty", remedy=ROWS_WANTED, where=file.name)
-        with readable(file), file.open("rb") as content:
+        with readable(file), opened_plainly(file) as content:
             head = content.read(HEAD)
         plugin, notes = reader_of(head, file.suffix)
         return ReadableLog(file, plugin, is_file=True, notes=notes)
@@ -303,18 +313,40 @@ def source_of(log: ReadableLog) -> LogSource:
                 if sum(path.stat().st_size for path in inside) > _LARGEST:
                     problem = "the files of the folder are larger than 4 GiB"
                     raise LogError(problem, remedy="Split the log")
-                for path in inside:
-                    with path.open("rb") as content:
-                        own = hashlib.file_digest(content, "sha256").hexdigest()
-                    of_files.update(f"{path.name}\0{own}\0".encode())
-            return LogSource(file, data, of_files.hexdigest())
-        with readable(file):
+                states = states_of(inside)
+                with unchanged(states):
+                    for path in inside:
+                        with opened_plainly(path) as content:
+                            own = hashlib.file_digest(content, "sha256").hexdigest()
+                        of_files.update(f"{path.name}\0{own}\0".encode())
+            return LogSource(file, data, of_files.hexdigest(), states=states)
+        states = states_of([file])
+        with readable(file), opened_plainly(file) as content:
             if file.stat().st_size > _LARGEST:
                 raise LogError("the file is larger than 4 GiB", remedy="Split the log")
-            data = file.read_bytes()
+            data = content.read()
+            if (
+                states_of([file]) != states
+            ):  # a log that a recorder makes longer has the same beginning
+                content.seek(0)
+                if content.read(len(data)) != data:
+                    raise changed()
         if not data:
             raise LogError("the file is empty", remedy=ROWS_WANTED)
-        return LogSource(file, data, hashlib.sha256(data).hexdigest())
+        return LogSource(file, data, hashlib.sha256(data).hexdigest(), states=states)
+
+
+def source_with(log: ReadableLog, digest: str) -> LogSource:
+    """The bytes of a log that was read before.
+
+    Raises:
+        LogError: it is another log by now; see also `source_of`.
+    """
+    source = source_of(log)
+    if source.digest != digest:
+        with placed(log.path.name):
+            raise changed()
+    return source
 
 
 def names_in(plugin: Plugin, source: LogSource) -> list[str]:
@@ -322,7 +354,11 @@ def names_in(plugin: Plugin, source: LogSource) -> list[str]:
     names_of = plugin.of_type(LogReader).recordings
     if names_of is None:
         return []
-    with placed(source.path.name), plugin.working(f"failed on {source.path.name}"):
+    with (
+        placed(source.path.name),
+        plugin.working(f"failed on {source.path.name}"),
+        unchanged(source.states),
+    ):
         return list(names_of(source))
 
 
@@ -341,7 +377,9 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
         raise LogError(problem, where=source.name, remedy=remedy)
     with plugin.working(f"failed on {source.name}"):
         budget = Budget(source.size)
-        with placed(source.name), within_seconds(budget.seconds):
+        # Ours read what they were given, or look themselves whether the file that they open is the same.
+        opened_again: States = {} if plugin.own else source.states
+        with placed(source.name), unchanged(opened_again), within_seconds(budget.seconds):
             table = reader.read(source)
         if not plugin.own:
             notes = (*table.notes, f"read by {plugin.name!r} of {plugin.label}")
@@ -353,5 +391,5 @@ def read_by(plugin: Plugin, source: LogSource) -> Table:
 def read_once(file: Path, digest: str, recording: str | None, decimal: str | None) -> Table:
     """A recording whose rows are parted by the words of a column: it is kept, for each word asks for it."""
     log = log_at(file)
-    source = replace(source_of(log), digest=digest, variable=recording, decimal=decimal)
+    source = replace(source_with(log, digest), variable=recording, decimal=decimal)
     return read_by(log.plugin, source)

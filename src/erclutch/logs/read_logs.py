@@ -27,7 +27,7 @@ from erclutch.logs.planning.recording_choice import table_of_log
 from erclutch.logs.planning.whole_plan import plan_of, sure_plan_of
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
-from erclutch.logs.unchanged_file import state_of, unchanged_windows
+from erclutch.logs.unchanged_file import opened_plainly, states_of, unchanged, unchanged_windows
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 
@@ -157,8 +157,8 @@ def read_batches(
     told = map_over(mapping, file_mapping(file, mapping_file))
     windows = plugin.of_type(LogReader).windows
     if windows and group_of(variable or told.variable) is None:
-        before = state_of(file)  # ahead of the digest
-        with readable(file), file.open("rb") as content:
+        before = states_of([file])  # ahead of the digest
+        with unchanged(before), readable(file), opened_plainly(file) as content:
             digest = (
                 hashlib.file_digest(content, "sha256").hexdigest() if part == WHOLE_FILE else ""
             )

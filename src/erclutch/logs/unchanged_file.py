@@ -2,62 +2,86 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator
+import os
+import stat
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from erclutch.errors import LogError
-from erclutch.logs.log_reader import LogSource, Windows
-from erclutch.logs.table import Table
+
+if TYPE_CHECKING:
+    from erclutch.logs.log_reader import LogSource, Windows
+    from erclutch.logs.table import Table
 
 State = tuple[int, int, int] | None
+#: What each file of a log was like when it was looked at.
+States = Mapping[Path, State]
 
 
-def state_of(path: Path) -> State:
+def states_of(files: Iterable[Path]) -> States:
     """What changes when a file is written or replaced; None where there is none."""
-    try:
-        state = path.stat()
-    except OSError:
-        return None
-    return state.st_ino, state.st_size, state.st_mtime_ns
+    states: dict[Path, State] = {}
+    for file in files:
+        try:
+            state = file.stat()
+            states[file] = (state.st_ino, state.st_size, state.st_mtime_ns)
+        except OSError:
+            states[file] = None
+    return states
+
+
+def changed() -> LogError:
+    """The error of a log that is not the log of an earlier look."""
+    problem = "the file was written while it was read"
+    return LogError(problem, remedy="Wait until it is whole, or give a copy of it")
 
 
 @contextmanager
-def unchanged(path: Path, before: State = None) -> Generator[None]:
-    """What is read of a file inside is of one file, and so is what is wrong with it.
-
-    Args:
-        path: of the file.
-        before: its state at an earlier look; None: the look is taken here.
+def unchanged(before: States) -> Generator[None]:
+    """What is read of files inside is of the files of an earlier look, and so is what is wrong with them.
 
     Raises:
-        LogError: the file was written, replaced or taken away meanwhile.
+        LogError: a file was written, replaced or taken away meanwhile.
     """
-    before = before or state_of(path)
-    written = LogError(
-        "the file was written while it was read",
-        remedy="Wait until it is whole, or give a copy of it",
-    )
     try:
         yield
     except LogError as error:
-        if state_of(path) != before:
-            raise written from error
+        if states_of(before) != before:
+            raise changed() from error
         raise
-    if state_of(path) != before:
-        raise written
+    if states_of(before) != before:
+        raise changed()
 
 
-def unchanged_windows(windows: Windows, before: State) -> Windows:
+def opened_plainly(file: Path) -> BufferedReader:
+    """A plain file, opened; what became a pipe after the look at it is refused: its opening may have no end.
+
+    Raises:
+        LogError: it is no plain file any more.
+        OSError: it cannot be opened.
+    """
+    opened = open(  # noqa: SIM115  the caller closes it
+        file, "rb", opener=lambda path, flags: os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+    )
+    if stat.S_ISREG(os.fstat(opened.fileno()).st_mode):
+        return opened
+    opened.close()
+    raise LogError("the file was replaced while it was read", remedy="Give a plain file")
+
+
+def unchanged_windows(windows: Windows, before: States) -> Windows:
     """The same windows, as long as the file has its state of an earlier look."""
 
     def checked(
         source: LogSource, rows: int, margin: int, first: int, last: int | None
     ) -> Iterator[tuple[int, int, Table]]:
-        with unchanged(source.path, before):
+        with unchanged(before):
             each = iter(windows(source, rows, margin, first, last))
         while True:
-            with unchanged(source.path, before):
+            with unchanged(before):
                 window = next(each, None)
             if window is None:
                 return

@@ -10,14 +10,17 @@ What tasks found is kept by `every_row_folder`, so that the scoring goes on afte
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
 
 from erclutch.errors import RunError
+from erclutch.files import file_digest
 from erclutch.fit.choice.scoring import BinSums, Score, score_of_bins
 from erclutch.logs.batches import RowRange, blocks_of, chained, neighbours, one_batch
 from erclutch.logs.dataset import Dataset
@@ -163,6 +166,9 @@ def score_every_row(
             kept.keep(number, of_part)
         done += int(of_part.rows.sum())
         progress(done, plan.rows)
+    for log in plan.logs:
+        if log.number is None:  # its blocks were read one by one, perhaps for hours
+            require_same_bytes(log)
     whole = joined_sums([sums[number] for number in range(len(parts))])  # in the order of the rows
     train = whole.scores(list(able), False, plan.seed)
     test = whole.scores(list(able), True, plan.seed)
@@ -272,6 +278,18 @@ def score_part(
         if report is not None:
             report(place - part.begin.place)
     return part, joined_sums(sums)
+
+
+def require_same_bytes(log: LogToScore) -> None:
+    """RunError unless the file of a log has the bytes that it had at the fit."""
+    try:
+        digest = file_digest(Path(log.path), sys.maxsize)  # of any size
+    except OSError as error:
+        problem = f"cannot be read: {error.strerror or error}"
+        raise RunError(
+            problem, where=log.path, remedy="Put the log back, or fit again with --force"
+        ) from error
+    require_unchanged(digest == log.digest, log)
 
 
 def require_unchanged(same: bool, log: LogToScore) -> None:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict
@@ -22,10 +21,10 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import RunError
-from erclutch.files import file_digest, plain_words, small_json, unwritable, whole_file
+from erclutch.files import plain_words, small_json, unwritable, whole_file
 from erclutch.logs.any_size import Cut
 from erclutch.models.model_file import digest_of, keeps_digest
-from erclutch.runs.every_row import KIND, SCHEMA, EveryRow, PartSums, require_unchanged
+from erclutch.runs.every_row import KIND, SCHEMA, EveryRow, PartSums, require_same_bytes
 from erclutch.runs.run_folder import Run
 from erclutch.runs.scoring_plan import HeldOut, LogToScore, ScoringPlan
 from erclutch.runs.written_run import write_json
@@ -159,14 +158,7 @@ def unfinished_plan(run: Run) -> ScoringPlan:
         logs.append(log)
         if log.number is not None:
             continue  # it is looked at when it is read
-        try:
-            unchanged = file_digest(Path(log.path), sys.maxsize) == log.digest  # of any size
-        except OSError as error:
-            problem = f"cannot be read: {error.strerror or error}"
-            raise RunError(
-                problem, where=log.path, remedy="Put the log back, or fit again with --force"
-            ) from error
-        require_unchanged(unchanged, log)
+        require_same_bytes(log)
     numbers = {
         key: body[key] for key in ("run", "device", "kept_rows", "bin_rows", "middle", "seed")
     }

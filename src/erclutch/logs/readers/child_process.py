@@ -275,8 +275,9 @@ def _refuse_pipe(path: str) -> None:
         LogError: it is one.
     """
     place = Path(path)
-    if place.exists() and not (place.is_file() or place.is_dir()):
-        raise LogError("the file was replaced while it was read", remedy="Give a plain file")
+    for file in (place, *place.iterdir()) if place.is_dir() else (place,):
+        if file.exists() and not (file.is_file() or file.is_dir()):
+            raise LogError("the file was replaced while it was read", remedy="Give a plain file")
 
 
 @contextmanager

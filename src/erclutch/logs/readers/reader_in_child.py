@@ -21,7 +21,7 @@ from erclutch.logs.readers import child_process
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import ALL, EACH, RecordingNames, SeveralTables
 from erclutch.logs.table import Table, WordColumn
-from erclutch.logs.unchanged_file import unchanged
+from erclutch.logs.unchanged_file import states_of, unchanged
 from erclutch.signals.array import Array
 
 _TEXTS = (
@@ -70,7 +70,7 @@ def in_child(
             )
             raise LogError(problem, remedy='Install it: pip install "erclutch[formats]"')
         path = source.path.resolve()
-        with unchanged(path):
+        with unchanged(source.states or states_of([path])):
             return child_process.run(_CHILD, path, reader, variable or "", memory=memory(path))
 
     # The tables of the last file whose recordings were all read at once, by its digest.

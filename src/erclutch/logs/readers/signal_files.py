@@ -33,6 +33,7 @@ from erclutch.logs.planning.whole_plan import is_log, signals_of
 from erclutch.logs.readers.found_recordings import JOINT, NO_NAME, Found, joined_by_time
 from erclutch.logs.readers.text_tables import is_prose
 from erclutch.logs.table import Table
+from erclutch.logs.unchanged_file import opened_plainly, unchanged
 from erclutch.signals.array import Array
 
 _MOST = 12  # files: a device has few signals, and a folder of more holds logs
@@ -177,12 +178,14 @@ def _read(source: LogSource) -> Table:
     """
     parts = parts_of(source.path)
     tables: dict[str, Table] = {}
-    for part in parts:
-        data = part.read_bytes()
-        plugin, _ = reader_of(data[:HEAD], part.suffix)
-        digest = hashlib.sha256(data).hexdigest()
-        file = LogSource(part, data, digest, decimal=source.decimal)
-        tables[printable(part.name)] = read_by(plugin, file)
+    with unchanged(source.states):
+        for part in parts:
+            with opened_plainly(part) as content:
+                data = content.read()
+            plugin, _ = reader_of(data[:HEAD], part.suffix)
+            digest = hashlib.sha256(data).hexdigest()
+            file = LogSource(part, data, digest, decimal=source.decimal)
+            tables[printable(part.name)] = read_by(plugin, file)
     times: dict[str, _Stamps] = {}
     for file, table in tables.items():
         stamps = _stamps(table)
