@@ -27,6 +27,11 @@ _UNIT_ALONE = re.compile(r"in\s+(\S+)")  # what an oscilloscope writes over its 
 _CHANNEL = re.compile(r"\d{3,4} <([^<>]+)> \(([VA](?:DC|AC))\)")
 #: Units that say no more than that a column holds whole numbers of a converter or an encoder.
 COUNTS = set_of("count counts LSB lsb bit bits digit digits tick ticks step steps")
+#: Units of motions and efforts that no name is written like; and those that speak beside one of them.
+_TOLD_ALONE = set_of(
+    "rpm RPM 1/min r/min U/min tr/min rad/s deg/s mm mm/s m/s cm/s in/s Nm N·m N*m N.m Ncm Nmm mNm kN lbf"
+)
+_LOGGED_IN = _TOLD_ALONE | set_of("s ms us A mA V mV kV N mT °C C K bar W kW")
 _NONE_WRITTEN = ("None", "N/A", "n/a", "null", "NULL", "undefined")  # by programs that know no unit
 # Names of a speed that is counted in turns: n is its symbol in ISO 80000-3.
 _TURNS = re.compile(
@@ -279,6 +284,12 @@ def name_columns(
         units_of = [unit or behind.get(name) for name, unit in zip(bare, units_of, strict=True)]
         notes.append(f"what stands behind the names {', '.join(behind)} is taken for their units")
 
+    alone = [name.strip("[] ()") for name in bare]
+    if not any(units_of) and are_units_alone(alone):
+        units_of = ["rpm" if _PER_MINUTE.fullmatch(unit) else unit for unit in alone]
+        units_of = [None if unit and unit.lower() in TIMES else unit for unit in units_of]
+        notes.append("the columns are called by their units alone")
+
     count = Counter(bare)
     copies: Counter[str] = Counter()
     names: dict[str, None] = {}
@@ -294,6 +305,13 @@ def name_columns(
             )
         names[unique] = None
     return list(names), units_of, notes
+
+
+def are_units_alone(names: Sequence[str]) -> bool:
+    """Whether each name but the time's is a unit that a bench logs in, and one is of a speed, a length or a torque."""
+    others = [name for name in names if name.lower() not in TIMES]
+    are_units = _LOGGED_IN.issuperset(others) and not _TOLD_ALONE.isdisjoint(others)
+    return are_units and len({*others}) == len(others) > 1
 
 
 def _labels_with_levels(labels: Iterable[str]) -> set[str]:

@@ -15,7 +15,8 @@ _JOINT_DIGITS = 2  # of a joint's number at most
 TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s degps=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
 _OTHER_SPEEDS = (
-    "kmh=km/h km_h=km/h kph=km/h rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s"
+    "kmh=km/h km_h=km/h kph=km/h rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s "
+    "cm_s=cm/s cmps=cm/s cm_per_s=cm/s inps=in/s ips=in/s in_per_s=in/s in_per_sec=in/s"
 )
 # No in_s: time_in_s is no speed. No rps: radians or revolutions. No kN_m, N_mm, lbf_in: a stiffness is written so too.
 _TURNS_A_TIME = "rev_s=turn/s rot_s=turn/s rev_min=rpm rot_min=rpm r_min=rpm 1_min=1/min ft_s=ft/s ft_min=ft/min"
@@ -37,6 +38,7 @@ _POUNDS = {
     for end in (f"{arm}{pound}", f"{pound}{arm}", f"{arm}_{pound}")
 }
 _IN_WORDS = "degrees=deg degree=deg radians=rad radian=rad meters=m metres=m millimeters=mm millimetres=mm newtons=N"
+_INCHES_IN_WORDS = "inches=in inch=in pounds=lbf"
 _TURNS_IN_WORDS = "turns=turn turns_s=turn/s turns_per_second=turn/s"
 _SPEEDS_IN_WORDS = "radians_per_second=rad/s degrees_per_second=deg/s meters_per_second=m/s"
 _TIMES_IN_WORDS = "seconds=s milliseconds=ms microseconds=us nanoseconds=ns msec=ms usec=us nsec=ns"
@@ -47,7 +49,7 @@ _LONGER = (
 _WRITTEN = " ".join(
     (
         *(_SPEEDS, _OTHER_SPEEDS, _TURNS_A_TIME, _FIELDS, _OTHERS, _TORQUES, _WEIGHTS),
-        *(_IN_WORDS, _TURNS_IN_WORDS, _SPEEDS_IN_WORDS, _TIMES_IN_WORDS, _LONGER),
+        *(_IN_WORDS, _INCHES_IN_WORDS, _TURNS_IN_WORDS, _SPEEDS_IN_WORDS, _TIMES_IN_WORDS, _LONGER),
     )
 )
 ENDS = {
@@ -59,6 +61,11 @@ ENDS = {
 _SIDES = frozenset("ABCDLR")
 _INDICES = frozenset({"A", "C", "T", "s", "m"})
 _LENGTHS = frozenset({"position", "displacement", "stroke", "travel", "extension", "weg", "hub"})
+#: What is measured in inches where ``in`` ends its name; of a position or a torque it is the input's.
+_IN_INCHES = _LENGTHS - {"position"} | {"disp", "crosshead", "gap"}
+_IN_INCHES_A_SECOND = frozenset({"v", "vel", "velocity", "speed"})  # time_in_s is none
+#: A unit in the plural that is the name of its quantity as well: the name keeps it.
+_AMPS_OR_VOLTS = re.compile(r"(?:[_ .-](?i:(amp|volt)s?)|(?<=[a-z])(Amp|Volt)s?)$")
 _TURNING = set_of("torque moment omega rpm angle theta drehmoment drehzahl winkel couple")
 _FORCES_AND_SPEEDS = set_of("force thrust speed velocity kraft geschwindigkeit vitesse fuerza")
 _MEASURED = _LENGTHS | _TURNING | _FORCES_AND_SPEEDS
@@ -122,7 +129,7 @@ def split_end(name: str) -> tuple[str, str | None]:
     coils.
     """
     written = name.strip()
-    bare = _BARE.get(written) or _BARE.get(written.lower())
+    bare = _BARE.get(written) or _BARE.get(written.lower()) or _amps_or_volts(written)
     if bare:
         return name, bare
     # Torque (Nm) in names without brackets: Torque..Nm. as R writes it, Torque_Nm_ as MATLAB does.
@@ -155,7 +162,7 @@ def split_end(name: str) -> tuple[str, str | None]:
         (front, last),
     )
     for stem, end in longest_first:
-        unit = _unit_of_end(end) or torque_in_capitals(stem, end)
+        unit = _unit_of_end(end) or torque_in_capitals(stem, end) or _inches(stem, end)
         if not unit:
             continue
         if stem.lower().endswith("_per"):
@@ -214,6 +221,20 @@ def torque_in_capitals(name: str, unit: str) -> str | None:
     """The unit that NM is behind the name of a torque; None elsewhere: there it may be a nautical mile."""
     is_torque = _TORQUE.search(name) or _TORQUE_SYMBOL.fullmatch(name.strip())
     return _CAPITALS.get(unit) if is_torque else None
+
+
+def _amps_or_volts(name: str) -> str | None:
+    """The unit of a name that ends in amps or volts, such as ``coil_amps``; None for another."""
+    match = _AMPS_OR_VOLTS.search(name)
+    return match[0].strip("_ .-")[0].upper() if match else None
+
+
+def _inches(stem: str, end: str) -> str | None:
+    """The unit that ``in`` or ``in_s`` is behind the name of a length or a speed; None elsewhere: it is a word."""
+    word = re.split(r"[\W_]+", stem.lower())[-1]
+    if end.lower() == "in" and word in _IN_INCHES:
+        return "in"
+    return "in/s" if end.lower() == "in_s" and word in _IN_INCHES_A_SECOND else None
 
 
 def _unit_of_end(end: str) -> str | None:

@@ -64,6 +64,7 @@ _SAYS_NOTHING = (
         r"[ _](?:(?:on|into)[ _](?:the[ _])?(?:sample|specimen|surface)|values)$", re.IGNORECASE
     )
 )
+_TURNS_ALONE = re.compile(r"\W*(?:[Ur1]|tr)/min\W*")  # a unit of turns in place of a name
 _SIDE = re.compile(r"(?<=[^\W\d_]{2})[ _-][A-DLR]$")
 _PRIME = re.compile(r"['\"′″](?!\w)")  # force d'amortissement has none
 _QUOTED = re.compile(r'"([^"]{2,})"')
@@ -160,6 +161,8 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         end: that unit, or None.
     """
     stem = _SAYS_NOTHING.sub("", stem)
+    if _TURNS_ALONE.fullmatch(stem):
+        stem = "rpm"
     if _LOST_LETTER.search(stem):
         stem = "unknown"
         name = stem
