@@ -1,7 +1,8 @@
 """The slip of a clutch between two shafts is the difference of their speeds, and stands in no column of the file.
 
-So is the stroke of a damper whose both ends move. A gear has two shafts too, and what these differ by is no slip: where
-neither a word nor the signs of the effort tell, the user is asked. ``A - B`` in place of a column names any difference.
+So is the stroke of a damper whose both ends move, such as that of a suspension. A gear has two shafts too, and what
+these differ by is no slip: where neither a word nor the signs of the effort tell, the user is asked. ``A - B`` in place
+of a column names any difference.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.names import plain, spoken_name, words_of
 from erclutch.logs.columns.seen_columns import SeenColumns, unit_fits
 from erclutch.logs.columns.shapes import FEW, takes_both_signs
+from erclutch.logs.columns.suspensions import ends_of_a_suspension
 from erclutch.logs.columns.two_courses import go_straight
 from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT
 from erclutch.logs.mapping import ColumnMap
@@ -170,6 +172,9 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
             first, *others = sorted(family)
             if len(others) == 1 and first.endswith("1") and others[0].endswith("2"):
                 pairs.append((first, others[0]))
+    if not pairs:
+        suspension = ends_of_a_suspension(table, signal, si_units)
+        pairs = [suspension] if suspension else []
     if len(pairs) != 1:
         return None
     ends = pairs[0]
