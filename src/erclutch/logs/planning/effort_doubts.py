@@ -7,6 +7,8 @@ import re
 import numpy as np
 
 from erclutch.errors import UnitError, shell_word
+from erclutch.logs.columns.candidates import DRIVES
+from erclutch.logs.columns.labels import COUNTS
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.rated_torque import share_of_rated_torque
@@ -26,6 +28,8 @@ _EFFORTS_BY_NAME = {
     "N*m": ("torque", "moment", "drehmoment", "coppia"),
     "N": ("force", "kraft", "fuerza", "forza", "dampingforce"),
 }
+#: Words of a sensor of a force or a torque that name neither.
+_OF_LOAD_CELLS = frozenset({"loadcell", "straingauge", "dms", "hx711", "ati", "transducer"})
 #: Words for the force of the bench's own mass.
 _OF_MASSES = frozenset({"inertia", "inertial", "traegheit", "tragheit", "tragheitskraft"})
 #: Words for the part of a controller's output that its error makes; behind a drive it may be what was measured.
@@ -67,6 +71,27 @@ def doubt_a_share_of_a_rated_torque(draft: Draft) -> None:
     if share is not None:
         doubt = f"in which a 1 is {share.words}, by its name, and no N m"
         draft.doubt("effort", doubt, share.option.removeprefix("--effort "))
+
+
+def doubt_the_torque_of_a_drive(draft: Draft) -> None:
+    """Doubt a guessed effort of a drive beside the output of a sensor of an effort: a drive computes its own."""
+    effort = draft.guessed("effort")
+    if effort is None or effort.sureness == "doubtful":
+        return
+    guessed = draft.seen.columns[effort.column]
+    if not guessed.spoken.says(DRIVES | {"drives", "motors"}):
+        return
+    for other in draft.seen.without(draft.taken):
+        says_effort = "effort" in other.spoken.may_be | other.spoken.within
+        is_called_so = says_effort or not _OF_LOAD_CELLS.isdisjoint(other.spoken.stem_words)
+        is_output = bool(other.fits(("V",))) or other.written_unit in COUNTS
+        if not is_called_so or not is_output or other.shape.constant:
+            continue
+        label = shell_word(draft.table.label(other.name))
+        scale = f"effort=NUMBER {effort.si or 'N*m'}/{other.unit_for(('V',)) or 'V'}"
+        doubt = f"which a drive may compute, beside {other.name}, the output of a sensor: give --effort {label}"
+        draft.doubt("effort", f"{doubt} --scale {shell_word(scale)} to take that")
+        return
 
 
 def doubt_an_effort_with_inertia(draft: Draft) -> None:

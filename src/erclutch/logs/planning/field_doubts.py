@@ -31,7 +31,11 @@ _OF_MACHINES = frozenset(
     {"load", "generator", "gen", "dut", "uut", "armature", "absorber", "alternator", "anker"}
 )
 #: What is computed of a motor under test alone.
-_OF_TESTS_OF_MOTORS = frozenset({"efficiency", "wirkungsgrad", "rendement", "eficiencia"})
+_OF_TESTS_OF_MOTORS = frozenset(
+    {"efficiency", "wirkungsgrad", "rendement", "eficiencia", "esc", "throttle", "propeller"}
+)
+#: What a propeller gives; beside a voltage, for a thrust bearing has a thrust too.
+_THRUSTS = frozenset({"thrust", "schub", "schubkraft", "poussee", "empuje", "spinta"})
 #: Words of a coil that makes a field.
 _OF_COILS = frozenset(
     {"coil", "spule", "spulenstrom", "brake", "bremse", "damper", "clutch", "magnet", "excitation"}
@@ -141,14 +145,17 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
 
 
 def doubt_the_current_of_a_motor_under_test(draft: Draft) -> None:
-    """Doubt a guessed field beside an efficiency: a motor's current makes its torque, and no field of a fluid."""
+    """Doubt a guessed field beside an efficiency or a thrust: a motor's current makes them, and no field of a fluid."""
     field = draft.guessed("field")
     if field is None or field.si not in OF_A_SUPPLY or field.sureness == "doubtful":
         return
     if draft.seen.columns[field.column].spoken.says(_OF_COILS):
         return
-    for other in draft.seen.without([*draft.taken, field.column]):
-        if other.spoken.says(_OF_TESTS_OF_MOTORS):
+    others = draft.seen.without([*draft.taken, field.column])
+    has_a_supply = any(other.spoken.says(VOLTAGES) or other.fits(("V",)) for other in others)
+    for other in others:
+        is_of_a_propeller = has_a_supply and other.spoken.says(_THRUSTS)
+        if is_of_a_propeller or other.spoken.says(_OF_TESTS_OF_MOTORS):
             doubt = f"which stands beside {other.name}, as that of a motor under test"
             draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
             return

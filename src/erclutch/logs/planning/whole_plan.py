@@ -27,6 +27,7 @@ from erclutch.logs.planning.effort_doubts import (
     doubt_an_effort_of_a_controller,
     doubt_an_effort_with_inertia,
     doubt_effort_without_power,
+    doubt_the_torque_of_a_drive,
 )
 from erclutch.logs.planning.field_doubts import (
     doubt_the_command_of_a_drive,
@@ -170,6 +171,7 @@ STEPS = (
     Step("whether the effort has its sign", doubt_an_effort_without_its_sense),
     Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),
     Step("whether a drive tells a share of its rated torque", doubt_a_share_of_a_rated_torque),
+    Step("whether a drive computed the effort beside a sensor", doubt_the_torque_of_a_drive),
     Step("whether counts or a motor want a stated number", doubt_counts_and_motors),
     Step("whether the effort is the device's alone", doubt_an_effort_with_inertia),
     Step("whether a controller computed the effort", doubt_an_effort_of_a_controller),
