@@ -143,6 +143,27 @@ def test_logs_of_a_folder_are_one_device(logs: Path, tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.slow
+def test_a_folder_with_logs_of_two_devices_is_warned_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "logs" / "unit"
+    folder.mkdir(parents=True)
+    time = np.arange(1500) / 250
+    current = np.repeat([0.0, 1.0, 0.5, 1.5, 2.0], 300)
+    slip = 12.0 * np.sin(5.0 * time)
+    torque = (0.2 + 1.5 * current) * np.tanh(slip / 0.3)
+    for device, times in (("a", 1.0), ("b", 3.0)):
+        rows = np.column_stack([time, slip, current, times * torque])
+        head = "t [s],w [rad/s],I [A],T [Nm]"
+        np.savetxt(folder / f"{device}.csv", rows, "%.6g", ",", header=head, comments="")
+    words = ["--by", "folder", "--models", *MODELS, "--lag", "none", "--out", str(tmp_path / "run")]
+    main(["fit-many", str(tmp_path / "logs"), *words])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "at the same field and slip b.csv has 3 times the effort of a.csv" in said
+    assert said.endswith("erclutch fit says why, log by log.")
+
+
 def test_a_folder_of_folders_has_no_advice_and_ends_no_fit(tmp_path: Path) -> None:
     for name in ("0A", "1A"):
         (tmp_path / name).mkdir()

@@ -41,7 +41,7 @@ from erclutch.runs.written_run import run_to_dict, unwritable, versions, write_j
 from erclutch.signals.device import DeviceName
 from erclutch.signals.shown import Shown, one_line
 from erclutch.wings.fleet.fleet_statistics import FleetSeries
-from erclutch.wings.fleet.fleet_tables import FILES, Rows, tables_of
+from erclutch.wings.fleet.fleet_tables import FILES, Rows, logs_of_several_devices, tables_of
 
 if TYPE_CHECKING:
     from erclutch.report.notebook import Card
@@ -87,6 +87,7 @@ class Fleet(Shown):
         taken: devices that were done by an earlier start.
         over: what the devices are ordered by.
         origins: labels of logs that a computer made, such as TWIN.
+        warned: devices whose logs look like those of several, with how.
     """
 
     folder: Path
@@ -98,6 +99,7 @@ class Fleet(Shown):
     taken: int
     over: str
     origins: tuple[str, ...]
+    warned: Mapping[str, str]
 
     def __repr__(self) -> str:
         most = f"most often {self.model or 'no model'}"
@@ -276,9 +278,7 @@ def _fill(
     tables = tables_of([done[task.name] for task in tasks], over, baseline)
     origins: set[str] = set()
     for device in done.values():
-        for log in device.get("run", {}).get("logs", ()):
-            if log["origin"]:
-                origins.add(log["origin"])
+        origins |= {log["origin"] for log in device.get("run", {}).get("logs", ())} - {""}
     fleet = Fleet(
         folder,
         tables.parameters,
@@ -289,6 +289,7 @@ def _fill(
         taken,
         over,
         tuple(sorted(origins)),
+        logs_of_several_devices(done),
     )
     with together():  # a report beside tables of other devices would mislead
         tables.write(folder)

@@ -163,6 +163,16 @@ def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) ->
     return FleetTables(parameters, fits, series, most_often, digest)
 
 
+def logs_of_several_devices(devices: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """What the check of a fit said of the logs of each device that look like those of several, by its name."""
+    said: dict[str, str] = {}
+    for name, body in devices.items():
+        for finding in body.get("run", {}).get("findings", ()):
+            if finding["subject"] == "logs":
+                said[name] = finding["message"]
+    return said
+
+
 def fit_row(run: Mapping[str, Any], model: Mapping[str, Any]) -> dict[str, Any]:
     """What the table of fits says of a model of a run."""
     test = model["test"]

@@ -106,7 +106,11 @@ def fit_many(
         _print(fleet)
         terminal.tell(*advice)
         terminal.say(f"Kept in {out}; read {out / REPORT}")
-    if fleet.model is None:
+    if fleet.model is None and not fleet.failed:
+        terminal.say(
+            "Of no log or device a model is recommended: erclutch fit says why, log by log."
+        )
+    elif fleet.model is None:
         first, why = next(iter(fleet.failed.items()))
         problem = f"none of {fleet.devices} could be fitted; the first: {why.rstrip('.')}"
         raise CheckError(problem, where=first, remedy="Try erclutch inspect on this log")
@@ -168,6 +172,8 @@ def _print(fleet: Fleet) -> None:
     terminal.tell(f"{fleet.devices} logs or devices{done}; {len(fleet.failed)} failed")
     for device, reason in list(fleet.failed.items())[:5]:
         terminal.tell(f"failed: {device}: {reason}", style="yellow")
+    for device, message in list(fleet.warned.items())[:5]:
+        terminal.tell(f"warning: {device}: {message}", style="yellow")
     if fleet.model is not None:
         rows = [
             [
