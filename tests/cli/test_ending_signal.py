@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from erclutch import cli
+from erclutch import cli, files
 from erclutch.cli import main
 from erclutch.cli.ending_signal import EndingSignal
 from erclutch.files import scratch_folder, takes_files
@@ -197,3 +198,15 @@ def test_a_signal_beside_the_look_whether_a_folder_takes_files_leaves_nothing(
         takes_files(tmp_path)
     ending.end()
     assert list(tmp_path.iterdir()) == []
+
+
+#: The ring of a session has a lock, by which the next session takes it away.
+HELD_BY_A_LOCK = ("session.py",)
+
+
+def test_every_temporary_folder_is_made_where_no_signal_can_leave_it() -> None:
+    """Python makes a folder and notes it in two steps; a signal between them left the folder of a compiler's work."""
+    package = Path(cli.__file__).parents[1]
+    made = re.compile(r"\b(TemporaryDirectory|mkdtemp|NamedTemporaryFile|mkstemp)\(")
+    found = {file.name for file in package.rglob("*.py") if made.search(file.read_text("utf-8"))}
+    assert found == {*HELD_BY_A_LOCK, Path(files.__file__).name}

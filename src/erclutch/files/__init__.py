@@ -327,12 +327,13 @@ def is_plain_file(path: Path) -> bool:
 
 
 @contextmanager
-def scratch_folder() -> Generator[str]:
-    """A temporary folder that is taken away; a signal that ends the program cannot come between both."""
+def scratch_folder(prefix: str = "erclutch-", beside: Path | None = None) -> Generator[str]:
+    """A temporary folder, or one beside a file, that is taken away; no signal can come between both."""
     folder = None
     try:
         with unheard():
-            folder = TemporaryDirectory(prefix="erclutch-")
+            place = None if beside is None else beside.parent
+            folder = TemporaryDirectory(prefix=prefix, dir=place, ignore_cleanup_errors=True)
         yield folder.name
     finally:
         if folder is not None:

@@ -8,13 +8,13 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from erclutch.errors import ExportError
+from erclutch.files import scratch_folder
 
 #: What makes every compiler give the same bits.
 EXACT = ("-std=c99", "-ffp-contract=off")
@@ -79,7 +79,7 @@ def run(
     """
     try:
         # A compiler that is ended with this program leaves its own temporary files: they go with this folder.
-        with tempfile.TemporaryDirectory(prefix="erclutch-", ignore_cleanup_errors=True) as folder:
+        with scratch_folder() as folder:
             done = subprocess.run(
                 words,
                 capture_output=True,

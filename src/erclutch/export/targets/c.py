@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,7 @@ from erclutch.export.c.compilers import STRICT, Compiler, foreign, natives, run
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_vectors import Vectors, vectors_of
 from erclutch.export.target_check import Check, compare
+from erclutch.files import scratch_folder
 
 TITLE = "one C99 file with its header, test vectors and make check"
 ALARMS = True
@@ -249,7 +249,7 @@ clean:
 
 def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The vectors under every compiler and emulator of this machine."""
-    with tempfile.TemporaryDirectory() as work:
+    with scratch_folder() as work:
         yield from verify_in(Path(work), step, folder)
 
 

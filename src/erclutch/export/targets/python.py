@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import shutil
-import tempfile
 from collections.abc import Iterator
 from functools import cache
 from importlib import resources
@@ -22,6 +20,7 @@ from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_vectors import vectors_of
 from erclutch.export.target_check import Check, to_the_bit
 from erclutch.export.targets import c
+from erclutch.files import scratch_folder
 
 TITLE = "the step compiled for this machine, called from Python (ctypes; 3.11 and later)"
 ALARMS = True
@@ -80,7 +79,7 @@ def _call_source() -> str:
 @cache
 def _call_library(compiler: Compiler, flags: tuple[str, ...]) -> bytes:
     """It is the same for all models. The interpreter's functions are found in the process that loads it."""
-    with tempfile.TemporaryDirectory() as work:
+    with scratch_folder() as work:
         code = Path(work) / "erc_call.c"
         library = Path(work) / CALL
         code.write_text(_call_source())
@@ -94,12 +93,10 @@ def compile_model(step: ExportedStep) -> CompiledModel:
     Raises:
         ExportError: no compiler, or it failed.
     """
-    work = Path(tempfile.mkdtemp(prefix="erclutch-"))
-    try:
+    with scratch_folder() as folder:
+        work = Path(folder)
         library = build(step, work)
         return load(library, work / CALL)
-    finally:
-        shutil.rmtree(work, ignore_errors=True)
 
 
 def load(library: Path, call: Path | None = None) -> CompiledModel:

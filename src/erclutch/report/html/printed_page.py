@@ -11,10 +11,9 @@ import shutil
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from erclutch.errors import RunError
-from erclutch.files import unwritable
+from erclutch.files import scratch_folder
 from erclutch.report.html.report_page import report_html
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.paper_style import placed
@@ -76,12 +75,9 @@ def print_report(material: Material, path: Path) -> Path:
             "no Chromium, Chrome or Edge is here to print with", where=str(path), remedy=_REMEDY
         )
     # Beside the PDF and not hidden: a browser out of a sandboxed package reads neither /tmp nor hidden folders.
-    try:
-        folder = TemporaryDirectory(prefix=f"{path.stem}-printing-", dir=path.parent)
-    except OSError as error:
-        raise unwritable(path, error) from error
-    profile = TemporaryDirectory(prefix="erclutch-browser-", ignore_cleanup_errors=True)
-    with folder as name, profile as own, placed(path) as partial:
+    beside = scratch_folder(f"{path.stem}-printing-", path)
+    profile = scratch_folder("erclutch-browser-")
+    with placed(path) as partial, beside as name, profile as own:
         page = Path(name, "report.html")
         pages = Path(name, "report.pdf")
         text = report_html(material)

@@ -8,14 +8,13 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import os
-import tempfile
 from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 
 from erclutch.errors import ErclutchError, ExportError
 from erclutch.export.c.compilers import Compiler, natives, run, shared_flags
-from erclutch.files import cache_folder
+from erclutch.files import cache_folder, scratch_folder
 
 SOURCES = Path(__file__).parent / "c"
 #: No -ffast-math, ever: it would delete the guards against NaN.
@@ -127,7 +126,7 @@ def cached(target: Path, make: Callable[[Path], Path]) -> Path:
         pass  # it is not there, or not whole
     try:
         target.parent.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=".building-", dir=target.parent.parent) as folder:
+        with scratch_folder(".building-", target.parent) as folder:
             made = make(Path(folder))
             target.parent.mkdir(exist_ok=True)
             note = _digest_of(made)

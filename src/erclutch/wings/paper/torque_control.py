@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import tempfile
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
@@ -20,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import SettingError
+from erclutch.files import scratch_folder
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.signals.array import Array
@@ -192,7 +192,7 @@ def seeded_runs(
         raise SettingError(f"--seeds {seeds}", remedy="Give 1 to 1000")
     runs: list[ControlRun] = []
     total = seeds * len(INVERSES) * len(known)
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder() as folder:
         for seed in range(seeds):
             # Fitted once, and only if a run of the seed is not finished.
             fitted = cache(partial(fit, seed, Path(folder)))

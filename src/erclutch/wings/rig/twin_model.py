@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tempfile
 from collections.abc import Sequence
 from functools import partial
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from erclutch.files import cache_folder, unwritable, whole_file
+from erclutch.files import cache_folder, scratch_folder, unwritable, whole_file
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -78,7 +77,7 @@ def twin_models(
         )
         scenario = "training" if device == "coaxial" else "brake"
         run = prepare(scenario, rig=rig, seconds=_SECONDS, seed=1)
-        with tempfile.TemporaryDirectory() as folder:
+        with scratch_folder() as folder:
             place = Path(folder) / "twin.parquet"
             log = write_log(place, run.names, run.chunks(), run.about(), rows=run.rows)
             # Speeds by the filter that runs live: the models then know its delay and its noise.

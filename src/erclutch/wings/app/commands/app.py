@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import Parameter
 
 from erclutch.errors import SettingError
+from erclutch.files import scratch_folder
 
 COMMAND = {
     "help": "Show a folder of logs and runs as a page: drop a log, fit, read the report, export.",
@@ -66,7 +66,7 @@ def app(
             f"port {port} cannot be had ({error})", remedy="Give another --port"
         ) from error
     access = Access(listening.getsockname()[1], new_token())
-    with listening, tempfile.TemporaryDirectory(prefix="erclutch-") as scratch:
+    with listening, scratch_folder() as scratch:
         bench = Workbench(folder, access, Path(scratch))
         config = uvicorn.Config(
             bench.app,

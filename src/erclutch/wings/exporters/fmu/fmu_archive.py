@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import tempfile
 import zipfile
 from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
@@ -14,6 +13,7 @@ from erclutch._version import __version__
 from erclutch.errors import printable
 from erclutch.export.encode import markup
 from erclutch.export.exported_step import ExportedStep
+from erclutch.files import scratch_folder
 from erclutch.wings.exporters.fmu.fmu_binaries import build_binaries
 from erclutch.wings.exporters.fmu.fmu_description import (
     Interface,
@@ -78,7 +78,7 @@ def write_fmu(
 #endif
 """
 
-    with tempfile.TemporaryDirectory() as work, ThreadPoolExecutor(1) as pool:
+    with scratch_folder() as work, ThreadPoolExecutor(1) as pool:
         root = Path(work)
         code = root / "sources"
         code.mkdir()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from erclutch.export.exported_step import ExportedStep
 from erclutch.export.step_vectors import vectors_of
 from erclutch.export.target_check import Check, compare
 from erclutch.export.targets import c
+from erclutch.files import scratch_folder
 
 TITLE = "a C++11 class around the C step, with CMakeLists.txt and package.xml for ROS 2"
 ALARMS = True
@@ -288,7 +288,7 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     vectors = vectors_of(step)
     include = folder / "include"
     code = folder / "src"
-    with tempfile.TemporaryDirectory() as work:
+    with scratch_folder() as work:
         core = Path(work) / "core.o"
         program = Path(work) / "check"
         native().build([code / f"{n}.c"], core, "-O2", "-c", f"-I{include}", f"-I{include / n}")

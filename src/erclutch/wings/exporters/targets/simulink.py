@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import shutil
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -21,6 +20,7 @@ from erclutch.export.step_record import step_record
 from erclutch.export.step_vectors import vectors_of
 from erclutch.export.target_check import Check, near, to_the_bit
 from erclutch.export.targets import c
+from erclutch.files import scratch_folder
 from erclutch.wings.exporters.matlab_function import block_function, number_class, step_function
 
 TITLE = "MATLAB functions for Simulink and MATLAB Coder, and the C step for a C Caller block with its settings"
@@ -170,7 +170,7 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
             state=step_record(step).size,
             name=n,
         )
-        with tempfile.TemporaryDirectory() as work:
+        with scratch_folder() as work:
             place = Path(work)
             rows.tofile(place / "rows.bin")
             head = f"cd({matlab_string(work)}); folder = {matlab_string(str(folder.resolve()))};"
@@ -183,7 +183,7 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
 
     # The C Caller's function, state going round as in the block.
     if compiler_there:
-        with tempfile.TemporaryDirectory() as work:
+        with scratch_folder() as work:
             library = Path(work) / "caller.so"
             files = [folder / f"{n}_caller.c", folder / f"{n}.c"]
             native().build(files, library, "-O2", *shared_flags(library))

@@ -8,7 +8,6 @@ the target. docs/control.md says how to use it.
 from __future__ import annotations
 
 import re
-import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +25,7 @@ from erclutch.export.monotone import releases
 from erclutch.export.step_record import feels_state
 from erclutch.export.target_check import Check
 from erclutch.export.targets import c
+from erclutch.files import scratch_folder
 from erclutch.signals.array import Array, largest_size
 from erclutch.signals.speed import live, usual_cutoff
 from erclutch.wings.live.controller_check import INPUTS, check_source
@@ -70,7 +70,7 @@ def write(step: ExportedStep, folder: Path) -> None:
     c.write_bench(step, folder)
     n = step.name
     rows = sample_rows(step)
-    with tempfile.TemporaryDirectory() as work:
+    with scratch_folder() as work:
         printed = _printed(native(), folder, Path(work), step, rows)
     (folder / f"{n}_control_check.c").write_text(
         check_source(step, rows, printed), encoding="ascii"
@@ -418,7 +418,7 @@ def _printed(
 def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """The model's vectors and the controller's, under every compiler and emulator of this machine."""
     compilers = (*natives(), *foreign())
-    with tempfile.TemporaryDirectory() as work:
+    with scratch_folder() as work:
         place = Path(work)
         objects = [c.compile_model(compiler, folder, place, step, "-O2") for compiler in compilers]
         yield from c.verify_in(place, step, folder)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from erclutch.export.exported_step import ExportedStep
 from erclutch.export.target_check import Check
+from erclutch.files import scratch_folder
 from erclutch.wings.exporters.fmu.fmu_archive import write_fmu
 from erclutch.wings.exporters.fmu.fmu_description import Interface, Port
 from erclutch.wings.exporters.fmu.fmu_run import simulated
@@ -112,7 +112,7 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
     """Validate and simulate it with FMPy, against the C compiled here, bit by bit."""
     rows = controller.sample_rows(step)
     face = interface(step)
-    with tempfile.TemporaryDirectory() as work:
+    with scratch_folder() as work:
         controller.write_core(step, Path(work))
         expected = controller.answers(step, rows, Path(work))
     for where, outputs, flags in simulated(step, face, folder, 3, ("CoSimulation",), rows):
