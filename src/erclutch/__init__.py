@@ -41,7 +41,8 @@ if TYPE_CHECKING:
     from erclutch.signals.recording import Recording
     from erclutch.signals.speed import Derivative
     from erclutch.wings.align.aligned_logs import align
-    from erclutch.wings.fleet.fleet import Fleet, fit_many
+    from erclutch.wings.fleet.fitted_fleet import Fleet
+    from erclutch.wings.fleet.fleet import fit_many
     from erclutch.wings.rheology.flow_curve import FlowCurve, fit_flow_curve
 
 
@@ -65,7 +66,8 @@ _HOMES = {
     "runs.new_rows": ("predict", "score"),
     "fit.laws.fit_law": ("FitOutcome", "fit_structure"),
     "wings.rheology.flow_curve": ("FlowCurve", "fit_flow_curve"),
-    "wings.fleet.fleet": ("Fleet", "fit_many"),
+    "wings.fleet.fitted_fleet": ("Fleet",),
+    "wings.fleet.fleet": ("fit_many",),
     "models.laws": ("law_from_name",),
     "logs": ("ColumnMap", "read", "read_table", "recording_from_arrays"),
     "wings.align.aligned_logs": ("align",),

@@ -23,7 +23,8 @@ from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.plots.plot_description import Line
 from erclutch.runs.cluster import WorkerLostError
 from erclutch.wings.fleet.commands.fit_many import advice_of_logs
-from erclutch.wings.fleet.fleet import DeviceTask, Fleet, fit_device, fit_many, logs_of_devices
+from erclutch.wings.fleet.fitted_fleet import Fleet
+from erclutch.wings.fleet.fleet import DeviceTask, fit_device, fit_many, logs_of_devices
 from erclutch.wings.fleet.fleet_charts import fleet_panels
 from erclutch.wings.fleet.fleet_page import mixed, not_compared, too_few
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend

@@ -12,7 +12,7 @@ from erclutch.report.html.section import Section
 from erclutch.report.numbers.number_text import count, number, span
 from erclutch.report.numbers.run_material import BADGE_MEANS
 from erclutch.report.plots.paper_style import placed
-from erclutch.wings.fleet.fleet import Fleet
+from erclutch.wings.fleet.fitted_fleet import Fleet
 from erclutch.wings.fleet.fleet_charts import fleet_panels, named
 from erclutch.wings.fleet.fleet_statistics import FEWEST, FleetSeries
 

@@ -17,7 +17,7 @@ from erclutch.errors import CheckError, ErclutchError, LogError, require
 
 if TYPE_CHECKING:
     from erclutch.signals.recording import Recording
-    from erclutch.wings.fleet.fleet import Fleet
+    from erclutch.wings.fleet.fitted_fleet import Fleet
 
 COMMAND = {
     "help": "Fit the same models to each of many logs or devices; one table, one report, outliers and trends.",

@@ -145,20 +145,26 @@ def tune(
         _show(chosen, path, moved, loops, gains)
     with together():
         with placed(out / "control.toml") as partial:
-            digest = chosen.to_dict()["digest"][:12]
-            by = "by erclutch tune. erclutch live --tuned takes this file."
-            lines = [f"# Control of {chosen.name} ({digest}), {by}"]
-            for tuned, margins in ((tuned, tuned.margins) for tuned in loops):
-                lines.append(
-                    f"# {tuned.name}: {tuned.bandwidth:.3g} Hz of at most {tuned.largest:.3g}; "
-                    f"gain margin {margins.gains}, phase {margins.phase:.0f} deg, delay {1e3 * margins.delay:.1f} ms, "
-                    f"sensitivity {margins.sensitivity:.2f}"
-                )
-            lines += [f"{name} = {gains[name]:.6g}  # {unit}" for name, unit in TUNED.items()]
-            partial.write_text("\n".join(lines) + "\n", encoding="utf-8")
+            partial.write_text(_control_file(chosen, loops, gains), encoding="utf-8")
         pictures = save_plot(describe_loops(loops), *(out / f"loops.{kind}" for kind in as_))
     if not json:
         terminal.say(out / "control.toml", *pictures)
+
+
+def _control_file(model: Model, loops: list[TunedLoop], gains: Mapping[str, float]) -> str:
+    """What `erclutch live --tuned` takes: the gains with their units, below what the loops can do."""
+    digest = model.to_dict()["digest"][:12]
+    by = "by erclutch tune. erclutch live --tuned takes this file."
+    lines = [f"# Control of {model.name} ({digest}), {by}"]
+    for tuned in loops:
+        margins = tuned.margins
+        lines.append(
+            f"# {tuned.name}: {tuned.bandwidth:.3g} Hz of at most {tuned.largest:.3g}; "
+            f"gain margin {margins.gains}, phase {margins.phase:.0f} deg, delay {1e3 * margins.delay:.1f} ms, "
+            f"sensitivity {margins.sensitivity:.2f}"
+        )
+    lines += [f"{name} = {gains[name]:.6g}  # {unit}" for name, unit in TUNED.items()]
+    return "\n".join(lines) + "\n"
 
 
 # --- what the run says ------------------------------------------------------------------------------------------------
