@@ -16,7 +16,14 @@ from erclutch.report.html.report_page import report_html
 from erclutch.report.html.verdict_section import RANKING, VERDICT, worries
 from erclutch.report.numbers.flow_curves import dwelled_fields, field_curves, flow_curves
 from erclutch.report.numbers.run_material import Material
-from erclutch.runs.run_about import RunAbout, about_with, kept_about, read_about, write_about
+from erclutch.runs.run_about import (
+    RunAbout,
+    about_with,
+    kept_about,
+    moment_of,
+    read_about,
+    write_about,
+)
 from tests.support.command import good, refused
 from tests.support.exported_models import law_model
 
@@ -199,3 +206,10 @@ def test_four_curves_of_a_pair_without_a_rival_stand_in_one_row(
     figures = [values["figures"][0]] * panels
     html = report_page._body(report_page.templates(), MODEL, {**values, "figures": figures})["html"]
     assert ('class="many four figures"' in html) == four
+
+
+@pytest.mark.parametrize("changed", [0.0, -1e10, 1e12, -1e12, 2.0**62])
+def test_a_time_that_no_calendar_has_is_left_out(changed: float) -> None:
+    """Of a clock that was set wrong: the report, the table of a fleet and the page of all runs ended in a traceback."""
+    moment = moment_of(changed)
+    assert (moment is None) == (abs(changed) > 1e11)

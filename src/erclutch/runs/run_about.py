@@ -98,9 +98,20 @@ def read_about(run_folder: Path) -> RunAbout:
     written = run_folder / "run.json"
     if about.date or not written.is_file():
         return about
-    written_at = datetime.fromtimestamp(written.stat().st_mtime).astimezone()
-    day = written_at.date()
-    return replace(about, date=day.isoformat())
+    changed = moment_of(written.stat().st_mtime)
+    return about if changed is None else replace(about, date=changed.date().isoformat())
+
+
+def moment_of(changed: float) -> datetime | None:
+    """When a file was changed, where clocks show our time; None where no calendar has that year.
+
+    Args:
+        changed: as the file system says, in s.
+    """
+    try:
+        return datetime.fromtimestamp(changed).astimezone()
+    except (ValueError, OverflowError, OSError):
+        return None
 
 
 def write_about(run_folder: Path, about: RunAbout) -> None:

@@ -201,13 +201,13 @@ def _not_live(units: Mapping[str, str]) -> str:
 
 def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
     """A run in the overview: its logs, when it was written, what it recommends, and the error of that."""
-    from datetime import datetime
-
     from erclutch.fit.choice.standing import chosen_name, standing_of_run
+    from erclutch.runs.run_about import moment_of
 
+    changed = moment_of(entry.changed)
     row = {
         "name": entry.name,
-        "date": f"{datetime.fromtimestamp(entry.changed):%Y-%m-%d %H:%M}",
+        "date": "" if changed is None else f"{changed:%Y-%m-%d %H:%M}",
         "logs": "",
         "model": "not readable",
         "error": "",

@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
+from datetime import UTC
 from operator import itemgetter
 from pathlib import Path
 from statistics import median_low
@@ -17,6 +17,7 @@ import numpy as np
 from erclutch.errors import SettingError
 from erclutch.files import whole_file
 from erclutch.fit.choice.standing import standing_of_run
+from erclutch.runs.run_about import moment_of
 from erclutch.runs.written_run import unwritable
 from erclutch.signals.array import Array
 from erclutch.wings.fleet.fleet_statistics import (
@@ -107,7 +108,8 @@ def tables_of(devices: Sequence[Mapping[str, Any]], over: str, baseline: int) ->
     parameters: Rows = []
     for order, body in zip(orders, devices, strict=True):
         place = {"device": body["device"], "order": order}
-        modified = datetime.fromtimestamp(body["modified"], UTC).isoformat(timespec="seconds")
+        changed = moment_of(body["modified"])
+        modified = "" if changed is None else changed.astimezone(UTC).isoformat(timespec="seconds")
         about = {**place, "logs": "; ".join(body["logs"]), "modified": modified}
         # A number of the name may be called as a column is, such as {device}.
         taken = (*about, *_NO_FIT, "failed")
