@@ -67,6 +67,8 @@ def _share_of_each_log(dataset: Dataset, share: float) -> Mask:
     """The last rows of each log or of its levels; of levels without a gap a part of each; of points some all over."""
     mask = np.zeros(dataset.rows, np.bool_)
     for log in dataset.source_rows:
+        if log[1] == log[0]:  # none of its rows is among these
+            continue
         if dataset.in_no_time:
             mask |= spread_points(dataset.elements, *log, share)
             continue

@@ -415,8 +415,9 @@ def _unlike(data: Dataset) -> Finding | None:
     larger, smaller = _ANOTHER_UNIT
     slips = data.elements[0].slip
     for name, values in (("effort", data.effort), ("slip", slips)):
-        sizes = np.array([rms(values[start:stop]) for start, stop in data.source_rows])
-        usual = float(np.median(sizes))
+        # A log without rows has no size, and is not odd.
+        sizes = np.array([rms(values[a:b]) if b > a else np.nan for a, b in data.source_rows])
+        usual = float(np.nanmedian(sizes))
         odd = np.flatnonzero((sizes > larger * usual) | (sizes < usual / smaller))
         if odd.size and usual > 0:
             first = odd[0]
@@ -436,7 +437,8 @@ def another_device(data: Dataset) -> Finding | None:
     for name, (start, stop) in zip(data.sources, data.source_rows, strict=True):
         own = slice(start, stop)
         field = element.field[own]
-        logs.append(CourseOfLog(name, (), element.slip[own], data.effort[own], field))
+        if field.size:
+            logs.append(CourseOfLog(name, (), element.slip[own], data.effort[own], field))
     apart = efforts_of_two_devices(logs)
     if apart is None:
         return None
