@@ -14,6 +14,7 @@ from erclutch.errors import RunError
 from erclutch.fit.bands.new_fields import wider_at_new_fields
 from erclutch.fit.bands.prediction_bands import LEVEL, calibrated
 from erclutch.fit.comparison import Settings, compare
+from erclutch.fit.kinds.law_alone import KIND
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import Dataset, build_dataset, joined
 from erclutch.models.band import MOST_FIELD_EDGES, Band
@@ -27,13 +28,15 @@ FIELDS = (0.0, 0.4, 0.7, 1.0)
 UNITS = {"field": "A", "slip": "rad/s", "effort": "N*m"}
 
 
-def device(fields: Sequence[float]) -> Dataset:
-    """A log for each field, with a yield effort in proportion to it."""
+def device(fields: Sequence[float], saturates_at: float = 0.0, friction: float = 0.0) -> Dataset:
+    """A log for each field, with a yield effort in proportion to it, or one that saturates."""
     rng = np.random.default_rng(0)
     slip = 2.0 * np.sin(2.0 * np.pi * 0.7 * PERIOD * np.arange(ROWS))
     logs: list[Dataset] = []
     for field in fields:
-        effort = field * np.tanh(slip / 0.1) + 0.1 * slip + 0.01 * rng.standard_normal(ROWS)
+        level = np.tanh(field / saturates_at) if saturates_at else field
+        whole = friction + level
+        effort = whole * np.tanh(slip / 0.1) + 0.1 * slip + 0.01 * rng.standard_normal(ROWS)
         signals = {"field": np.full(ROWS, field), "slip": slip, "effort": effort}
         data = build_dataset(recording_from_arrays(signals, UNITS, rate=1.0 / PERIOD))
         logs.append(replace(data, sources=(f"log at {field:g} A",)))
@@ -168,6 +171,58 @@ def test_a_field_beyond_those_of_the_logs_lies_inside() -> None:
     assert plain is not None
     low, high = plain[0].around(entry.predicted, data.elements, data.clock)
     assert np.mean(((low <= data.effort) & (data.effort <= high))[compared.test]) < 0.6
+
+
+def test_two_fields_do_not_tell_how_the_yield_effort_rises() -> None:
+    """Without a third of three fields a fit kept the exponent that all three had told, so it seemed to err by little.
+
+    The band held 1 % of the rows at a field between.
+    """
+    data = device(FIELDS, saturates_at=0.6, friction=0.3)
+    compared = compare(data, Settings(("bingham",), "none", ("log at 0.4 A",)))
+    band = compared.entries[0].band
+    assert band is not None
+    assert band.held.share > 0.9
+
+
+def test_what_is_in_doubt_counts_between_fields_and_below_all_but_not_beyond() -> None:
+    data = device((0.35, 0.7, 1.05))
+    usual, in_doubt = 0.5 * np.ones(data.rows), 2.0 * np.ones(data.rows)
+    band = calibrated_on(data, 0.1 * np.ones(data.rows))
+    wider = wider_at_new_fields(band, data, usual, in_doubt)
+    assert width_at(wider, 0.1) == pytest.approx(4.0)
+    assert width_at(wider, 0.55) == pytest.approx(4.0 * 0.35 / 0.7)
+    assert width_at(wider, 1.2) == 1.0
+
+
+def test_of_the_fields_below_all_only_the_lowest_is_in_doubt() -> None:
+    data = device((0.35, 0.7, 1.05))
+    usual = 0.5 * np.ones(data.rows)
+    in_doubt = np.where(data.elements[0].field == 1.05, 9.0, usual)
+    wider = wider_at_new_fields(
+        calibrated_on(data, 0.1 * np.ones(data.rows)), data, usual, in_doubt
+    )
+    assert width_at(wider, 0.1) == pytest.approx(1.0)
+
+
+def test_below_all_fields_an_error_counts_more_where_the_way_is_longer() -> None:
+    """No field is 0.4 A away from 0.4 A, which is 0.3 A away from the next field."""
+    data = device((0.4, 0.7, 1.0))
+    errors = np.where(data.elements[0].field == 0.4, 0.9, 0.1)
+    wider = wider_at_new_fields(calibrated_on(data, 0.1 * np.ones(data.rows)), data, errors)
+    assert width_at(wider, 0.1) == pytest.approx(2.0 * 0.9 * 0.4 / 0.3)
+
+
+@pytest.mark.parametrize("form", ["", "/tanh", "/saturating"])
+def test_at_two_fields_a_law_may_rise_as_the_square_of_the_field_or_saturate(form: str) -> None:
+    data = device(FIELDS, friction=0.3)
+    (candidate,) = KIND.candidates(Settings((f"bingham{form}",), "none"), data)
+    outcome = candidate.fit(data, (), 1)
+    field = data.elements[0].field
+    square, saturating = candidate.refits_in_doubt(data, (field == 0.4) | (field == 1.0), outcome)
+    assert square.model.shape["n"] == pytest.approx(2.0, rel=0.01)
+    assert saturating.model.shape["E_s"] == pytest.approx(0.5, rel=0.01)
+    assert candidate.refits_in_doubt(data, field != 0.7, outcome) == ()
 
 
 @pytest.mark.parametrize("more", [0, 1])

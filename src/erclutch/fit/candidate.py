@@ -75,6 +75,18 @@ class Candidate(Protocol):
         """
         ...
 
+    def refits_in_doubt(
+        self, train: Dataset, kept: Mask, outcome: AnyOutcome
+    ) -> Sequence[AnyOutcome]:
+        """Fits to the same rows as `refit` that differ in what these rows cannot tell; none where they tell all.
+
+        Args:
+            train: all training rows.
+            kept: the rows to fit, shape (n,).
+            outcome: of `fit`.
+        """
+        return ()
+
     def fit_again(self, data: Dataset, outcome: AnyOutcome) -> AnyOutcome:
         """Fit the same model to all rows, for use and not for judging.
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.fit.log_groups import groups_of, quantile_over_logs
 from erclutch.logs.dataset import Dataset
@@ -41,13 +42,36 @@ class _Class:
     new: bool
 
 
-def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
+@dataclass(frozen=True)
+class NewFieldErrors:
+    """Errors on the training rows by fits without the field of a row.
+
+    Attributes:
+        usual: measured less estimated effort, shape (n,).
+        in_doubt: the largest in size of all fits that the fields left cannot tell apart, shape (n,): two fields do not
+            say whether the yield effort rises as the field or as its square.
+    """
+
+    usual: Array
+    in_doubt: Array
+
+
+def wider_at_new_fields(
+    band: Band,
+    data: Dataset,
+    errors: Array,
+    in_doubt: Array | None = None,
+) -> Band:
     """A band with classes of its own for fields that no log has.
 
     Between fields of logs the half width is the largest error of fields that had others on both sides when they were
     left out. Where those others were further apart than the two fields here, the error is as much smaller. The half
     width is no less than the mean at the two fields. Below the lowest field and beyond the highest it is the largest
-    error of all fields, at the slips where they err most.
+    error of all fields, at the slips where they err most. Below, the error of the lowest field counts in proportion
+    where no field is further away from it than the next field.
+
+    What fits leave in doubt counts between fields, and of the lowest field below. Beyond the highest it does not: a fit
+    without that field says next to nothing there, but the fit for use has it.
 
     Such an error is a quantile of the magnitude over the rows of a field, all logs counting the same: with so few
     fields nobody can tell on which side of the estimate a new field errs most.
@@ -56,10 +80,12 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
         band: calibrated at the fields of the training rows.
         data: the training rows.
         errors: measured less estimated effort by fits without the field of a row, shape (n,).
+        in_doubt: the largest in size of all fits that these fields cannot tell apart, shape (n,); None: they tell all.
 
     Returns:
         The same band where the logs have one field, or so many that the band cannot keep them apart.
     """
+    in_doubt = errors if in_doubt is None else in_doubt
     fields = [element.field for element in data.elements]
     slips = [element.slip for element in data.elements]
     signed, slip = leading(fields, slips)
@@ -90,23 +116,22 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
     slip_class = np.searchsorted(band.slip_edges, sizes)
     log = logs.log_of_row(data.rows)
 
-    def error(rows: Mask) -> float:
-        """What most of some rows erred by when their field was left out."""
-        return quantile_over_logs(np.abs(errors[rows]), log[rows], band.level)
-
-    # Errors beyond all fields: the largest of any field, at the slips where it errs most.
+    # Errors beyond all fields: the largest of any field, at the slips where it errs most; below, what the lowest field
+    # leaves in doubt, and more where no field is further away than the next field.
     outermost = 0.0
     for place in range(len(levels)):
-        for number in range(band.shape[2]):
-            rows = (level == place) & (slip_class == number)
-            if rows.any():
-                outermost = max(outermost, error(rows))
+        of_level = _at_the_worst_slips(errors, level == place, slip_class, log, band.level)
+        outermost = max(outermost, of_level)
+    further = levels[0] / (levels[1] - levels[0])
+    lowest = _at_the_worst_slips(in_doubt, level == 0, slip_class, log, band.level)
+    below = max(outermost, lowest * max(further, 1.0))
     # Errors between fields: of each field with others on both sides, and how far apart those others are.
     inner: list[tuple[float, float]] = []
     for place in range(1, len(levels) - 1):
         rows = level == place
         if rows.any():  # a field that changes within a log may never be at its mean
-            inner.append((error(rows), levels[place + 1] - levels[place - 1]))
+            size = quantile_over_logs(np.abs(in_doubt[rows]), log[rows], band.level)
+            inner.append((size, levels[place + 1] - levels[place - 1]))
 
     # Half widths, by direction, switching, field and slip.
     halves = np.reshape([band.behind, band.ahead], (2, *band.shape))
@@ -124,7 +149,8 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
             beside = halves[:, :, both_sides].mean(axis=2)
             widths.append(np.maximum(between, beside))
         else:
-            widths.append(np.maximum(outermost, halves.max(axis=2)))
+            widest = below if k < len(classes) - 1 else outermost
+            widths.append(np.maximum(widest, halves.max(axis=2)))
     behind, ahead = np.stack(widths, axis=2)
 
     # Classes cover magnitudes from zero on; the grid reaches below zero only where fields of the logs do.
@@ -137,6 +163,21 @@ def wider_at_new_fields(band: Band, data: Dataset, errors: Array) -> Band:
         behind=tuple(behind.ravel().tolist()),
         ahead=tuple(ahead.ravel().tolist()),
     )
+
+
+def _at_the_worst_slips(
+    errors: Array,
+    rows: Mask,
+    slip_class: NDArray[np.intp],
+    log: NDArray[np.intp],
+    share: float,
+) -> float:
+    """What most of some rows erred by when their field was left out, in the class of slips where that is most."""
+    largest = 0.0
+    for number in np.unique(slip_class[rows]):
+        own = rows & (slip_class == number)
+        largest = max(largest, quantile_over_logs(np.abs(errors[own]), log[own], share))
+    return largest
 
 
 def _classes(

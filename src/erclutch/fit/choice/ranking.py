@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.bands.haste_widths import with_haste
-from erclutch.fit.bands.new_fields import wider_at_new_fields
+from erclutch.fit.bands.new_fields import NewFieldErrors, wider_at_new_fields
 from erclutch.fit.bands.prediction_bands import HeldBand, calibrated, judged
+from erclutch.fit.bands.standstill_widths import wide_next_to_standstill
 from erclutch.fit.choice.scoring import (
     TOLERATED,
     BandedFigure,
@@ -147,7 +148,7 @@ def with_bands(
     data: Dataset,
     test: NDArray[np.bool_],
     entries: Sequence[RankedModel],
-    at_new_fields: Mapping[str, Array] | None = None,
+    at_new_fields: Mapping[str, NewFieldErrors] | None = None,
 ) -> list[RankedModel]:
     """The models with bands that are calibrated on the training rows and judged on those held out.
 
@@ -155,7 +156,7 @@ def with_bands(
         data: all rows.
         test: mask of the rows held out, shape (n,).
         entries: the models.
-        at_new_fields: by name, errors on the training rows by fits without the field of a row, each (m,); the bands of
+        at_new_fields: by name, errors on the training rows by fits without the field of a row; the bands of
             these models then have widths of their own at fields between and beyond those of the training rows.
     """
     errors = [data.effort - entry.predicted for entry in entries]
@@ -175,8 +176,10 @@ def with_bands(
         band, plain = pair
         if entry.outcome.unseen is not None:
             band = with_haste(band, train, entry.outcome.unseen)
+            band = wide_next_to_standstill(band, train, entry.outcome.unseen)
         if at_new_fields and entry.name in at_new_fields:
-            band = wider_at_new_fields(band, train, at_new_fields[entry.name])
+            new = at_new_fields[entry.name]
+            band = wider_at_new_fields(band, train, new.usual, new.in_doubt)
         outcome: Any = entry.outcome
         outcome = replace(outcome, model=replace(outcome.model, band=band))
         figures = judged(data, test, entry.predicted, band, plain)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from erclutch.errors import CheckError
+from erclutch.fit.bands.new_fields import NewFieldErrors
 from erclutch.fit.candidate import Fitted
 from erclutch.fit.choice.points_left_out import fields_left_out, points_left_out
 from erclutch.fit.choice.scoring import BandedFigure, Score, excess, recommend, score
@@ -78,15 +79,15 @@ class Choice:
         recommended: its name.
         words: on what it was chosen, for people.
         errors: RMSE of each model in question on parts that it was not fitted to.
-        at_new_fields: measured less estimated effort of each model in question on all training rows, shape (n,), by
-            fits without the field of a row; none where no whole fields were left out.
+        at_new_fields: errors of each model in question on all training rows by fits without the field of a row; none
+            where no whole fields were left out.
         against: why each of the other models that may be recommended is not, the end of a sentence about it.
     """
 
     recommended: str
     words: str
     errors: Mapping[str, BandedFigure]
-    at_new_fields: Mapping[str, Array]
+    at_new_fields: Mapping[str, NewFieldErrors]
     against: Mapping[str, str]
 
 
@@ -235,13 +236,17 @@ def chosen(
     )
 
     # The first parts are whole fields: together they are all rows, each predicted without its field.
-    at_new_fields: dict[str, Array] = {}
+    at_new_fields: dict[str, NewFieldErrors] = {}
     if parts.fields:
         of_fields = parts.masks[: parts.fields]
         rows = np.concatenate([np.flatnonzero(mask) for mask in of_fields])
+        by_name = {f.outcome.name: f for f in contenders}
         for name, own in usable.items():
-            at_new_fields[name] = np.empty(train.rows)
-            at_new_fields[name][rows] = np.concatenate(own[: parts.fields])
+            usual, in_doubt = np.empty((2, train.rows))
+            usual[rows] = np.concatenate(own[: parts.fields])
+            for mask in of_fields:
+                in_doubt[mask] = _largest_in_doubt(by_name[name], train, mask, usual[mask])
+            at_new_fields[name] = NewFieldErrors(usual, in_doubt)
     if len(allowed) < 2:
         return Choice(recommended, "", {}, at_new_fields, {})
 
@@ -251,6 +256,27 @@ def chosen(
         others, seen, {name: freedom[name] for name in worth}, train.units.effort
     )
     return Choice(recommended, parts.words, rmse, at_new_fields, against)
+
+
+def _largest_in_doubt(fitted: Fitted, train: Dataset, part: Mask, error: Array) -> Array:
+    """Errors at fields left out, each the largest of all fits that the rows left cannot tell apart, shape (rows,).
+
+    Args:
+        fitted: the model.
+        train: all training rows.
+        part: the rows left out, shape (n,).
+        error: measured less estimated effort on these, by the fit that keeps what all fields told.
+    """
+    # The candidate of another package may know of no doubt.
+    refits = getattr(fitted.candidate, "refits_in_doubt", None)
+    if refits is None:
+        return error
+    largest = error
+    for outcome in refits(train, train.with_neighbours(~part), fitted.outcome):
+        other: Array = (train.effort - outcome.model.predict(train))[part]
+        if np.isfinite(other).all():
+            largest = np.where(np.abs(other) > np.abs(largest), other, largest)
+    return largest
 
 
 def burdens_of(

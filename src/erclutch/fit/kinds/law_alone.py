@@ -63,6 +63,11 @@ _ADDED_TERMS = 2
 _EVIDENCE = 10.0
 
 
+#: The ways over the field that few fields leave in doubt: these forms, and as steep as most fluids are.
+_DOUBTFUL = (POWER, TANH, SATURATING)
+_RISES = ((POWER, "n", 2.0), (TANH, "E_s", 0.5))
+
+
 @dataclass(frozen=True)
 class LawCandidate(Candidate):
     """A law with its stages.
@@ -114,6 +119,29 @@ class LawCandidate(Candidate):
         return refit_near(
             train, outcome.model, kept, held=("n",) if few else (), without=outcome.without
         )
+
+    def refits_in_doubt(
+        self, train: Dataset, kept: Mask, outcome: AnyOutcome
+    ) -> Sequence[AnyOutcome]:
+        """Two fields and a friction do not tell how the yield effort rises: as the field, or as its square?
+
+        `refit` holds what all fields told, the one that is left out among them. See `Candidate.refits_in_doubt`.
+        """
+        model = outcome.model
+        if not self.structure.friction or self.structure.law.yield_form not in _DOUBTFUL:
+            return ()
+        as_power = self.structure.with_yield_form(POWER)
+        if not more_numbers_than_fields(train.take(kept), as_power):
+            return ()
+        doubtful: list[AnyOutcome] = []
+        for form, name, number in _RISES:
+            structure = self.structure.with_yield_form(form)
+            numbers = {**model.shape, name: number}
+            shapes = structure.shapes(model.reference.period)
+            shape = {own.name: numbers[own.name] for own in shapes}
+            start = replace(model, structure=structure, shape=shape)
+            doubtful.append(refit_near(train, start, kept, held=(name,), without=outcome.without))
+        return doubtful
 
     def fit_again(self, data: Dataset, outcome: AnyOutcome) -> AnyOutcome:
         """The law's numbers get intervals, which `refit` leaves out; see `Candidate.fit_again`."""
