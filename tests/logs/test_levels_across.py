@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from openpyxl import Workbook
+from scipy.io import savemat
 
 from erclutch.logs import ColumnMap, plan_of, read, read_table
 from erclutch.signals.array import Array
@@ -270,6 +271,23 @@ def test_the_command_about_sheets_that_differ_by_clicks_is_one_that_goes_on(tmp_
     assert f'--name-pattern "{pattern}"' in asked.out + asked.error
     shown = good("inspect", path, "--variable", "all", "--time", "none", "--name-pattern", pattern)
     assert "Understood" in shown
+
+
+@pytest.mark.usefixtures("read_here")
+def test_vectors_of_each_field_with_a_length_of_their_own_are_stacked(tmp_path: Path) -> None:
+    labels, columns = groups(("t_{}A", "v_{}A", "F_{}A"), ragged=True)
+    vectors = {
+        label.replace(".", "p"): column[np.isfinite(column)]
+        for label, column in zip(labels, columns, strict=True)
+    }
+    path = tmp_path / "fields.mat"
+    savemat(path, vectors)
+    log = read(path)
+    rows = [vectors[name].size for name in ("t_0A", "t_0p5A", "t_1p5A")]
+    np.testing.assert_array_equal(log.signals["field"], np.repeat(FIELDS, rows))
+    # Groups of other names are no such groups: what has another length is left out.
+    savemat(path, {**vectors, "x_2A": np.arange(50.0)})
+    assert read_table(path).unreadable
 
 
 CURRENT: Array = np.linspace(0.0, 2.0, 9)

@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from erclutch.logs.columns.levels_in_names import stated_in, without_field
 from erclutch.logs.readers.found_recordings import TIME, Found
 from erclutch.signals.array import Array
 
@@ -43,6 +44,8 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
     if not arrays:
         return None
 
+    arrays = _with_groups_of_one_length(arrays, notes)
+
     # The rows of a recording: those of its time, else of most vectors.
     counts = Counter(max(array.shape) for array in arrays.values())
     rows = max(counts, key=lambda length: (counts[length], length))
@@ -71,6 +74,40 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
     return Found(
         columns, constants=constants, metadata=metadata, notes=notes, unreadable=unreadable
     )
+
+
+def _are_groups(arrays: Mapping[str, np.ndarray[Any, Any]]) -> bool:
+    """Whether vectors of each length have the same names but for a field: t_0A, F_0A beside t_1A, F_1A."""
+    lengths: dict[str, set[int]] = {}  # of the vectors of a field
+    names: dict[str, set[str]] = {}  # without the field
+    for name, array in arrays.items():
+        field = stated_in(name)
+        if field is None or array.ndim != 1:
+            return False
+        level = f"{field.number:g} {field.unit}"
+        lengths.setdefault(level, set()).add(int(array.size))
+        names.setdefault(level, set()).add(without_field(name))
+    (first, *others) = names.values()
+    are_alike = bool(others) and len(first) > 1 and all(own == first for own in others)
+    differ = len({length for own in lengths.values() for length in own}) > 1
+    return are_alike and differ and all(len(own) == 1 for own in lengths.values())
+
+
+def _with_groups_of_one_length(
+    arrays: Mapping[str, np.ndarray[Any, Any]], notes: list[str]
+) -> Mapping[str, np.ndarray[Any, Any]]:
+    """Vectors that come in a group for each field, the shorter groups with empty cells at their ends; others stay."""
+    if not _are_groups(arrays):
+        return arrays
+    notes.append(
+        "the vectors of each field have a length of their own: the shorter ones end before"
+    )
+    longest = max(int(array.size) for array in arrays.values())
+    padded: dict[str, np.ndarray[Any, Any]] = {}
+    for name, array in arrays.items():
+        padded[name] = np.full(longest, np.nan)
+        padded[name][: array.size] = array
+    return padded
 
 
 def _shortest_near(rows: int, lengths: Sequence[int]) -> tuple[int, list[int]]:
