@@ -1,4 +1,4 @@
-"""What a drive computes beside a sensor, and the current of a propeller's motor, are asked about. SYNTHETIC."""
+"""What a drive computes, raw numbers of a converter and the current of a propeller are asked about. SYNTHETIC."""
 
 from __future__ import annotations
 
@@ -76,3 +76,15 @@ def test_the_current_of_a_propeller_s_motor_is_no_field_in_silence(
 def test_a_thrust_of_a_bearing_beside_a_current_is_no_propeller() -> None:
     thrust = 50.0 + 40.0 * np.sin(TIME)
     assert "motor under test" not in " ".join(planned({**PROPELLER, "thrust [N]": thrust}).doubts)
+
+
+@pytest.mark.parametrize("name", ["adc_force", "ADC Torque", "force_adc", "adc_torque_1"])
+def test_whole_numbers_of_a_converter_are_no_effort_in_silence(name: str) -> None:
+    counts = np.round(2048.0 + 300.0 * TORQUE)
+    columns = {**BESIDE, name: counts}
+    plan = planned(columns)
+    assert "in whole numbers of a converter" in " ".join(plan.doubts)
+    assert plan.command().replace('"', "").endswith(f"--effort {name}")
+    assert not planned(columns, effort=name).doubts
+    # What was converted already has digits.
+    assert not planned({**BESIDE, name: TORQUE}).doubts

@@ -69,6 +69,7 @@ from erclutch.logs.planning.parted_rows import ask_about_groups, ask_about_woven
 from erclutch.logs.planning.planned_files import doubt_what_was_planned
 from erclutch.logs.planning.points import say_what_is_a_map, take_points
 from erclutch.logs.planning.proposals import propose_answers
+from erclutch.logs.planning.raw_numbers import doubt_numbers_of_a_converter
 from erclutch.logs.planning.rheometer_columns import (
     doubt_a_shear_rate_beside_a_torque,
     doubt_an_oscillation,
@@ -171,6 +172,7 @@ STEPS = (
     Step("whether the effort has its sign", doubt_an_effort_without_its_sense),
     Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),
     Step("whether a drive tells a share of its rated torque", doubt_a_share_of_a_rated_torque),
+    Step("whether a signal is in numbers of a converter", doubt_numbers_of_a_converter),
     Step("whether a drive computed the effort beside a sensor", doubt_the_torque_of_a_drive),
     Step("whether counts or a motor want a stated number", doubt_counts_and_motors),
     Step("whether the effort is the device's alone", doubt_an_effort_with_inertia),
