@@ -94,8 +94,8 @@ def _are_groups(arrays: Mapping[str, np.ndarray[Any, Any]]) -> bool:
 
 
 def _with_groups_of_one_length(
-    arrays: Mapping[str, np.ndarray[Any, Any]], notes: list[str]
-) -> Mapping[str, np.ndarray[Any, Any]]:
+    arrays: dict[str, np.ndarray[Any, Any]], notes: list[str]
+) -> dict[str, np.ndarray[Any, Any]]:
     """Vectors that come in a group for each field, the shorter groups with empty cells at their ends; others stay."""
     if not _are_groups(arrays):
         return arrays
