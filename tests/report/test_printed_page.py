@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from pathlib import Path
 
@@ -146,3 +147,22 @@ def test_places_in_the_pdf_stay(made: bytes) -> None:
     assert len(signed) == len(made)
     assert (b"/Creator (erclutch)" in signed) == (b"/Creator" in made)
     assert signed.endswith(made[made.index(b"/Producer") :])
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a browser that is a script of the shell")
+def test_a_browser_that_is_ended_leaves_no_process_and_no_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """After Control-C its own folder stayed, and its helpers wrote on into ours while that was taken away."""
+    script = 'mkdir "$TMPDIR/own"\nsleep 60 &\necho $! > helper\nsleep 60'
+    browser = fake_browser(tmp_path, script)
+    profile = tmp_path / "profile"
+    profile.mkdir()
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(printed_page, "_SECONDS", 1.0)
+    with pytest.raises(RunError, match="has not printed it in 1 s"):
+        printed_page._print(str(browser), browser, tmp_path / "r.pdf", str(profile), tmp_path)
+    assert [path.name for path in profile.iterdir()] == ["own"]
+    helper = int((tmp_path / "helper").read_text())
+    state = Path(f"/proc/{helper}/stat")
+    assert not state.exists() or state.read_text().rpartition(")")[2].split()[0] == "Z"

@@ -8,8 +8,10 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import signal
 import subprocess
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from erclutch.errors import RunError
@@ -133,23 +135,36 @@ def _print(
     words.append(page.as_uri())
     quiet = subprocess.DEVNULL
     try:
-        done = subprocess.run(
+        with subprocess.Popen(
             words,
             stdin=quiet,
             stdout=quiet,
             stderr=quiet,
-            timeout=_SECONDS,
-            check=False,
-        )
+            env={**os.environ, "TMPDIR": profile},  # what it leaves when it is ended goes with that
+            start_new_session=True,
+        ) as process:
+            try:
+                code = process.wait(_SECONDS)
+            finally:
+                _end(process)
     except subprocess.TimeoutExpired as error:
         problem = f"{Path(program).name} has not printed it in {_SECONDS:g} s"
         raise RunError(problem, where=str(path), remedy=_REMEDY) from error
     except OSError as error:
         problem = f"{program} does not start: {error.strerror or error}"
         raise RunError(problem, where=str(path), remedy=_REMEDY) from error
-    if done.returncode or not pages.is_file() or not pages.read_bytes().startswith(b"%PDF-"):
-        problem = f"{Path(program).name} did not print it (exit code {done.returncode})"
+    if code or not pages.is_file() or not pages.read_bytes().startswith(b"%PDF-"):
+        problem = f"{Path(program).name} did not print it (exit code {code})"
         raise RunError(problem, where=str(path), remedy=_REMEDY)
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a browser and all that it started: these write into its folder as that is taken away."""
+    if os.name == "nt":
+        process.kill()
+        return
+    with suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
 
 
 def signed(pdf: bytes) -> bytes:
