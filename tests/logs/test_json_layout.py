@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError, LogError
-from erclutch.logs import ColumnMap, plan_of, read, read_table, recordings_in
+from erclutch.logs import ColumnMap, plan_of, read, read_all, read_table, recordings_in
 from tests.support.examples import examples
 
 TIME = [k / 100 for k in range(50)]
@@ -316,3 +316,46 @@ def test_objects_of_one_set_of_keys_that_are_no_numbers_are_no_rows(tmp_path: Pa
     path.write_text(json.dumps({"t": 0.1, **joints}))
     table = read_table(path)
     assert table.rows == 1
+
+
+ROWS_OF_RUN = [
+    {"t": round(0.01 * k, 2), "v": 0.1 * (k % 9 - 4), "f": 5.0 * (k % 9 - 4)} for k in range(40)
+]
+
+
+@pytest.mark.parametrize(
+    "document",
+    [
+        {"runs": [{"current_A": level, "samples": ROWS_OF_RUN} for level in (0.5, 1.0)]},
+        [{"meta": {"current [A]": level}, "log": ROWS_OF_RUN} for level in (0.5, 1.0)],
+    ],
+)
+def test_rows_of_a_run_have_the_current_of_their_run(tmp_path: Path, document: object) -> None:
+    path = tmp_path / "log.json"
+    path.write_text(json.dumps(document), "utf-8")
+    logs = read_all(path, ColumnMap())
+    assert [float(log.signals["field"][0]) for log in logs] == [0.5, 1.0]
+    assert [log.signals["effort"].size for log in logs] == [40, 40]
+
+
+@pytest.mark.parametrize(
+    "stated",
+    [
+        {"current_A": 0.5},
+        {"setup": {"coil current [A]": 0.5}},
+        {"setup": {"coil_current": {"value": 0.5, "unit": "A"}}},
+    ],
+)
+def test_a_current_beside_the_rows_is_their_field(tmp_path: Path, stated: object) -> None:
+    path = tmp_path / "log.json"
+    path.write_text(json.dumps({**cast("dict[str, object]", stated), "samples": ROWS_OF_RUN}))
+    # A v may be a voltage or a velocity, and stays asked about.
+    assert read(path, slip="v [m/s]").signals["field"] == pytest.approx(np.full(40, 0.5))
+
+
+def test_the_current_of_another_run_is_not_taken(tmp_path: Path) -> None:
+    path = tmp_path / "log.json"
+    runs = {f"run{level}": {"current_A": level, "samples": ROWS_OF_RUN} for level in (0.5, 1.0)}
+    path.write_text(json.dumps(runs))
+    log = read(path, slip="v [m/s]", variable="run1.0.samples")
+    assert log.signals["field"] == pytest.approx(np.full(40, 1.0))

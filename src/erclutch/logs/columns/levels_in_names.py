@@ -26,6 +26,8 @@ _COUNTED_IN = {
     "setting": "settings? stufen? einstellung reglages? ajustes? 段 档 档位",
 }
 _POSITIONS = "|".join("|".join(words.split()) for words in _COUNTED_IN.values())
+#: In front of a level over the names of its columns: ``Current 0: force``. ``Current 1`` alone is a channel.
+_HEADINGS = "current|voltage|strom|spannung|courant|tension|corrente|tensione|corriente|电流|電流"
 _FROM_AN_END = r"(?: (?:out|in|open|(?:from )?(?:full(?:y)? )?(?:closed|open|soft|hard|in|out)))?"
 #: A setting that is no number with a unit of a field: ``4 clicks``, ``Click 3``, ``PWM 50 %``, ``(50 %)``, ``I0``.
 _SETTING = re.compile(
@@ -33,6 +35,7 @@ _SETTING = re.compile(
     rf"|(?P<position_before>{_POSITIONS})[ _#=-]*(?P<counted_behind>{NUMBER})"
     rf"|(?P<share>pwm|duty|dc)[ _=-]*(?P<percent_behind>{NUMBER}) ?%?"
     rf"|(?P<percent>{NUMBER}) ?(?:%|pct|percent)(?:[ _-]?(?P<share_behind>pwm|duty))?"
+    rf"|(?:{_HEADINGS})[ =]*(?P<headed>{NUMBER})(?=: )"
     rf"|[IU][ _=-]?(?P<plain>{NUMBER}))(?![A-Za-z0-9%])",
     re.IGNORECASE,
 )
@@ -108,7 +111,7 @@ def setting_in(name: str) -> StatedLevel | None:
         number = number_of(said["percent"] or said["percent_behind"])
         unit = "%" if said["percent"] or "%" in found[0][0] else None  # pwm 127 may be of 255
         return StatedLevel(share.lower() if share else _LEVEL, number, unit)
-    return StatedLevel(_LEVEL, number_of(said["plain"]), None)
+    return StatedLevel(_LEVEL, number_of(said["headed"] or said["plain"]), None)
 
 
 def without_setting(name: str) -> str:

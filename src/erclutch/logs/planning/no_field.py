@@ -25,7 +25,8 @@ from erclutch.logs.columns.two_courses import (
 from erclutch.logs.columns.vocabulary import TOLD
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive
-from erclutch.logs.planning.stated_field import take_stated_field
+from erclutch.logs.planning.missing_columns import has_short_name
+from erclutch.logs.planning.stated_field import states_a_field, take_stated_field
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
@@ -85,7 +86,12 @@ def settle_the_field(draft: Draft) -> None:
         label = str(choice.column)
         name, _ = split_label(label)
         inputs += [label, name]
-    if maybe_field(draft.seen, [*taken, *inputs]):
+    open_ones = maybe_field(draft.seen, [*taken, *inputs])
+    # A v may be a voltage, but beside a stated current it is none that is needed.
+    have_short_names = all(
+        not column.unit and has_short_name(column, "field") for column in open_ones
+    )
+    if open_ones and not (have_short_names and states_a_field(draft)):
         return
     del draft.questions["field"]
     if take_stated_field(draft):

@@ -88,6 +88,11 @@ def take_stated_field(draft: Draft) -> bool:
     return ask_about_remarked_field(draft) or _ask_about_the_name(draft)
 
 
+def states_a_field(draft: Draft) -> bool:
+    """Whether the header or a number beside the columns states a field."""
+    return bool(_beside_the_columns(draft))
+
+
 def ask_about_specimens(names: Sequence[str], told: ColumnMap) -> None:
     """Ask whether names such as ``1A``, ``2A``, ``3A`` number specimens or tell fields; nothing else is in them.
 
@@ -136,9 +141,10 @@ def _beside_the_columns(draft: Draft) -> list[StatedLevel]:
     """Numbers of the header, and numbers beside vectors, whose name is that of a current or a voltage."""
     stated: list[StatedLevel] = []
     for name, number in draft.table.constants.items():
-        letter = _LETTER_AND_UNIT.fullmatch(name)
-        if letter is not None or _is_called_so(name):
-            own = draft.table.units.get(name) or spoken_name(name).end
+        label, in_brackets = split_label(name)
+        letter = _LETTER_AND_UNIT.fullmatch(label)
+        if letter is not None or _is_called_so(label):
+            own = in_brackets or draft.table.units.get(name) or spoken_name(label).end
             stated.append(StatedLevel(name, number, own or (letter and (letter[1] or letter[2]))))
     for key, text in draft.table.metadata.items():
         label, unit = split_label(key)

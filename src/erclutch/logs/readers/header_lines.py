@@ -53,6 +53,7 @@ _FEWEST_TOLD = 2  # columns of a legend
 #: Between the heading of a table and the name of a column, where tables stand side by side.
 HEADED = ": "
 #: A comment that names one column by its number: ``# column 1: time [s]``.
+_NUMBER_ALONE = re.compile(r"[-+]?\d+(?:[.,]\d+)?")
 _NUMBERED = re.compile(rf"[#%/]+\s*{_COLUMN}[\s.#]*(\d{{1,3}})\s*[:=.)-]\s*(\S.*)", re.I)
 
 
@@ -117,6 +118,8 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         return Header(last, None, 1)
     if labels := _labels_of_pairs(marks.cells(above[-2]), last):
         return Header(labels, None, 2)
+    if labels := _names_over_an_index(last, above[-2], marks, rows):
+        return Header(labels, None, 2)
     # A line of units above the names begins with the word for them, in a cell of its own or in front of the first.
     upper = marks.cells(above[-2].lstrip("#%/ "))
     word, colon, first_unit = upper[0].partition(":")
@@ -141,6 +144,18 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         if are_eastern and all(names) and 2 * eastern_units.count(None) <= len(last):
             return Header(names, eastern_units, 2)
     return Header(last, None, 1)
+
+
+def _names_over_an_index(
+    last: Sequence[str], line: str, marks: Marks, rows: RowsBelow
+) -> list[str]:
+    """Names above a line of one name, as pandas writes the name of its index below names of two levels; else none."""
+    if len(last) < 3 or not last[0] or any(last[1:]):
+        return []
+    first, *names = _labels(line, marks, rows) or [""]
+    # Such a cell may also be the unit of the first column; t is a tonne, but not there.
+    is_a_unit = bool(first) and _is_known(last[0]) and not spoken_name(last[0]).is_time
+    return [last[0], *names] if names and all(names) and not is_a_unit else []
 
 
 def _names_over(last: Sequence[str], line: str, marks: Marks, rows: RowsBelow) -> list[str] | None:
@@ -187,45 +202,66 @@ def with_headings(header: Header, above: Sequence[str], marks: Marks) -> Header:
     """The header with the heading of its table before each name, where tables of the same columns stand side by side.
 
     A heading stands over the first column of its table, and perhaps over the others again; columns without a name may
-    stand between the tables. Without such a line the header is as it was.
+    stand between the tables. In front of them may stand columns that they share, such as a time; then the headings are
+    levels, and over a shared column may stand what they are: ``Current [A]``. Without such a line the header is as it
+    was.
     """
     if not 0 < header.lines < len(above):
         return header
     names = header.labels
     bare = [split_label(label)[0] for label in names]
-    starts = [place for place, name in enumerate(bare) if name and name == bare[0]]
+    counts_of_names = Counter(name for name in bare if name)
+    first = next((place for place, name in enumerate(bare) if counts_of_names[name] > 1), 0)
+    starts = [place for place, name in enumerate(bare) if name and name == bare[first]]
     tables: list[Sequence[str]] = []  # labels of each
     columns: list[list[str]] = []  # names of each
     for start, stop in pairwise([*starts, len(names)]):
         tables.append(names[start:stop])
         columns.append([name for name in bare[start:stop] if name])
-    if len(tables) < 2 or len(columns[0]) < 2:
+    if len(tables) < 2 or (len(columns[0]) < 2 and first == 0):
         return header
     if any(of_table != columns[0] for of_table in columns):
         return header
 
     over = marks.cells(above[-header.lines - 1])
     over += [""] * (len(names) - len(over))
-    headings: list[str] = []
+    levels = _as_levels([over[start] for start in starts], over[:first])
+    if first > 0 and levels is None:
+        return header
+    headings: list[str] = [""] * first
     counts = Counter[str]()  # specimens of a second material may have the numbers of the first
-    for start, table in zip(starts, tables, strict=True):
+    for number, (start, table) in enumerate(zip(starts, tables, strict=True)):
         heading = over[start]
         cells = over[start : start + len(table)]
         if not heading or not {*cells} <= {"", heading}:
             return header
+        heading = heading if levels is None else levels[number]
         counts[heading] += 1
         told_apart = f"{heading} ({counts[heading]})" if counts[heading] > 1 else heading
         headings += [told_apart] * len(table)
     if len(counts) < 2:
         return header
     # People write the units once, with the names of the first table.
-    own = {name: label for name, label in zip(bare, tables[0], strict=False) if name}
+    own = {name: label for name, label in zip(bare[first:], tables[0], strict=False) if name}
+    width = len(tables[0])
     says_no_unit = [label == name for label, name in zip(names, bare, strict=True)]
-    if len({*bare[: len(tables[0])]}) == len(tables[0]) and all(says_no_unit[len(tables[0]) :]):
-        names = [own.get(name, "") for name in bare]
-    pairs = zip(headings, names, strict=True)
-    labels = [f"{heading}{HEADED}{name}" if name else "" for heading, name in pairs]
+    if len({*bare[first : first + width]}) == width and all(says_no_unit[first + width :]):
+        names = [*names[:first], *(own.get(name, "") for name in bare[first:])]
+    labels: list[str] = []
+    for heading, name in zip(headings, names, strict=True):
+        labels.append(f"{heading}{HEADED}{name}" if heading and name else name)
     return Header(labels, header.units, header.lines + 1)
+
+
+def _as_levels(headings: Sequence[str], over_shared: Sequence[str]) -> list[str] | None:
+    """Headings as levels with what stands over shared columns before them, unit or name; None where some are none."""
+    if not all(any(map(str.isdigit, heading)) for heading in headings):
+        return None
+    said = next((cell for cell in over_shared if cell), "")
+    if not said or not all(_NUMBER_ALONE.fullmatch(heading) for heading in headings):
+        return [*headings]
+    name, unit = split_label(said)
+    return [f"{heading} {unit}" if unit else f"{name} {heading}" for heading in headings]
 
 
 def with_lines_above(header: Header, above: Sequence[str], marks: Marks) -> Header:

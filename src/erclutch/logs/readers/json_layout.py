@@ -7,6 +7,7 @@
 {"columns": ["t", "speed"], "data": [[0.1, 3], ...]}
 {"speed": {"0": 3, "1": 4, ...}, ...}               pandas: rows under their numbers
 {"runs": [{"t": [0.1, ...], "speed": [3, ...]}, ...]}
+{"runs": [{"current": 0.5, "rows": [{"t": 0.1, "speed": 3}, ...]}, ...]}
 {"data": [[0.1, 3], ...]}                           a matrix: its columns are data_1, data_2
 {"t": 0.1, "speed": {"value": 3, "unit": "rad/s"}}  a row with units
 """
@@ -122,14 +123,20 @@ def _of_items(
     for own, run in zip(told_apart(names), objects, strict=True):
         place = f"{name}.{own}" if name else own
         of_run = list(_recordings(run, "", depth + 1))
-        numbers: Lists = {}  # that hold for the whole run, such as its current
+        numbers: dict[str, float] = {}  # that hold for the whole run, such as its current
         for key, value in flat(run, "", 0):
             if isinstance(value, int | float) and not isinstance(value, bool):
-                numbers[key] = [value]
+                numbers[key] = value
         for inner, recording in of_run:
             is_only = len(of_run) == 1 or not inner
-            whole = {**numbers, **recording} if isinstance(recording, dict) else recording
-            yield place if is_only else f"{place}.{inner}", whole
+            yield place if is_only else f"{place}.{inner}", _with_numbers(recording, numbers)
+
+
+def _with_numbers(recording: Rows | Lists, numbers: Mapping[str, float]) -> Rows | Lists:
+    """A recording with numbers that hold for all of it, in each of its rows or as lists of one number."""
+    if isinstance(recording, dict):
+        return {**{name: [number] for name, number in numbers.items()}, **recording}
+    return [{**numbers, **row} if isinstance(row, dict) else row for row in recording]
 
 
 def _are_signals(items: Sequence[Any]) -> bool:
@@ -172,13 +179,23 @@ def _signals(objects: Sequence[dict[str, Any]]) -> Lists | None:
 
 
 def _is_run(item: Mapping[str, Any]) -> bool:
-    """Whether an object holds a list of times or of signals: then it is a run, and no row."""
+    """Whether an object holds a list of times, of rows with a time or of signals: then it is a run, and no row."""
     for place, each in flat(item, "", 0):
-        if isinstance(each, list) and _are_signals(cast("list[Any]", each)):
-            return True
-        if isinstance(each, list) and _TIME.fullmatch(place.rpartition(".")[2]):
+        if not isinstance(each, list):
+            continue
+        items = cast("list[Any]", each)
+        has_times = bool(_TIME.fullmatch(place.rpartition(".")[2]))
+        if has_times or _are_rows(items) or _are_signals(items):
             return True
     return False
+
+
+def _are_rows(items: Sequence[Any]) -> bool:
+    """Whether a list holds an object a row, each with a time."""
+    if not items or not isinstance(items[0], dict):
+        return False
+    times = [key for key in cast("dict[str, Any]", items[0]) if _TIME.fullmatch(key)]
+    return bool(times) and all(isinstance(item, dict) and times[0] in item for item in items)
 
 
 def _are_steps(objects: Sequence[dict[str, Any]]) -> bool:

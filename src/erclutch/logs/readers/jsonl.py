@@ -11,7 +11,7 @@ import json
 import re
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, cast
 
@@ -89,16 +89,16 @@ def _read(source: LogSource) -> Table:
         more = f", or join them by time: --variable {shlex.quote(JOINT.join(lists))}"
     name, recording = choose(recordings, source.variable, "list", _NONE, more)
     notes = (f"recording read from {name}",) if name else ()
+    beside = _numbers_beside(document, name, [*recordings.keys() - {name}])
     if isinstance(recording, dict):
-        others = [place for place in recordings if place != name]
         table = _table_of_lists(source, recording, notes)
         shared = json_layout.shared_numbers(document)
-        beside = _numbers_beside(document, others)
         return replace(table, constants={**shared, **beside, **table.constants})
     of_list: list[_Row] = []
     for number, row in enumerate(recording, start=1):
         of_list.append((f"row {number} of {name or 'the list'}", row))
-    return _table_of_rows(source, of_list, notes)
+    table = _table_of_rows(source, of_list, notes)
+    return replace(table, constants={**beside, **table.constants})
 
 
 def _row_in(line: str, where: str) -> Mapping[str, Any]:
@@ -114,19 +114,29 @@ def _row_in(line: str, where: str) -> Mapping[str, Any]:
     return cast("dict[str, Any]", row)
 
 
-def _numbers_beside(document: Any, others: Iterable[str]) -> dict[str, float]:
+def _numbers_beside(document: Any, name: str, others: Sequence[str]) -> dict[str, float]:
     """Single numbers of a document by the last word of their names, such as a sampling rate beside the lists.
 
     Args:
         document: the file.
-        others: places of the recordings that are not read; their numbers are theirs.
+        name: place of the recording that is read.
+        others: places of the recordings that are not read; their numbers, and those beside them alone, are theirs.
     """
     if not isinstance(document, dict):
         return {}
-    numbers: dict[str, float] = {}
+    theirs = {*others}
+    for other in others:
+        object_of_other, _, _ = other.rpartition(".")
+        if not f"{name}.".startswith(f"{object_of_other}."):
+            theirs.add(object_of_other)
+    single: dict[str, Any] = {}
     for place, value in flat(cast("dict[str, Any]", document), "", 0):
+        if not isinstance(value, list):
+            single[place] = value
+    numbers: dict[str, float] = {}
+    for place, value in json_layout.cells_of(single):
         owner, _, _ = place.rpartition(".")
-        of_another = any(other and f"{owner}.".startswith(f"{other}.") for other in others)
+        of_another = any(other and f"{owner}.".startswith(f"{other}.") for other in theirs)
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         if is_number and abs(value) < _LARGEST and not of_another:
             numbers[place] = float(value)

@@ -48,6 +48,9 @@ def read_side_by_side(source: LogSource) -> Table | None:
         return None
 
     whole = read_text(replace(source, variable=None))
+    first = whole.columns.get(beside[0]) if beside and beside[0] == names[0] else None
+    if first is not None and bool(np.all(np.isfinite(first))):
+        return None  # a time without a name, which all tables share
     of_field = SIGNALS[_FIELD].si_units
     tables: dict[str, Found] = {}
     for heading, own in _by_heading(whole.columns).items():

@@ -198,7 +198,7 @@ def _quantity(bare: str, signal: str) -> tuple[str, str | None]:
 
     A name that was the level alone says nothing, as I of ``I=0.5A``, or n of ``n 100 rpm``.
     """
-    stem = _AT_ITS_END.sub("", bare).strip(" _-@")
+    stem = _AT_ITS_END.sub("", bare).strip(" _-@:")
     stem = re.sub("_{2,}", "_", stem)  # torque_0.5A_Nm
     name, unit = split_label(stem)
     level_alone = _A_SLIP_ALONE if signal == "slip" else _A_FIELD_ALONE
