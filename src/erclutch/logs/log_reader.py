@@ -7,11 +7,14 @@ A reader is a file of ``logs/readers`` that assigns ``READER``, or comes from an
 from __future__ import annotations
 
 import hashlib
+import os
+import stat
 import sys
-from collections.abc import Callable, Container, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from io import BufferedReader
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,14 +22,6 @@ from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
 from erclutch.logs.readers.budget import Budget, size_of, within_seconds
 from erclutch.logs.table import Table
-from erclutch.logs.unchanged_file import (
-    State,
-    States,
-    changed,
-    opened_plainly,
-    states_of,
-    unchanged,
-)
 from erclutch.registry import Plugin
 
 if TYPE_CHECKING:
@@ -39,6 +34,10 @@ _LARGEST = 4 << 30  # bytes of a log
 HEAD = 1024  # bytes that a reader may look at to claim a file
 #: What `live --program learn` writes beside its logs: what each round taught. It is no log.
 LEARN_REPORT = "learn.json"
+
+State = tuple[int, int, int] | None
+#: What each file of a log was like when it was looked at.
+States = Mapping[Path, State]
 
 
 @dataclass(frozen=True)
@@ -291,6 +290,58 @@ def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:
     return readers
 
 
+def states_of(files: Iterable[Path]) -> States:
+    """What changes when a file is written or replaced; None where there is none."""
+    states: dict[Path, State] = {}
+    for file in files:
+        try:
+            state = file.stat()
+            states[file] = (state.st_ino, state.st_size, state.st_mtime_ns)
+        except OSError:
+            states[file] = None
+    return states
+
+
+def changed() -> LogError:
+    """The error of a log that is not the log of an earlier look."""
+    # Half of the old log and half of the new are a log that nobody took.
+    problem = "the file was written while it was read"
+    return LogError(problem, remedy="Wait until it is whole, or give a copy of it")
+
+
+@contextmanager
+def unchanged(before: States) -> Generator[None]:
+    """What is read of files inside is of the files of an earlier look, and so is what is wrong with them.
+
+    Raises:
+        LogError: a file was written, replaced or taken away meanwhile.
+    """
+    try:
+        yield
+    except LogError as error:
+        if states_of(before) != before:
+            raise changed() from error
+        raise
+    if states_of(before) != before:
+        raise changed()
+
+
+def opened_plainly(file: Path) -> BufferedReader:
+    """A plain file, opened; what became a pipe after the look at it is refused: its opening may have no end.
+
+    Raises:
+        LogError: it is no plain file any more.
+        OSError: it cannot be opened.
+    """
+    opened = open(  # noqa: SIM115  the caller closes it
+        file, "rb", opener=lambda path, flags: os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+    )
+    if stat.S_ISREG(os.fstat(opened.fileno()).st_mode):
+        return opened
+    opened.close()
+    raise LogError("the file was replaced while it was read", remedy="Give a plain file")
+
+
 def source_of(log: ReadableLog) -> LogSource:
     """The bytes of a log and their digest; an object in memory has none.
 
@@ -325,9 +376,8 @@ def source_of(log: ReadableLog) -> LogSource:
             if file.stat().st_size > _LARGEST:
                 raise LogError("the file is larger than 4 GiB", remedy="Split the log")
             data = content.read()
-            if (
-                states_of([file]) != states
-            ):  # a log that a recorder makes longer has the same beginning
+            # A log that a recorder makes longer has the same beginning.
+            if states_of([file]) != states:
                 content.seek(0)
                 if content.read(len(data)) != data:
                     raise changed()

@@ -20,14 +20,23 @@ from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, window
 from erclutch.logs.clock.resample import resampled
 from erclutch.logs.keywords import all_options, options_of, window_and_rate
 from erclutch.logs.log_file import group_of, recordings_in, tables_in
-from erclutch.logs.log_reader import LogReader, LogSource, log_at, readable
+from erclutch.logs.log_reader import (
+    LogReader,
+    LogSource,
+    States,
+    Windows,
+    log_at,
+    opened_plainly,
+    readable,
+    states_of,
+    unchanged,
+)
 from erclutch.logs.mapping import ColumnMap, file_mapping, map_over, told_of
 from erclutch.logs.plan import Invalid
 from erclutch.logs.planning.recording_choice import table_of_log
 from erclutch.logs.planning.whole_plan import plan_of, sure_plan_of
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
-from erclutch.logs.unchanged_file import opened_plainly, states_of, unchanged, unchanged_windows
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import Recording
 
@@ -165,7 +174,7 @@ def read_batches(
         source = LogSource(file, b"", digest, decimal=told.decimal)
         with placed(file.name), plugin.working(f"failed on {file.name}", alone=False):
             yield from windowed_batches(
-                unchanged_windows(windows, before), source, told, device, invalid, rows, part
+                _unchanged_windows(windows, before), source, told, device, invalid, rows, part
             )
         return
     table = table_of_log(file, told, device, variable or told.variable)
@@ -221,3 +230,21 @@ def recording_from_arrays(
     columns = {signal: {"column": signal} for signal in signals}
     told = ColumnMap.from_dict({"columns": columns, "rate": rate, "lead": lead})
     return apply(plan_of(table, told, device=device, invalid=invalid), table)
+
+
+def _unchanged_windows(windows: Windows, before: States) -> Windows:
+    """The same windows, as long as the file has its state of an earlier look."""
+
+    def checked(
+        source: LogSource, rows: int, margin: int, first: int, last: int | None
+    ) -> Iterator[tuple[int, int, Table]]:
+        with unchanged(before):
+            each = iter(windows(source, rows, margin, first, last))
+        while True:
+            with unchanged(before):
+                window = next(each, None)
+            if window is None:
+                return
+            yield window
+
+    return checked

@@ -24,8 +24,10 @@ from erclutch.logs.log_reader import (
     claims_nothing,
     log_suffixes,
     may_be_log,
+    opened_plainly,
     read_by,
     reader_of,
+    unchanged,
 )
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.planning.clock_planning import clock_plan
@@ -33,7 +35,6 @@ from erclutch.logs.planning.whole_plan import is_log, signals_of
 from erclutch.logs.readers.found_recordings import JOINT, NO_NAME, Found, joined_by_time
 from erclutch.logs.readers.text_tables import is_prose
 from erclutch.logs.table import Table
-from erclutch.logs.unchanged_file import opened_plainly, unchanged
 from erclutch.signals.array import Array
 
 _MOST = 12  # files: a device has few signals, and a folder of more holds logs
