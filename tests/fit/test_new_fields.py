@@ -159,6 +159,12 @@ def test_fields_near_to_each_other_or_too_many_have_nothing_new_between() -> Non
     assert wider_at_new_fields(band, one, 9.0 * np.ones(one.rows)) == band
 
 
+def test_fields_that_run_into_each_other_are_no_levels() -> None:
+    ramp = device(tuple(np.linspace(0.5, 1.0, 60).tolist()))
+    band = calibrated_on(ramp, ramp.effort)
+    assert wider_at_new_fields(band, ramp, 9.0 * np.ones(ramp.rows)) == band
+
+
 def test_a_field_beyond_those_of_the_logs_lies_inside() -> None:
     """A square of the field, where the truth is in proportion to it: the errors grow beyond the fields of the fit."""
     data = device((*FIELDS, 1.2))

@@ -83,7 +83,8 @@ def wider_at_new_fields(
         in_doubt: the largest in size of all fits that these fields cannot tell apart, shape (n,); None: they tell all.
 
     Returns:
-        The same band where the logs have one field, or so many that the band cannot keep them apart.
+        The same band where the logs have one field, fields that run into each other, or so many that the band cannot
+        keep them apart.
     """
     in_doubt = errors if in_doubt is None else in_doubt
     fields = [element.field for element in data.elements]
@@ -97,14 +98,9 @@ def wider_at_new_fields(
     span = max(means) - min(means)
     if not span > 0.0:
         return band
-    # A measured field differs a little from stretch to stretch, and is one level.
-    ascending = sorted(means)
-    alike: list[list[float]] = [[ascending[0]]]
-    for lower, mean in pairwise(ascending):
-        if mean - lower > _KNOWN * span:
-            alike.append([])
-        alike[-1].append(mean)
-    levels = [sum(each) / len(each) for each in alike]
+    levels = _levels_of(means, span)
+    if len(levels) < 2:
+        return band
     classes = list(_classes(levels, span, band.field_edges))
     if not 1 < len(classes) <= MOST_FIELD_EDGES + 1:
         return band
@@ -125,13 +121,7 @@ def wider_at_new_fields(
     further = levels[0] / (levels[1] - levels[0])
     lowest = _at_the_worst_slips(in_doubt, level == 0, slip_class, log, band.level)
     below = max(outermost, lowest * max(further, 1.0))
-    # Errors between fields: of each field with others on both sides, and how far apart those others are.
-    inner: list[tuple[float, float]] = []
-    for place in range(1, len(levels) - 1):
-        rows = level == place
-        if rows.any():  # a field that changes within a log may never be at its mean
-            size = quantile_over_logs(np.abs(in_doubt[rows]), log[rows], band.level)
-            inner.append((size, levels[place + 1] - levels[place - 1]))
+    inner = _between_levels(in_doubt, level, levels, log, band.level)
 
     # Half widths, by direction, switching, field and slip.
     halves = np.reshape([band.behind, band.ahead], (2, *band.shape))
@@ -163,6 +153,34 @@ def wider_at_new_fields(
         behind=tuple(behind.ravel().tolist()),
         ahead=tuple(ahead.ravel().tolist()),
     )
+
+
+def _between_levels(
+    errors: Array,
+    level: NDArray[np.intp],
+    levels: Sequence[float],
+    log: NDArray[np.intp],
+    share: float,
+) -> list[tuple[float, float]]:
+    """What most rows of each field with others on both sides erred by, and how far apart those others are."""
+    inner: list[tuple[float, float]] = []
+    for place in range(1, len(levels) - 1):
+        rows = level == place
+        if rows.any():  # a field that changes within a log may never be at its mean
+            size = quantile_over_logs(np.abs(errors[rows]), log[rows], share)
+            inner.append((size, levels[place + 1] - levels[place - 1]))
+    return inner
+
+
+def _levels_of(means: Sequence[float], span: float) -> list[float]:
+    """The fields of logs, ascending: a measured field differs a little from stretch to stretch, and is one level."""
+    ascending = sorted(means)
+    alike: list[list[float]] = [[ascending[0]]]
+    for lower, mean in pairwise(ascending):
+        if mean - lower > _KNOWN * span:
+            alike.append([])
+        alike[-1].append(mean)
+    return [sum(each) / len(each) for each in alike]
 
 
 def _at_the_worst_slips(
