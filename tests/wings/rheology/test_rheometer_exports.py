@@ -272,6 +272,7 @@ EXPORTS = {
 
 @settings(max_examples=examples(25), deadline=None)
 @example(kind="trios", place=160, damage=".")  # of two sweeps one has no number
+@example(kind="kinexus", place=43, damage=",")  # a name of two halves moves the names behind it
 @given(
     kind=st.sampled_from(list(EXPORTS)),
     place=st.integers(0, 4000),
