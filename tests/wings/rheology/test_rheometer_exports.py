@@ -272,7 +272,10 @@ EXPORTS = {
 
 @settings(max_examples=examples(25), deadline=None)
 @example(kind="trios", place=160, damage=".")  # of two sweeps one has no number
-@example(kind="kinexus", place=43, damage=",")  # a name of two halves moves the names behind it
+@example(kind="trios", place=60, damage="\t")  # the mark of a step is in two halves
+@example(kind="trios", place=63, damage="\t")  # the name of a step stands behind its mark
+@example(kind="kinexus", place=43, damage=",")  # a name too many, which is empty
+@example(kind="kinexus", place=44, damage=",")  # a name too many, of two halves
 @given(
     kind=st.sampled_from(list(EXPORTS)),
     place=st.integers(0, 4000),

@@ -64,6 +64,25 @@ def cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), list[str]())]
 
 
+def require_as_many_names(names: Sequence[str], cells_below: int, line: int) -> None:
+    """Refuse a line with more names than each line below it has cells: a delimiter too many moves the names behind it.
+
+    Args:
+        names: of the line; delimiters at its end are none.
+        cells_below: of each line below.
+        line: its number.
+
+    Raises:
+        LogError: there are more names.
+    """
+    named = max((place + 1 for place, name in enumerate(names) if name), default=0)
+    if named > cells_below:
+        problem = f"line {line} has {named} names, and each line below has {cells_below} cells"
+        raise LogError(
+            problem, remedy="Correct the line of names, or end each row with empty cells"
+        )
+
+
 def delimiter_of(line: str) -> str:
     """The delimiter of a line of names: the one of tab, semicolon and comma that cuts it most."""
     return max("\t;,", key=line.count)

@@ -9,7 +9,13 @@ from collections import Counter
 from itertools import groupby
 
 from erclutch.errors import LogError
-from erclutch.wings.rheology.rheometer_blocks import Block, cells, delimiter_of, reader_of_blocks
+from erclutch.wings.rheology.rheometer_blocks import (
+    Block,
+    cells,
+    delimiter_of,
+    reader_of_blocks,
+    require_as_many_names,
+)
 
 _ACTION = "Action Name"
 _TEXTS = ("Sample Description", "Sequence Name", "Date", "Time stamp")
@@ -37,11 +43,8 @@ def _blocks(content: str) -> list[Block]:
     lengths = Counter(len(row) for _, row in points)
     ((usual, _),) = lengths.most_common(1)
     fewest = width if usual == width else action + 1
-    filled = [place for place, name in enumerate(names) if name]
-    if usual < width and "" in names[: filled[-1]]:
-        # A delimiter too many in the names moves all names behind it, and shorter rows do not show it.
-        problem = f"line {head + 1} has an empty name, and the rows below have {usual} cells for {width} names"
-        raise LogError(problem, remedy="Correct the line of names")
+    if len(lengths) == 1:
+        require_as_many_names(names, usual, head + 1)
     for number, row in points:
         if len(row) < fewest or any(row[width:]):
             problem = f"line {number} has {len(row)} cells where {width} are expected"

@@ -10,7 +10,13 @@ from itertools import pairwise
 
 from erclutch.errors import LogError
 from erclutch.logs.readers.cells import is_numeric
-from erclutch.wings.rheology.rheometer_blocks import Block, cells, delimiter_of, reader_of_blocks
+from erclutch.wings.rheology.rheometer_blocks import (
+    Block,
+    cells,
+    delimiter_of,
+    reader_of_blocks,
+    require_as_many_names,
+)
 
 _STEP = "[step]"
 _NEAR = 5  # lines from a step's mark to its first row: its name, names, units
@@ -25,17 +31,16 @@ def _blocks(content: str) -> list[Block] | None:
     lines = content.splitlines()
     for number, line in enumerate(lines, start=1):
         bare = line.strip().lower()
-        # A damaged mark, or a lost line end ahead of it, hides the step that begins here.
-        if bare.endswith(_STEP[1:]) and bare != _STEP:
-            problem = (
-                f"line {number} ends in {_STEP[1:]!r}, and the mark of a step is a line {_STEP}"
-            )
+        # A damaged mark, or a lost line end beside it, hides the step that begins here.
+        if bare != _STEP and (bare.endswith(_STEP[1:]) or bare.startswith(_STEP)):
+            part = _STEP[1:] if bare.endswith(_STEP[1:]) else _STEP
+            problem = f"line {number} holds {part!r}, and the mark of a step is a line {_STEP}"
             raise LogError(problem, remedy="Correct that line")
     # A section with rows of numbers is a step, also where its mark is damaged.
     starts: list[int] = []
     for at, line in enumerate(lines):
         bare = line.strip()
-        is_in_brackets = bare.startswith("[") and "\t" not in bare
+        is_in_brackets = bare.startswith("[") and ("\t" not in bare or bare.endswith("]"))
         if not bare.lower().endswith(_STEP) and not is_in_brackets:
             continue
         soon = [cells(below, delimiter_of(below)) for below in lines[at + 1 : at + 1 + _NEAR]]
@@ -60,6 +65,8 @@ def _blocks(content: str) -> list[Block] | None:
             if lines[at].lstrip().startswith("["):
                 break  # the next section
             rows.append(cells(lines[at], delimiter))
+        if rows and {*map(len, rows)} == {len(units)}:
+            require_as_many_names(names, len(units), table[0] + 1)
         if rows:
             blocks.append(Block(lines[named].strip(), names, units, rows, points[0] + 1))
     if not blocks and _STEP not in content.lower():
