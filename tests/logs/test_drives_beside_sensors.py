@@ -88,3 +88,15 @@ def test_whole_numbers_of_a_converter_are_no_effort_in_silence(name: str) -> Non
     assert not planned(columns, effort=name).doubts
     # What was converted already has digits.
     assert not planned({**BESIDE, name: TORQUE}).doubts
+
+
+def test_an_effort_that_stays_about_the_zero_of_a_converter_is_none_in_silence() -> None:
+    counts = np.round(2110.0 + 60.0 * TORQUE / np.abs(TORQUE).max())
+    plan = planned({**BESIDE, "TorqueValue": counts})
+    assert "in whole numbers of a converter" in " ".join(plan.doubts)
+    assert "N*m/count" in " ".join(plan.doubts)
+    assert not planned({**BESIDE, "TorqueValue [mNm]": counts}).doubts
+    # A load cell that shows whole newtons comes near to zero, and a pump does not run at 1500.4 rpm.
+    assert not planned({**BESIDE, "force": np.round(600.0 * TORQUE)}).doubts
+    speed = np.round(1500.0 + 30.0 * np.sin(TIME))
+    assert "converter" not in " ".join(planned({**BESIDE, "torque": TORQUE, "speed": speed}).doubts)
