@@ -100,7 +100,7 @@ def _with_groups_of_one_length(
     if not _are_groups(arrays):
         return arrays
     notes.append(
-        "the vectors of each field have a length of their own: the shorter ones end before"
+        "the vectors of each field have a length of their own: rows behind a shorter one are empty"
     )
     longest = max(int(array.size) for array in arrays.values())
     padded: dict[str, np.ndarray[Any, Any]] = {}
