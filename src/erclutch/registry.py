@@ -16,7 +16,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Generator, Iterable, Mapping
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, redirect_stdout, suppress
 from dataclasses import dataclass
 from functools import cache, cached_property, wraps
 from importlib import import_module
@@ -34,6 +34,7 @@ from erclutch.errors import (
     SettingError,
     did_you_mean,
     placed,
+    printable,
 )
 
 
@@ -59,7 +60,9 @@ _GROUPS: Mapping[str, _Group] = {
 GROUPS = tuple(_GROUPS)
 #: In each thread how many calls of plug-ins of other packages are under way.
 _AT_WORK = local()
-_PACKAGE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
+_LONGEST = 200  # letters of a text that another package brings
+#: Of a plug-in or its package. Whatever else a package calls so may command a shell, a terminal or a page.
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,14 @@ class Plugin:
     def label(self) -> str:
         """Package and version, for people."""
         return f"{self.package} {self.version}"
+
+    @property
+    def why_unused(self) -> str:
+        """Why it is not used, though it is installed; empty where it is."""
+        if not all(map(_NAME.fullmatch, (self.name, self.package, self.part or "none"))):
+            return "not used: names of plug-ins have up to 100 letters, digits and - . _"
+        hides = not self.own and self.name in _own(self.group)
+        return f"not used: {self.name} is erclutch's own" if hides else ""
 
     @cached_property
     def value(self) -> Any:
@@ -207,9 +218,9 @@ def names(group: str) -> tuple[str, ...]:
 
 
 def plugins(group: str) -> tuple[Plugin, ...]:
-    """A group's plug-ins: ours, then those of other packages but for names that are ours."""
-    own = _own(group)
-    return (*own.values(), *(plugin for plugin in _others(group) if plugin.name not in own))
+    """A group's plug-ins: ours, then those of other packages that are used."""
+    used = (plugin for plugin in _others(group) if not plugin.why_unused)
+    return (*_own(group).values(), *used)
 
 
 def sound(group: str, kind: type[Any]) -> tuple[list[tuple[Plugin, Any]], list[PluginError]]:
@@ -250,8 +261,8 @@ def fault_behind(error: Exception) -> PluginError | None:
 
 
 def hidden(group: str) -> tuple[Plugin, ...]:
-    """Plug-ins of other packages that are not used, because their name is one of ours."""
-    return tuple(plugin for plugin in _others(group) if plugin.name in _own(group))
+    """Plug-ins of other packages that are not used: their name is one of ours, or none."""
+    return tuple(plugin for plugin in _others(group) if plugin.why_unused)
 
 
 def find(group: str, name: str) -> Plugin:
@@ -263,7 +274,7 @@ def find(group: str, name: str) -> Plugin:
     own = _own(group).get(name)
     if own is not None:
         return own
-    of_others = [plugin for plugin in _others(group) if plugin.name == name]
+    of_others = [plugin for plugin in plugins(group) if plugin.name == name]
     if not of_others:
         raise unknown(group, name)
     if len(of_others) > 1:
@@ -310,7 +321,7 @@ def require(needed: Any, where: str) -> None:
     for entry in entries:
         named = cast("dict[str, object]", entry) if isinstance(entry, dict) else {}
         group, name, package = (str(named.get(key, "")) for key in ("group", "name", "package"))
-        if group not in _GROUPS or not _PACKAGE.fullmatch(package):
+        if group not in _GROUPS or not _NAME.fullmatch(package):
             remedy = "Restore the file, or make it again"
             raise PluginError(f"{entry!r:.100} names no plug-in", where=where, remedy=remedy)
         if name not in names(group):
@@ -409,19 +420,30 @@ def own_text(plugin: Plugin) -> str:
 @cache
 def _others(group: str) -> tuple[Plugin, ...]:
     """Those of other packages, by name: of the group, and of its parts (``erclutch.commands.live``)."""
-    from importlib.metadata import entry_points
-
-    installed = entry_points()
     others: list[Plugin] = []
-    for named in installed.groups:
-        if named != group and not named.startswith(f"{group}."):
+    for point in _installed():
+        if point.group != group and not point.group.startswith(f"{group}."):
             continue
-        part = named.removeprefix(group).removeprefix(".")
-        for point in installed.select(group=named):
-            package, version = (
-                (point.dist.name, point.dist.version) if point.dist else ("unknown", "")
-            )
-            # Without the extras that an entry point may name.
-            source = point.value.partition("[")[0].strip()
-            others.append(Plugin(group, point.name, source, package, version, part))
+        part = point.group.removeprefix(group).removeprefix(".")
+        package, version = "unknown", ""
+        with suppress(Exception):  # what a package says of itself may be unreadable, or missing
+            package, version = point.dist.name or package, point.dist.version or version
+        # Without the extras that an entry point may name.
+        source = point.value.partition("[")[0].strip()
+        said = (point.name, source, package, version, part)
+        others.append(Plugin(group, *(printable(text)[:_LONGEST] for text in said)))
     return tuple(sorted(others, key=lambda plugin: (plugin.name, plugin.package)))
+
+
+def _installed() -> Iterable[Any]:
+    """The entry points of all packages; a package whose list of them cannot be read has none."""
+    from importlib.metadata import distributions, entry_points
+
+    with suppress(Exception):
+        points = entry_points()
+        return [point for group in points.groups for point in points.select(group=group)]
+    readable: list[Any] = []
+    for package in distributions():
+        with suppress(Exception):
+            readable += package.entry_points
+    return dict.fromkeys(readable)

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from erclutch import registry
+from erclutch.cli import main
 from erclutch.cli.ending_signal import EndingSignal
 from erclutch.errors import PluginError, SettingError
 from erclutch.logs.readers.budget import _OutOfTime
@@ -157,3 +159,66 @@ def test_a_law_of_another_package_is_fitted_only_where_it_is_named(install: Inst
     install("no-law", "[erclutch.laws]\nbroken = no_law:LAW\n", "1 / 0\n")
     assert ladder() == ours
     assert "mine" in names("erclutch.laws")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "x\x1b]0;PWN\x07\x1b[2J",
+        "<img src=x onerror=alert(1)>",
+        "$(touch x);`touch x`",
+        "../../etc/passwd",
+        "--out",
+        "m" * 1_000_000,
+        "\u202egnp",
+    ],
+)
+def test_a_name_that_is_none_is_not_used_and_that_is_said(
+    name: str, install: Install, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It went to the terminal as it was: the page of all commands had 20 MB, or emptied the screen."""
+    points = "".join(f"[{group}]\n{name} = odd_names:X\n" for group in GROUPS)
+    install("odd-names", points, "raise RuntimeError\n")
+    assert all(plugin.own for group in GROUPS for plugin in plugins(group))
+    assert main(["--help"]) == 0
+    assert "odd-names" not in capsys.readouterr().out
+    assert main(["laws", "--plugins"]) == 0
+    listed = capsys.readouterr().out
+    assert listed.count("odd-names 1.5") == len(GROUPS)
+    assert listed.count("not used: names of plug-ins") == len(GROUPS)
+    assert "\x1b" not in listed
+    assert len(listed) < 100_000
+
+
+@pytest.mark.parametrize(
+    ("file", "content"),
+    [
+        ("entry_points.txt", b"[erclutch.laws]\nna\xff\xfeme = odd:LAW\n"),
+        ("entry_points.txt", b"[[[\n= = =\nno point\n"),
+        ("METADATA", b"\xff\xfe\x00"),
+        ("METADATA", b""),
+    ],
+)
+def test_a_package_whose_own_files_cannot_be_read_stops_no_command(
+    file: str, content: bytes, install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Each command ended in a traceback."""
+    install("odd", "[erclutch.commands]\nours = odd:run\n", "")
+    install("sound", "[erclutch.commands]\ntheirs = sound:run\n", "")
+    (tmp_path / "odd-1.5.dist-info" / file).write_bytes(content)
+    registry._others.cache_clear()
+    assert main(["--help"]) == 0
+    assert "theirs" in capsys.readouterr().out
+
+
+def test_what_a_package_says_of_itself_is_short_and_only_shown(
+    install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install("odd", "[erclutch.commands]\nours = odd:run\n", "")
+    about = tmp_path / "odd-1.5.dist-info" / "METADATA"
+    about.write_text(f"Name: odd\nVersion: 1\x1b[31m\nSummary: \x1b]0;PWN\x07{'s ' * 10**6}\n")
+    assert main(["--help"]) == 0
+    page = capsys.readouterr().out
+    assert "ours" in page
+    assert "\x1b" not in page
+    assert len(page) < 10_000

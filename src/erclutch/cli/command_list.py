@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import ast
 import re
+import textwrap
 from dataclasses import dataclass
 from typing import Any
 
 from erclutch import registry
+from erclutch.errors import printable
 from erclutch.registry import Plugin
 
 GROUP = "erclutch.commands"
@@ -24,6 +26,7 @@ PANELS = (
 #: Heading of the commands of other packages that name none.
 OF_OTHERS = "Of other packages"
 _AFTER_OURS = 1000
+_LONGEST = 300  # letters of what another package says of itself
 
 #: A command of ours tells its help in a literal, so that ``--help`` imports none of them.
 _MARK = re.compile(r"^COMMAND = (\{.*?\})$", re.MULTILINE | re.DOTALL)
@@ -54,7 +57,7 @@ class Command:
 
 def commands() -> list[Command]:
     """All commands, by heading and place."""
-    from importlib.metadata import PackageNotFoundError, metadata
+    from importlib.metadata import metadata
 
     listed: list[Command] = []
     for plugin in registry.plugins(GROUP):
@@ -68,7 +71,7 @@ def commands() -> list[Command]:
             continue
         try:
             summary = str(metadata(plugin.package).json.get("summary", ""))
-        except PackageNotFoundError:
+        except Exception:  # the package says nothing of itself that can be read
             summary = ""
         panel = OF_OTHERS
         if plugin.part:  # of the group's name: one of our headings, or a heading of its own
@@ -76,7 +79,8 @@ def commands() -> list[Command]:
             ours = [panel for panel in PANELS if panel.lower() == words.lower()]
             capital = words[:1].upper() + words[1:]
             panel = ours[0] if ours else capital
-        help_line = f"{summary} ({plugin.label})".strip()
+        in_a_line = textwrap.shorten(printable(summary[:_LONGEST]), _LONGEST, placeholder=" ...")
+        help_line = f"{in_a_line} ({plugin.label})".strip()
         listed.append(Command(plugin, help_line, panel, _AFTER_OURS))
 
     def place(command: Command) -> tuple[int, str, int, str]:

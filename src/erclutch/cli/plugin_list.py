@@ -20,8 +20,8 @@ def list_plugins(*, json: bool, check: bool = False) -> bool:
     from erclutch.errors import PluginError
 
     def problem_of(plugin: registry.Plugin) -> str:
-        if plugin in registry.hidden(plugin.group):
-            return f"not used: {plugin.name} is erclutch's own"
+        if plugin.why_unused:
+            return plugin.why_unused
         if check:
             return fault_of(plugin)
         try:
