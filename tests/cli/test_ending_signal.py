@@ -211,3 +211,24 @@ def test_every_temporary_folder_is_made_where_no_signal_can_leave_it() -> None:
     found = {file.name for file in package.rglob("*.py") if made.search(file.read_text("utf-8"))}
     there = {file.name for file in package.rglob("*.py")}  # a wing may be taken away
     assert found == {*(HELD_BY_A_LOCK & there), Path(files.__file__).name}
+
+
+def test_a_signal_as_a_temporary_folder_is_taken_away_leaves_none_of_it(
+    usual: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It came between two files: the others stayed."""
+    rmdir = os.rmdir
+
+    def removed(path: str, *, dir_fd: int | None = None) -> None:
+        rmdir(path, dir_fd=dir_fd)
+        if Path(path).name == "inner":
+            signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("os.rmdir", removed)
+    ending = EndingSignal()
+    ending.begin()
+    with pytest.raises(SystemExit), scratch_folder() as folder:
+        (Path(folder) / "inner").mkdir()
+    ending.end()
+    assert list(tmp_path.iterdir()) == []

@@ -259,12 +259,7 @@ def takes_files(folder: Path) -> bool:
             probe.unlink()
     except OSError as error:
         # Whoever writes says why.
-        return error.errno in (
-            errno.ENOSPC,
-            errno.EDQUOT,
-            errno.EMFILE,
-            errno.ENFILE,
-        )
+        return error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EMFILE, errno.ENFILE)
     return True
 
 
@@ -337,7 +332,8 @@ def scratch_folder(prefix: str = "erclutch-", beside: Path | None = None) -> Gen
         yield folder.name
     finally:
         if folder is not None:
-            folder.cleanup()
+            with unheard():  # half of it would stay
+                folder.cleanup()
 
 
 # --- the one place that writes ----------------------------------------------------------------------------------------
@@ -370,7 +366,9 @@ def whole_file(
         yield partial
         move = functools.partial(_put, partial, target, reservation.may_replace, unwritable)
         if not move_later(move, clearing):
-            move()
+            with unheard():  # an old file that it takes the place of stands here then, and goes
+                move()
+                clearing.close()
 
 
 @contextmanager
@@ -391,7 +389,9 @@ def whole_folder(
         try:
             partial.mkdir()
             yield partial
-            _put(partial, target, reservation.may_replace, unwritable)
+            with unheard():  # an old folder that it takes the place of stands here then, and goes
+                _put(partial, target, reservation.may_replace, unwritable)
+                shutil.rmtree(partial, ignore_errors=True)
         finally:
             shutil.rmtree(partial, ignore_errors=True)
 

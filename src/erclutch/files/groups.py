@@ -51,6 +51,7 @@ def together() -> Generator[None]:
                     move()
                 except (ErclutchError, OSError) as error:
                     failed.append(error)
+            group.clearing.close()  # old files, whose place they took
         if failed:
             raise failed[0]
     finally:
