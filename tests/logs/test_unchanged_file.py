@@ -174,6 +174,26 @@ def test_of_a_log_that_is_written_while_its_bytes_are_fetched_the_beginning_coun
             source_of(log)
 
 
+@pytest.mark.parametrize("other", ["parquet", "cut", "emptied"])
+def test_a_log_has_the_beginning_by_which_its_reader_was_found(other: str, tmp_path: Path) -> None:
+    """Changed before any byte of it was fetched, a file came to a reader of another format, and was called damaged."""
+    path = written(tmp_path / "log.csv", 1.0, 100)
+    log = log_at(path)
+    if other == "parquet":
+        in_format("parquet", tmp_path / "new", 2.0).replace(path)
+    else:
+        os.truncate(path, path.stat().st_size // 2 if other == "cut" else 0)
+    with pytest.raises(LogError, match=r"log\.csv: the file was written while it was read"):
+        source_of(log)
+
+
+def test_a_log_that_grew_since_its_reader_was_found_is_read(tmp_path: Path) -> None:
+    path = written(tmp_path / "log.csv", 1.0, 100)
+    log = log_at(path)
+    grown(path)
+    assert source_of(log).data == path.read_bytes()
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
 @pytest.mark.parametrize("name", WHOLE)
 def test_a_log_that_becomes_a_pipe_is_an_error_at_once(

@@ -7,19 +7,24 @@ A reader is a file of ``logs/readers`` that assigns ``READER``, or comes from an
 from __future__ import annotations
 
 import hashlib
-import os
-import stat
 import sys
-from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from io import BufferedReader
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
+from erclutch.logs.plain_file import (
+    State,
+    States,
+    changed,
+    opened_plainly,
+    readable,
+    states_of,
+    unchanged,
+)
 from erclutch.logs.readers.budget import Budget, size_of, within_seconds
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
@@ -34,10 +39,6 @@ _LARGEST = 4 << 30  # bytes of a log
 HEAD = 1024  # bytes that a reader may look at to claim a file
 #: What `live --program learn` writes beside its logs: what each round taught. It is no log.
 LEARN_REPORT = "learn.json"
-
-State = tuple[int, int, int] | None
-#: What each file of a log was like when it was looked at.
-States = Mapping[Path, State]
 
 
 @dataclass(frozen=True)
@@ -162,6 +163,8 @@ class ReadableLog:
         is_file: whether the log is one file; else it is a folder, or several files.
         notes: a sentence on each reader that could not be asked.
         memory: the log itself, where it is an object in memory.
+        head: the first bytes of the file, by which the reader was found.
+        size: bytes of the file as it was found.
     """
 
     path: Path
@@ -169,6 +172,8 @@ class ReadableLog:
     is_file: bool
     notes: list[str]
     memory: object = None
+    head: bytes = b""
+    size: int = 0
 
 
 def log_at(path: str | Path | DataFrame) -> ReadableLog:
@@ -199,12 +204,13 @@ def _log_on_the_disk(file: Path) -> ReadableLog:
     require_no_run(file)
     if file.is_file():
         # The system's own files, such as /proc/kmsg, are regular and of no size, and a look into them may never end.
-        if not file.stat().st_size:
+        size = file.stat().st_size
+        if not size:
             raise LogError("the file is empty", remedy=ROWS_WANTED, where=file.name)
         with readable(file), opened_plainly(file) as content:
             head = content.read(HEAD)
         plugin, notes = reader_of(head, file.suffix)
-        return ReadableLog(file, plugin, is_file=True, notes=notes)
+        return ReadableLog(file, plugin, is_file=True, notes=notes, head=head, size=size)
 
     of_folder = folder_reader(file)
     if of_folder is not None:
@@ -214,16 +220,6 @@ def _log_on_the_disk(file: Path) -> ReadableLog:
     if not file.exists():
         raise LogError("there is no such file", remedy="Check the path")
     raise LogError("this is not a regular file", remedy="Give a log file")
-
-
-@contextmanager
-def readable(file: Path) -> Generator[None]:
-    """What the system says against reading a file is a LogError."""
-    try:
-        yield
-    except OSError as error:
-        problem = f"the file cannot be read ({error.strerror})"
-        raise LogError(problem, remedy="Check its permissions", where=str(file)) from error
 
 
 def require_no_run(path: Path) -> None:
@@ -290,58 +286,6 @@ def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:
     return readers
 
 
-def states_of(files: Iterable[Path]) -> States:
-    """What changes when a file is written or replaced; None where there is none."""
-    states: dict[Path, State] = {}
-    for file in files:
-        try:
-            state = file.stat()
-            states[file] = (state.st_ino, state.st_size, state.st_mtime_ns)
-        except OSError:
-            states[file] = None
-    return states
-
-
-def changed() -> LogError:
-    """The error of a log that is not the log of an earlier look."""
-    # Half of the old log and half of the new are a log that nobody took.
-    problem = "the file was written while it was read"
-    return LogError(problem, remedy="Wait until it is whole, or give a copy of it")
-
-
-@contextmanager
-def unchanged(before: States) -> Generator[None]:
-    """What is read of files inside is of the files of an earlier look, and so is what is wrong with them.
-
-    Raises:
-        LogError: a file was written, replaced or taken away meanwhile.
-    """
-    try:
-        yield
-    except LogError as error:
-        if states_of(before) != before:
-            raise changed() from error
-        raise
-    if states_of(before) != before:
-        raise changed()
-
-
-def opened_plainly(file: Path) -> BufferedReader:
-    """A plain file, opened; what became a pipe after the look at it is refused: its opening may have no end.
-
-    Raises:
-        LogError: it is no plain file any more.
-        OSError: it cannot be opened.
-    """
-    opened = open(  # noqa: SIM115  the caller closes it
-        file, "rb", opener=lambda path, flags: os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
-    )
-    if stat.S_ISREG(os.fstat(opened.fileno()).st_mode):
-        return opened
-    opened.close()
-    raise LogError("the file was replaced while it was read", remedy="Give a plain file")
-
-
 def source_of(log: ReadableLog) -> LogSource:
     """The bytes of a log and their digest; an object in memory has none.
 
@@ -381,8 +325,9 @@ def source_of(log: ReadableLog) -> LogSource:
                 content.seek(0)
                 if content.read(len(data)) != data:
                     raise changed()
-        if not data:
-            raise LogError("the file is empty", remedy=ROWS_WANTED)
+        # The reader was found by the beginning of the file, and is the reader of no other file.
+        if len(data) < log.size or not data.startswith(log.head):
+            raise changed()
         return LogSource(file, data, hashlib.sha256(data).hexdigest(), states=states)
 
 

@@ -23,15 +23,11 @@ from erclutch.logs.log_file import group_of, recordings_in, tables_in
 from erclutch.logs.log_reader import (
     LogReader,
     LogSource,
-    States,
     Windows,
     log_at,
-    opened_plainly,
-    readable,
-    states_of,
-    unchanged,
 )
 from erclutch.logs.mapping import ColumnMap, file_mapping, map_over, told_of
+from erclutch.logs.plain_file import States, opened_plainly, readable, states_of, unchanged
 from erclutch.logs.plan import Invalid
 from erclutch.logs.planning.recording_choice import table_of_log
 from erclutch.logs.planning.whole_plan import plan_of, sure_plan_of
