@@ -486,3 +486,20 @@ def test_a_sheet_of_points_with_a_stage_is_predicted_scored_reported_and_exporte
     assert "The stages alone (sides) take" in page
     assert "tell little of a lag" not in page
     good("export", "run", cwd=tmp_path)
+
+
+@pytest.mark.slow
+def test_score_says_that_an_angle_was_drawn_out(tmp_path: Path) -> None:
+    time = np.arange(3000) / 500.0
+    for name, quick in (("one.csv", 2.0), ("two.csv", 3.0)):
+        angle = 4.0 * np.sin(quick * time) + 3.0 * time  # rad
+        speed = 4.0 * quick * np.cos(quick * time) + 3.0
+        field = np.where(time < 3.0, 0.5, 1.0)
+        torque = (0.2 + field) * np.tanh(speed) + 0.01 * np.sin(97.0 * time)
+        columns = np.column_stack([time, field, angle % (2.0 * np.pi), torque])
+        header = "t [s],I [A],q [rad],M [N*m]"
+        np.savetxt(tmp_path / name, columns, delimiter=",", header=header, comments="")
+    named = ("--field", "I [A]", "--position", "q [rad]", "--effort", "M [N*m]")
+    models = ("--models", "bingham", "quadratic", "--lag", "none", "--out", "run")
+    assert run("fit", "one.csv", *named, *models, cwd=tmp_path).code == 0
+    assert "drawn out without jumps" in good("score", "two.csv", "--run", "run", cwd=tmp_path)

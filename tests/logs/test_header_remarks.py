@@ -99,3 +99,31 @@ def test_other_lines_state_what_they_did() -> None:
         "stroke": "20 mm",
         "Date": "10/12",
     }
+
+
+@pytest.mark.parametrize(
+    ("line", "name"),
+    [
+        ("# Load cell at r = 0.15 m", "Load cell [N]"),
+        ("# load cell radius: 150 mm", "force [N]"),
+        ("", "Load cell (r=0.15 m) [N]"),
+        ("", "Force @ 150 mm [N]"),
+        ("", "Kraft am Hebel r=150mm [N]"),
+        ("", "Load cell at r = 0.15 m [N]"),
+    ],
+)
+def test_a_radius_of_a_load_cell_makes_a_torque_of_its_force(
+    tmp_path: Path, line: str, name: str
+) -> None:
+    said = command(tmp_path, line, {"speed [rad/s]": SPEED, name: TORQUE / 0.15})
+    assert '--scale "effort=0.15 N*m/N"' in said
+
+
+def test_a_load_cell_at_a_radius_without_a_unit_stays_as_logged(tmp_path: Path) -> None:
+    said = command(tmp_path, "# Load cell at r = 0.15 m", {"speed [rad/s]": SPEED, "Load cell": TORQUE})
+    assert '--effort "Load cell" --scale "effort=0.15"' in said
+    said = command(tmp_path, "", {"speed [rad/s]": SPEED, "Load cell (r=0.15 m)": TORQUE})
+    assert '--scale "effort=0.15"' in said
+    # The radius of a disk is none of a force's arm.
+    said = command(tmp_path, "# disk r = 0.05 m", {"speed [rad/s]": SPEED, "force [N]": TORQUE})
+    assert "0.05 N*m" not in said

@@ -332,3 +332,67 @@ def test_efforts_over_time_or_way_and_other_quantities_at_speeds_stay(
 ) -> None:
     table = read_table(written(tmp_path, names, [SPEED, *map(torque, FIELDS)]))
     assert "slip" not in table.columns
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("Velocity [m/s]", "Soft [N]", "Medium [N]", "Hard [N]"),
+        ("Velocity [m/s]", "Force soft [N]", "Force mid [N]", "Force firm [N]"),
+        ("Geschwindigkeit [m/s]", "weich", "mittel", "hart"),
+        ("Geschwindigkeit [m/s]", "Kraft (weich)", "Kraft (mittel)", "Kraft (hart)"),
+        ("速度[m/s]", "弱", "中", "强"),
+        ("速度[m/s]", "减振力_软 [N]", "减振力_中 [N]", "减振力_硬 [N]"),
+        ("velocity [mm/s]", "F_comfort [N]", "F_normal [N]", "F_sport [N]"),
+        ("vitesse [m/s]", "souple", "moyen", "ferme"),
+    ],
+)
+def test_words_of_a_valve_are_levels_that_are_asked_about(
+    tmp_path: Path, names: tuple[str, ...]
+) -> None:
+    speed = np.linspace(-0.5, 0.5, 21)
+    forces = [stiff * np.tanh(9.0 * speed) for stiff in (30.0, 60.0, 120.0)]
+    path = written(tmp_path, names, [speed, *forces])
+    plan = plan_of(read_table(path), ColumnMap())
+    assert '--time none --field "setting"' in plan.command()
+    effort = {"effort": "value"} if "value" in plan.command() else {}
+    log = read(path, time="none", field="setting", **effort)
+    np.testing.assert_array_equal(log.signals["field"], np.repeat([1.0, 2.0, 3.0], speed.size))
+    np.testing.assert_allclose(log.signals["effort"], np.concatenate(forces), atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("setting", ("soft", "medium", "hard")),
+        ("Stellung", ("weich", "mittel", "hart")),
+        ("档位", ("弱", "中", "强")),
+        ("damping mode", ("Comfort", "Normal", "Sport")),
+        ("current", ("off", "low", "high")),
+    ],
+)
+def test_words_of_a_valve_in_a_column_are_counted(
+    tmp_path: Path, name: str, words: tuple[str, ...]
+) -> None:
+    rows = [f"time [s],{name},velocity [m/s],force [N]"]
+    for place, word in enumerate(words, start=1):
+        for k in range(200):
+            speed = 0.3 * np.sin(0.2 * k)
+            force = 100.0 * place * np.tanh(9.0 * speed)
+            rows.append(f"{0.01 * k:.2f},{word},{speed:.6g},{force:.6g}")
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    log = read(path, field=name)
+    first = 0.0 if words[0] == "off" else 1.0
+    levels = [0.0, 1.0, 3.0] if words[0] == "off" else [first, first + 1.0, first + 2.0]
+    np.testing.assert_array_equal(log.signals["field"], np.repeat(levels, 200))
+    assert any("tells levels by words, which are counted" in note for note in log.notes)
+
+
+def test_soft_and_hard_pieces_of_a_material_are_no_levels(tmp_path: Path) -> None:
+    rows = ["time [s],specimen,velocity [m/s],force [N]"]
+    for word in ("soft", "hard"):
+        rows += [f"{0.01 * k:.2f},{word},{np.sin(0.2 * k):.5f},{np.sin(0.2 * k):.5f}" for k in range(60)]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    assert "specimen" in read_table(path).words

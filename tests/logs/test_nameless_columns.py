@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from erclutch.logs import ColumnMap, plan_of, read_table
+from erclutch.logs import ColumnMap, plan_of, read, read_table
 from erclutch.signals.array import Array
 from tests.support.plans_of_columns import planned
 from tests.support.slow_params import slow_behind
@@ -170,3 +170,30 @@ def test_the_question_says_how_the_numbers_of_each_column_run(tmp_path: Path) ->
     assert "c4 has 4 levels from 0 to 1" in said
     assert "c2 changes its sign" in said
     assert "c3 changes its sign" in said
+
+
+@pytest.mark.parametrize(("times", "unit"), [(1.0, "s"), (1000.0, "ms")])
+def test_a_time_that_begins_anew_at_each_level_is_offered(
+    tmp_path: Path, times: float, unit: str
+) -> None:
+    path = tmp_path / "log.txt"
+    again = np.tile(TIME[:1000], 4) * times
+    np.savetxt(path, np.column_stack([again, CURRENT, PLACE, SPEED, FORCE]), fmt="%.7g")
+    plan = plan_of(read_table(path), ColumnMap())
+    words = shlex.split(plan.command())
+    wanted = f"--time 'c1 [{unit}]' --field c2 --slip c4 --effort c5"
+    assert shlex.join(words[3:]) == wanted
+    assert "begins anew 3 times" in " ".join(question.problem for question in plan.questions)
+    log = read(path, time=f"c1 [{unit}]", field="c2", slip="c4", effort="c5")
+    assert len(log.segments) == 4
+
+
+def test_a_sweep_of_speeds_at_each_level_is_no_time_that_begins_anew(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    speeds = np.tile(np.linspace(0.1, 4.0, 40), 3)
+    levels = np.repeat([0.0, 1.0, 2.0], 40)
+    forces = (1.0 + levels) * np.tanh(speeds) + RNG.normal(0.0, 0.01, 120)
+    np.savetxt(path, np.column_stack([speeds, levels, forces]), fmt="%.7g")
+    command = plan_of(read_table(path), ColumnMap()).command()
+    assert "--time none" in command
+    assert "--slip" in command and '--time "c1' not in command

@@ -94,6 +94,8 @@ class LogOptions:
     """A signal that was constant: 'field=0.5 A'. Where the log has gaps, also a number for each part: 'field=0,1 A'."""
     scale: _Readings = ()
     """What a sensor in volts means: 'effort=2.5 N*m/V', or 'effort=0.02 N*m' for one of counts; more than once."""
+    zero: _Readings = ()
+    """What a column reads where its signal is zero: 'effort=2048' for the middle of a converter; more than once."""
     begin: Annotated[_Reading, Parameter(name=_TYPED["begin"], allow_leading_hyphen=True)] = None
     """Take each log from this time on, for example 2s or 500ms, on the clock that inspect shows."""
     end: Annotated[_Reading, Parameter(name=_TYPED["end"], allow_leading_hyphen=True)] = None
@@ -226,7 +228,7 @@ class LogOptions:
         own = {key: value for key, value in of_run.items() if key in wanted}
 
         # The run was kept as JSON, which has lists and no paths.
-        for key in ("input", "scale"):
+        for key in ("input", "scale", "zero"):
             if key in own:
                 own[key] = tuple(own[key])
         if "map" in own:

@@ -58,7 +58,7 @@ def _versions() -> str:
 
 _FRACTION = re.compile(r"[-+]?(?:\d+\.\d*|\.\d+)")
 #: Options that take one value each time, and may be given more than once.
-_REPEATED = ("--scale", "--constant")
+_REPEATED = ("--scale", "--zero", "--constant")
 #: What people write to name a mapping file.
 _OF_MAPPINGS = ("--mapping", "--map", "--mapping-file")
 

@@ -15,7 +15,7 @@ from erclutch.signals.recording import NAMED_COLUMNS, LogFacts, Recording
 Window = tuple[float | None, float | None, float | None]
 
 _TIMES = {"begin": "from", "end": "until", "skip": "skip"}  # and what the command line calls them
-_LISTS = ("constant", "scale", "input")
+_LISTS = ("constant", "scale", "zero", "input")
 _TEXTS = ("time", "rate", "lead", "name_pattern", "decimal", "keep_values", "resample", *_TIMES)
 #: The command line has no capitals: ``--E1`` is kept as e1.
 _KNOWN = {name.lower(): name for name in (*NAMED_COLUMNS, *_LISTS, *_TEXTS)}

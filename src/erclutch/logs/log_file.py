@@ -41,6 +41,7 @@ from erclutch.logs.rows.peak_speeds import with_peak_speeds
 from erclutch.logs.rows.readable_names import with_readable_names
 from erclutch.logs.rows.senses_across import with_a_row_for_each_sense
 from erclutch.logs.rows.tidy_rows import untidied
+from erclutch.logs.rows.worded_levels import with_places_of_words
 from erclutch.logs.table import Table
 
 if TYPE_CHECKING:
@@ -79,6 +80,7 @@ TIDYINGS = (
     Tidying(
         "a level in each of its rows, though the first alone gives it", with_levels_filled_down
     ),
+    Tidying("a number for each level, though words tell it", with_places_of_words),
     Tidying("rows for each field, though it stands in the names", with_rows_for_each_level),
     Tidying("rows for each sense, though each has a column", with_a_row_for_each_sense),
     Tidying("a peak speed, though a test has amplitude and frequency", with_peak_speeds),

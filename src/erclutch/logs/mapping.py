@@ -20,6 +20,9 @@ of the log; the first that exists is read. Its keys, all optional::
     [scales]                         # of sensors in volts, or without a unit
     effort = "2.5 N*m/V"
 
+    [zeros]                          # what a column reads where the signal is zero
+    effort = "2048"
+
     [constants]                      # signals that are the same all through the log, and other numbers
     field = "0.5 A"                  # or one number a segment between gaps: "0, 0.25, 0.5 A"
 
@@ -45,7 +48,8 @@ from erclutch.logs.columns.name_pattern import FIELD
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 
 _TEXT_KEYS = ("name_pattern", "variable", "invalid", "decimal", "values")
-_KEYS = ("time", "rate", "lead", *_TEXT_KEYS, "inputs", "columns", "scales", "constants", "fields")
+_TABLES = ("columns", "scales", "zeros", "constants", "fields")
+_KEYS = ("time", "rate", "lead", *_TEXT_KEYS, "inputs", *_TABLES)
 #: In place of a field in a mapping file that names logs: the user is to fill it in.
 TO_FILL_IN = "?"
 _ALLOWED = {"invalid": ("error", "drop"), "decimal": (".", ","), "values": ("keep",)}
@@ -88,6 +92,7 @@ class ColumnMap:
         lead: lead of the screw in m, for alpha_raw.
         constants: name -> number with unit (``0.5 A``), as text; a signal's name makes a constant signal.
         scales: signal -> number with unit, as text: what one of the column's unit (``2.5 N*m/V``) or one count is.
+        zeros: signal -> what its column reads where the signal is zero, as text, with the column's unit or without one.
         name_pattern: template on the file's name (see the module).
         variable: recording of a MATLAB file.
         decimal: "." or "," for texts whose numbers may be read in two ways.
@@ -105,6 +110,7 @@ class ColumnMap:
     lead: float | None = None
     constants: Mapping[str, str] = field(default_factory=dict[str, str])
     scales: Mapping[str, str] = field(default_factory=dict[str, str])
+    zeros: Mapping[str, str] = field(default_factory=dict[str, str])
     name_pattern: str | None = None
     variable: str | None = None
     invalid: str | None = None
@@ -163,6 +169,8 @@ class ColumnMap:
         _known(columns, NAMED_COLUMNS, "signal")
         scales = _table_of(values, "scales")
         _known(scales, tuple(SIGNALS), "signal")
+        zeros = _table_of(values, "zeros")
+        _known(zeros, tuple(SIGNALS), "signal")
         inputs = values.get("inputs", ())
         if not isinstance(inputs, list | tuple):
             remedy = 'Write it as a list: inputs = ["D [cm]"]'
@@ -188,6 +196,7 @@ class ColumnMap:
             lead=_number(values, "lead", "m"),
             constants={str(name): str(value) for name, value in constants.items()},
             scales={name: str(value) for name, value in scales.items()},
+            zeros={name: str(value) for name, value in zeros.items()},
             inputs=tuple(_choice("inputs", label, source) for label in cast("list[Any]", inputs)),
             fields={name: str(text) for name, text in _table_of(values, "fields").items()},
             source=source,
@@ -199,7 +208,7 @@ class ColumnMap:
         """From options of the command line by their names, as a run keeps them; those that say nothing of columns pass.
 
         Raises:
-            MappingError: a constant or a scale of what is no signal; see `from_dict`.
+            MappingError: a constant, a scale or a zero of what is no signal; see `from_dict`.
         """
         plain = ("time", "rate", "lead", *_TEXT_KEYS)
         given = {key: options[key] for key in plain if key in options}
@@ -209,7 +218,7 @@ class ColumnMap:
         names = {name.lower(): name for name in NAMED_COLUMNS}
         given["columns"] = {names[key]: label for key, label in options.items() if key in names}
         given["inputs"] = list(options.get("input", ()))
-        for option, example in (("constant", "0.5 A"), ("scale", "2.5 A/V")):
+        for option, example in (("constant", "0.5 A"), ("scale", "2.5 A/V"), ("zero", "2048")):
             texts: dict[str, str] = {}
             for pair in options.get(option, ()):
                 name, _, text = pair.partition("=")
@@ -235,6 +244,7 @@ class ColumnMap:
             columns={**columns, **self.columns},
             constants={**constants, **self.constants},
             scales={**base.scales, **self.scales},
+            zeros={**base.zeros, **self.zeros},
             time=self.time if timed else base.time,
             rate=self.rate if timed else base.rate,
             lead=base.lead if self.lead is None else self.lead,

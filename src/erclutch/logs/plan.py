@@ -51,7 +51,8 @@ class SignalPlan:
         si: unit of the recording, for a further input that of its column; "" is dimensionless, "?" unknown.
         numbers: in the unit of the recording, one for the whole log or one for each segment; () where a column is read.
         lead: of the screw in m, where the column is the position on a screw and the signal an angle; else None.
-        offset: added behind the factor, in the unit of the recording: 273.15 K for a temperature in °C.
+        offset: added behind the factor, in the unit of the recording: 273.15 K for a temperature in °C, and minus the
+            zero of a sensor.
         reason: who chose it, or what it was guessed from.
         sureness: how sure the choice is.
         doubt: why it is doubtful; "" where its unit alone speaks for it, and its numbers do not.
@@ -297,6 +298,8 @@ class Plan:
         for name, text in told.scales.items():
             if name not in asked:
                 words.append(f"--scale {shell_word(f'{name}={text}')}")
+        for name, text in told.zeros.items():
+            words.append(f"--zero {shell_word(f'{name}={text}')}")
         return words
 
     def _reading_options(self, beside: Sequence[str]) -> list[str]:

@@ -39,7 +39,8 @@ def mapping_text(plan: Plan) -> str:
             lines += [f"# missing: {_plain(question.short)}", f'# {question.signal} = "..."']
 
     lines += ["", "[columns]", *_column_lines(plan, apart)]
-    for head, values in (("scales", told.scales), ("constants", told.constants)):
+    tables = {"scales": told.scales, "zeros": told.zeros, "constants": told.constants}
+    for head, values in tables.items():
         if values:
             lines += ["", f"[{head}]"]
             lines += [f"{_text(name)} = {_text(text)}" for name, text in values.items()]

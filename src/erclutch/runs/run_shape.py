@@ -258,7 +258,7 @@ _READING = _entries(
         "invalid": _one_of(*get_args(Invalid)),
         "derivative": _one_of(*get_args(DerivativeName)),
     }
-    | dict.fromkeys(("input", "constant", "scale"), _list(_text))
+    | dict.fromkeys(("input", "constant", "scale", "zero"), _list(_text))
     | {"cutoff": _figure, "window": _count},
 )
 _RECALIBRATION = _entries(

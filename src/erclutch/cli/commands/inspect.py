@@ -366,7 +366,7 @@ def _with_options(command: str, reading: LogOptions) -> str:
     given = reading.words()
     beside: list[str] = []
     for place, word in enumerate(given):
-        if word.startswith("--") and word not in (*words, "--constant", "--scale"):
+        if word.startswith("--") and word not in (*words, "--constant", "--scale", "--zero"):
             values = given[place + 1 : place + 2]
             beside += [word, *(value for value in values if not value.startswith("--"))]
     return " ".join([command.rstrip(), *map(shlex.quote, beside)])

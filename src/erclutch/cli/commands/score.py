@@ -113,7 +113,7 @@ def score(
         }
         terminal.say_json({**body, "models": models})
         return
-    terminal.tell("\n".join(terminal.recording_lines(recordings)))
+    terminal.tell("\n".join(terminal.recording_lines(recordings, made=data.notes)))
     terminal.tell(_table(scores, data, runs=len(run)))
     terminal.tell(*_words_on(scores, data, all_new=all_new), style="dim")
     for each in scores:

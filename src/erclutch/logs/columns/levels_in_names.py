@@ -6,6 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from erclutch.logs.columns.levels_in_words import place_of, word_of_level
 from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME, FIELD_UNITS, NUMBER, number_of
 
 #: How a speed is written behind its number in a name, and the unit that it means.
@@ -39,7 +40,10 @@ _SETTING = re.compile(
     rf"|[IU][ _=-]?(?P<plain>{NUMBER}))(?![A-Za-z0-9%])",
     re.IGNORECASE,
 )
+#: What a quantity is called whose columns are called by their levels alone.
+CALLED_BY_LEVEL = "value"
 _LEVEL = "level"
+_SETTING_IN_WORDS = "setting"
 
 
 class StatedLevel(NamedTuple):
@@ -47,13 +51,15 @@ class StatedLevel(NamedTuple):
 
     Attributes:
         name: what it is called.
-        number: as written.
+        number: as written; of a word its place among its like.
         unit: as written; None where nobody says it.
+        word: in place of a number; "" where a number stands there.
     """
 
     name: str
     number: float
     unit: str | None
+    word: str = ""
 
     def __str__(self) -> str:
         number = f"{self.number:g} {self.unit}" if self.unit else f"{self.number:g}"
@@ -91,9 +97,14 @@ def without_speed(name: str) -> str:
 def setting_in(name: str) -> StatedLevel | None:
     """The setting in a name that is no field by its unit, such as ``Force @ 4 clicks``; None for no or several.
 
-    It is called by its word, ``clicks``, ``pwm`` or ``level``; a share has the unit %.
+    It is called by its word, ``clicks``, ``pwm`` or ``level``; a share has the unit %. A word such as ``Soft`` alone is a
+    setting too, and its place among its like the number.
     """
     found = [*_SETTING.finditer(name)]
+    word = word_of_level(name)
+    if not found and word:
+        _, place = place_of(word) or (0, 0)
+        return StatedLevel(_SETTING_IN_WORDS, float(place), None, word.lower())
     if len(found) != 1:
         return None
     said = found[0].groupdict()
@@ -116,7 +127,8 @@ def setting_in(name: str) -> StatedLevel | None:
 
 def without_setting(name: str) -> str:
     """A name without its setting."""
-    return _SETTING.sub("", name)
+    without = _SETTING.sub("", name)
+    return without if without != name else name.replace(word_of_level(name), "")
 
 
 def differ_by_field(names: Sequence[str]) -> bool:

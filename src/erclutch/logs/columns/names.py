@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
+from erclutch.logs.columns.arms_in_names import without_arm
 from erclutch.logs.columns.labels import EASTERN
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.vocabulary import (
@@ -29,6 +30,7 @@ from erclutch.logs.columns.vocabulary import (
     OF_SEVERAL,
     OTHER,
     ROMANCE,
+    SHORT_WITH_A_POINT,
     SINGLE,
     TOLD,
     VOLTAGES,
@@ -46,7 +48,7 @@ _NAMES = {signal: frozenset(map(plain, names.split())) for signal, names in NAME
 _OTHER_WHOLE = frozenset(map(plain, OTHER))
 _OTHER_WITHIN = tuple(map(plain, EASTERN_OTHERS))
 _TIME = re.compile(
-    r"t|tout|time(?:elapsed|passed|onsample)?|(?:lauf|mess|pru?e?f|versuchs|test|uhr)?zeit|tijd|temps|tiempo|tempo|"
+    r"t|tout|tps|time(?:elapsed|passed|onsample)?|(?:lauf|mess|pru?e?f|versuchs|test|uhr)?zeit|tijd|temps|tiempo|tempo|"
     r"timestamps?|elapsed(?:time)?|steptime|seconds?|sec|tsec|times|"
     r"(?:ros|bag|rosbag|test|run|total|sample|row|relative|local|system|log|rec|elapsed|unix|epoch|date)?time(?:stamp)?s?|"
     rf"время|{plain('시간')}|czas|cas|tid|zaman|aika|süre|sure|"
@@ -86,6 +88,7 @@ _BORDER = re.compile(
 )  # angularVelocity, XVelocity
 #: The sensor of a force or a torque: no strain of a specimen.
 _STRAIN_GAUGE = re.compile(r"\bstrain ?gau?ges?\b")
+_WITH_A_POINT = re.compile(r"(?<![\w.])([^\W\d_]{2,})\.(?=$|[\s_-])")
 # The rate of a rate: ddq, qdd, d2x, theta_ddot.
 _SHORT_POSITIONS = r"(?:q|x|y|z|s|theta|phi|alpha|pos|angle)"
 _SECOND_RATE = re.compile(rf"d(?:d|2){_SHORT_POSITIONS}|{_SHORT_POSITIONS}(?:dd|ddot|2dot|dotdot)")
@@ -160,7 +163,7 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         stem: the name without the unit that ends it.
         end: that unit, or None.
     """
-    stem = _SAYS_NOTHING.sub("", stem)
+    stem = _SAYS_NOTHING.sub("", without_arm(_written_out(stem)))
     if _TURNS_ALONE.fullmatch(stem):
         stem = "rpm"
     if _LOST_LETTER.search(stem):
@@ -235,6 +238,18 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
         ends_in_time=ends_in_time,
         is_accounted=_is_accounted(stem),
     )
+
+
+def _written_out(stem: str) -> str:
+    """A name whose short words are written out where a point behind tells that they are short: ``kraft`` for ``Kr.``."""
+
+    def whole(short: re.Match[str]) -> str:
+        word = short[1]
+        if plain(word) == "corr" and short[0] != stem:
+            return short[0]  # corrected
+        return SHORT_WITH_A_POINT.get(plain(word), short[0])
+
+    return _WITH_A_POINT.sub(whole, stem)
 
 
 def _is_primed(name: str) -> bool:

@@ -63,7 +63,8 @@ def is_usual_ratio(ratio: float) -> bool:
 def over_rate(speed: Array, position: Array, stamps: Array) -> float | None:
     """How many times the rate of a position a speed is; None where it does not go with that rate.
 
-    What the speed adds up to is held against the position, since the rate of a noisy position is noise.
+    What the speed adds up to is held against the position, since the rate of a noisy position is noise. Where stamps
+    begin anew, as at each level of a field, the longest run between two beginnings tells.
 
     Args:
         speed: shape (n,).
@@ -74,13 +75,14 @@ def over_rate(speed: Array, position: Array, stamps: Array) -> float | None:
     x = position[:LOOKED_AT]
     t = stamps[:LOOKED_AT]
     known = np.isfinite(v) & np.isfinite(x) & np.isfinite(t)
-    v = v[known]
-    x = x[known]
-    t = t[known]
+    run = _longest_run(t[known])
+    v = v[known][run]
+    x = x[known][run]
+    t = t[known][run]
     if v.size < FEW or np.ptp(v) == 0.0 or np.ptp(x) == 0.0:
         return None
     steps = np.diff(t)
-    if np.any(steps < 0) or t[0] == t[-1]:
+    if t[0] == t[-1]:
         return None
     trapezoids = 0.5 * (v[1:] + v[:-1]) * steps
     travel = np.concatenate([[0.0], np.cumsum(trapezoids)])
@@ -100,6 +102,14 @@ def over_rate(speed: Array, position: Array, stamps: Array) -> float | None:
     if abs(correlation) <= _ALIKE:
         return None
     return product / square
+
+
+def _longest_run(stamps: Array) -> slice:
+    """The rows of the longest run in which stamps do not fall."""
+    begins = 1 + np.flatnonzero(np.diff(stamps) < 0.0)
+    edges = np.concatenate([[0], begins, [stamps.size]])
+    longest = int(np.argmax(np.diff(edges)))
+    return slice(int(edges[longest]), int(edges[longest + 1]))
 
 
 def follows(effort: Array, motion: Array) -> bool:

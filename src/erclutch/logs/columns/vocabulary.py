@@ -25,14 +25,14 @@ NAMES = {
     "pradcewki bobinakımı spoelstroom spanning spänning virta jannite intensite intensidad campomagnetico "
     "champmagnetique magnetfeld inductionmagnetique corrientedebobina courantdebobine 磁场 磁場 자기장 "
     "占空比 デューティ デューティ比 デューティサイクル 듀티 듀티비 듀티사이클 "
-    "stromstarke ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
+    "cour spg stromstarke ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
     "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
     "vs vrel drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita "
     "thetadot dtheta thetad xdot dx dxdt xd dq qd qdot qvel ydot dy phidot dphi angvel velo spd rotationspeed "
     "速度 转速 角速度 滑差 轉速 回転数 回転速度 "
     "скорость обороты частотавращения угловаяскорость 속도 각속도 회전수 회전속도 predkosc predkoscobrotowa "
     "obroty rychlost otacky snelheid toerental varvtal hastighet hız rotacao giri devir nopeus hoeksnelheid "
-    "revoluciones umdrehungen winkelgeschw predkosckatowa",
+    "revoluciones umdrehungen winkelgeschw predkosckatowa drehz geschw gesch vit",
     "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung "
     "deplacement desplazamiento deslocamento spostamento posicion posicao angulo "
     "theta phi q qpos y s encoder enc extension crosshead drehwinkel auslenkung posizione spostamento carrera course "
@@ -47,7 +47,7 @@ NAMES = {
     "момент крутящиимомент сила усилие нагрузка 토크 힘 하중 모멘트 마찰력 siła sila kracht koppel vridmoment "
     "obciazenie kuvvet tork ff ffric binario momentotorcente voima vaantomomentti remkoppel momenthamujacy "
     "momentobrotowy silatlumienia siłatłumienia sonumlemekuvveti frentorku torquedefreno torquedefrenagem "
-    "制动力矩 制动力 감쇠력 제동토크 제동력",
+    "制动力矩 制动力 감쇠력 제동토크 제동력 drehm drehmom cple",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",
@@ -60,6 +60,14 @@ NAMES = {
     "motor_torque": "motortorque torquecommand torquecmd",
 }
 SINGLE = ("field", "slip", "position", "effort")
+#: Words that a point behind them makes short for a name, and that are no name without it: ``Kr.``, ``Str. [A]``.
+SHORT_WITH_A_POINT = {
+    **{"kr": "kraft", "mom": "moment", "str": "strom", "sp": "spannung", "wink": "winkel", "ang": "angle"},
+    **{"corr": "corriente", "fza": "fuerza", "fuer": "fuerza", "frz": "forza"},
+    **{"depl": "deplacement", "desp": "desplazamiento", "despl": "desplazamiento", "spost": "spostamento"},
+    **{"verst": "verschiebung", "versch": "verschiebung", "geschwind": "geschwindigkeit", "forc": "force"},
+    **{"displ": "displacement", "veloc": "velocity", "volt": "voltage", "amp": "amps", "tens": "tension"},
+}
 #: Words for one signal of several joints, as lists and matrices of a robot are called: joint_velocities_3.
 OF_SEVERAL = {
     "positions": "position",

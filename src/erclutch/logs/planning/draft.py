@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from math import isfinite
 
 import numpy as np
 
@@ -130,7 +131,7 @@ class Draft:
             sureness: how sure the choice is.
 
         Raises:
-            MappingError: a scale of a sensor that is none. UnitError: a unit that does not fit the signal.
+            MappingError: a scale or a zero of a sensor that is none. UnitError: a unit that does not fit the signal.
         """
         column = self.seen.columns[name]
         sensor = self.told.scales.get(signal)
@@ -146,6 +147,8 @@ class Draft:
             how = "" if to_si == 1.0 else f", converted to {si or 'a plain number'}"
             how += _other_unit(column, unit or "", SIGNALS[signal].si_units)
         how += ", sign turned" if factor < 0 else ""
+        zero, how_zeroed = _zero_of(name, unit, self.told.zeros.get(signal), signal)
+        how += how_zeroed
 
         alternatives: list[str] = []
         if sureness != "given":
@@ -158,6 +161,7 @@ class Draft:
             scale,
             factor,
             si,
+            offset=-zero * factor if zero else 0.0,
             reason=reason,
             sureness=sureness,
             alternatives=tuple(alternatives),
@@ -254,6 +258,32 @@ def _by_sensor(
         return number, units.UNKNOWN, f", times {text}, no unit: taken as logged"
     factor, si = units.conversion(made, SIGNALS[signal], name)
     return number * factor, si, f", times {text}"
+
+
+def _zero_of(name: str, unit: str | None, text: str | None, signal: str) -> tuple[float, str]:
+    """What a column reads where its signal is zero, in the numbers of the column, and a note of it.
+
+    Raises:
+        MappingError: no number. UnitError: a number in another unit than the column's.
+    """
+    if text is None:
+        return 0.0, ""
+    try:
+        number, written = units.quantity(text)
+    except UnitError:
+        number, written = float("nan"), None
+    if not isfinite(number):
+        remedy = f"Write it like --zero {shell_word(f'{signal}=2048')}"
+        raise MappingError(f"the zero of {signal} is '{text}'", remedy=remedy)
+    if written is not None and written not in COUNTS:
+        fitting = units.fits(written, (unit,)) if unit and units.is_unit(written) else None
+        if fitting is None:
+            has = f"the unit '{unit}'" if unit else "no unit"
+            problem = f"column '{name}' has {has}, and the zero of {signal} is {text}"
+            remedy = "Give the number that the column reads there, without a unit"
+            raise UnitError(problem, remedy=remedy)
+        number *= fitting[0]
+    return number, f", zero at {text}"
 
 
 def scaled(text: str, signal: str) -> tuple[float, str | None, str | None]:

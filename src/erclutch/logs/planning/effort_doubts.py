@@ -7,6 +7,7 @@ import re
 import numpy as np
 
 from erclutch.errors import UnitError, shell_word
+from erclutch.logs.columns.arms_in_names import arm_in
 from erclutch.logs.columns.candidates import DRIVES
 from erclutch.logs.columns.labels import COUNTS
 from erclutch.logs.columns.names import words_of
@@ -21,6 +22,10 @@ _ARMS = set_of(
     "arm arms lever leverarm hebel hebelarm hebelarmlange bras levier brazo palanca braccio "
     "力臂 力臂长 力臂长度 杠杆臂 杠杆臂长 臂长 アーム アーム長 レバーアーム"
 )
+#: What the length of an arm is called behind a sensor of a force: ``Load cell at r = 0.15 m``.
+_RADII = set_of("r radius rayon radio raggio 半径")
+_OF_FORCES = set_of("force load loadcell cell scale kraft kraftsensor kraftmessdose waegezelle wagezelle fuerza forza effort "
+                    "capteur 力 荷重")
 #: A length at the front of a value, with a decimal comma too: ``0,15 m``, ``150 mm lever arm``.
 _LENGTH = re.compile(r"(\d+)(?:[.,](\d+))? ?([^\W\d_]+)")
 #: Names of efforts by the unit of their kind.
@@ -39,27 +44,52 @@ _NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
 
 
 def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:
-    """Doubt a guessed force beside turns where the header states the arm of a lever: their product is the torque."""
+    """Doubt a guessed force beside turns where the file states the arm of a lever: their product is the torque.
+
+    Of a load cell without a unit nobody says whether its numbers are forces: they stay as logged.
+    """
     effort = draft.guessed("effort")
     motion = draft.signals.get("slip") or draft.signals.get("position")
-    if effort is None or motion is None:
+    if effort is None or motion is None or "effort" in draft.told.scales:
         return
-    if effort.si != "N" or motion.si not in ("rad/s", "rad"):
+    is_a_force = effort.si == "N"
+    is_open = effort.unit is None and not _OF_FORCES.isdisjoint(words_of(effort.column))
+    turns = motion.si in ("rad/s", "rad")
+    if not turns or not (is_a_force or is_open):
         return
+    stated = arm_in(effort.column)
+    said = "its name" if stated else ""
     for key, text in draft.table.metadata.items():
+        words = {*words_of(key), *words_of(text)}
+        is_of_an_arm = not _ARMS.isdisjoint(words)
+        is_of_a_sensor = not _RADII.isdisjoint(words) and not _OF_FORCES.isdisjoint(words)
         length = _LENGTH.match(text.strip())
-        if length is None or _ARMS.isdisjoint((*words_of(key), *words_of(text))):
-            continue
-        whole, decimals, unit = length.groups()
-        try:
-            arm = units.in_unit(f"{whole}.{decimals or 0} {unit}", "m")
-        except UnitError:
-            continue
-        label = shell_word(draft.table.label(effort.column))
-        doubt = f"which is a force beside turns, and the file says {key} = {text}"
-        doubt += f": give --effort {label} alone if you want no torque"
-        draft.doubt("effort", doubt, f"{label} --scale {shell_word(f'effort={arm:g} N*m/N')}")
+        if stated is None and length is not None and (is_of_an_arm or is_of_a_sensor):
+            whole, decimals, unit = length.groups()
+            stated = _in_metres(f"{whole}.{decimals or 0}", unit)
+            said = f"the file says {key} = {text}"
+    if stated is None:
         return
+    label = shell_word(draft.table.label(effort.column))
+    if is_a_force:
+        says = "and its name says an arm" if said == "its name" else f"and {said}"
+        doubt = f"which is a force beside turns, {says}"
+        scale = f"effort={stated:g} N*m/N"
+    else:
+        says = "says an arm in its name" if said == "its name" else f"may be a force, for {said}"
+        doubt = f"which has no unit beside turns and {says}"
+        scale = f"effort={stated:g}"
+    doubt += f": give --effort {label} alone if you want no torque"
+    doubt += "" if is_a_force else ", or where it is a torque already"
+    draft.doubt("effort", doubt, f"{label} --scale {shell_word(scale)}")
+
+
+def _in_metres(number: str, unit: str) -> float | None:
+    """A length in m; None for a unit of another kind."""
+    try:
+        return units.in_unit(f"{number} {unit}", "m")
+    except UnitError:
+        return None
 
 
 def doubt_a_share_of_a_rated_torque(draft: Draft) -> None:

@@ -12,6 +12,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.errors import shell_word
 from erclutch.logs.columns.seen_columns import SeenColumn
@@ -29,6 +30,8 @@ _SURELY = 0.3  # the same, where the effort follows a field most of all
 _ONE_COURSE = 0.999  # correlation of two columns that tell one thing
 _UNEVEN = 0.2  # of the usual step, by which a busy logger is late
 _MOST_STEPS = 0.8  # of all: the others lie at gaps
+_FEWEST_OF_A_RUN = 30  # rows of a log before its time begins anew: a sweep of points has fewer
+_UNIT_OF_TIME = re.compile(r" \[m?s\]$")
 _FEWEST_POINTS = 6  # rows of a table of points on a grid
 _MOST_POINTS = 1000
 _AXES = frozenset("xyz")
@@ -60,12 +63,15 @@ def propose_columns_without_names(draft: Draft) -> None:
     stamps: Array = np.arange(float(table.rows))
     if time:
         free.remove(time)
-        options["time"] = f"--time {shell_word(f'{time} [s]')}"
+        options["time"] = f"--time {shell_word(f'{time} [{_unit_of_steps(table.columns[time])}]')}"
         stamps = table.columns[time]
     elif clock:
         stamps = table.columns[clock]
 
+    begins_anew = bool(time) and bool(np.any(np.diff(table.columns[time]) <= 0.0))
     known = draft.signals.get("field")
+    if begins_anew and _points_on_a_grid(table, [time, *free], known is not None) is not None:
+        free.insert(0, time)  # a speed that is swept at each level
     grid = _points_on_a_grid(table, free, known is not None) if "time" in asked else None
     if grid is not None:
         options["time"] = "--time none"
@@ -85,7 +91,7 @@ def propose_columns_without_names(draft: Draft) -> None:
     moving = [name for name in free if name not in levels and np.ptp(table.columns[name]) > 0.0]
     roles = _roles(table, moving, stamps, field)
     if not roles.effort:
-        _propose(draft, {"time": options["time"]} if time else {})
+        _propose(draft, {"time": options["time"]} if time and not begins_anew else {})
         return
     if "time" in asked and not time and roles.slip and roles.position:
         rate = over_rate(table.columns[roles.slip], table.columns[roles.position], stamps)
@@ -108,7 +114,7 @@ def _propose(draft: Draft, options: Mapping[str, str]) -> None:
         if question is None or question.option:
             continue
         missing, listed, columns = question.problem.partition("; the file has: ")
-        column = draft.seen.columns.get(shlex.split(option)[1].removesuffix(" [s]"))
+        column = draft.seen.columns.get(_UNIT_OF_TIME.sub("", shlex.split(option)[1]))
         if about in ("slip", "effort"):
             missing += f"; by the numbers alone it may be {option}"
         if column is not None:
@@ -122,7 +128,9 @@ def _course_of(column: SeenColumn, about: str) -> str:
     levels = np.unique(values).size
     if about == "time":
         step = float(np.median(np.diff(values)))
-        return f"{column.name} rises by steps of {step:.4g}, as a time in s does"
+        course = f"{column.name} rises by steps of {step:.4g}, as a time in {_unit_of_steps(values)} does"
+        again = int(np.count_nonzero(np.diff(values) <= 0.0))
+        return f"{course}, and begins anew {again} times" if again else course
     if levels <= _MOST_LEVELS and 2 * levels <= values.size:
         return f"{column.name} has {levels} levels from {values.min():.4g} to {values.max():.4g}"
     turns = int(np.count_nonzero(np.diff(np.signbit(values))))
@@ -196,14 +204,34 @@ def _are_without_names(draft: Draft, clock: str) -> bool:
 def _rising_steadily(table: Table, names: Sequence[str]) -> str:
     """The first column, if it rises in each row, mostly by steps near the usual one, which is no whole number; else "".
 
-    A busy logger's stamps are uneven, and a few lie behind a gap.
+    A busy logger's stamps are uneven, and a few lie behind a gap. Of logs one after another, such as one at each level
+    of a field, it begins anew where it began; a long course that does so counts by whole numbers above 1 too.
     """
-    steps = np.diff(table.columns[names[0]]) if names else np.zeros(0)
-    if not steps.size or not np.isfinite(steps).all() or not np.all(steps > 0.0):
+    if not names:
+        return ""
+    stamps = table.columns[names[0]]
+    steps = np.diff(stamps)
+    if not steps.size or not np.isfinite(steps).all():
         return ""
     step = float(np.median(steps))
+    begins = 1 + np.flatnonzero(steps <= 0.0)
+    if step <= 0.0 or (begins.size and not _begin_anew(stamps, begins, step)):
+        return ""
     near = float(np.mean(np.abs(steps - step) <= _UNEVEN * step))
-    return names[0] if near >= _MOST_STEPS and not step.is_integer() else ""
+    counts = step.is_integer() and (not begins.size or step <= 1.0)
+    return names[0] if near >= _MOST_STEPS and not counts else ""
+
+
+def _begin_anew(stamps: Array, begins: NDArray[np.int64], step: float) -> bool:
+    """Whether stamps begin anew, after many rows each time, where the first run began."""
+    runs = np.diff([0, *begins.tolist(), stamps.size])
+    at_the_start = np.abs(stamps[begins] - stamps[0]) <= step
+    return bool(runs.min() >= _FEWEST_OF_A_RUN and at_the_start.all())
+
+
+def _unit_of_steps(stamps: Array) -> str:
+    """The unit that is offered for stamps nobody names: whole numbers are ms, and others s."""
+    return "ms" if float(np.median(np.diff(stamps))).is_integer() else "s"
 
 
 def _roles(table: Table, moving: Sequence[str], stamps: Array, field: str) -> _Roles:

@@ -14,7 +14,7 @@ from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
 from erclutch.logs.columns.candidates import candidates, slips_in_percent
 from erclutch.logs.columns.labels import is_given_by_place, split_label
-from erclutch.logs.columns.levels_in_names import differ_by_field
+from erclutch.logs.columns.levels_in_names import CALLED_BY_LEVEL, differ_by_field
 from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
@@ -310,6 +310,8 @@ def _column_option(
             return f"--position {shell_word(seen.table.label(position))}"
     if not likely and signal == "effort" and len(free) == 1 and _says_nothing(free[0]):
         likely = [free[0].name]  # what is left over
+    if not likely and signal == "effort":
+        likely = [column.name for column in free if column.name == CALLED_BY_LEVEL]
     if not likely:
         beside_it = partners if signal == "slip" else [*beside[:1]]
         turns = {seen.columns[name].kind for name in beside_it if name in seen.columns} == {"N*m"}

@@ -1,4 +1,4 @@
-"""Whole numbers of a converter under the name of a signal are doubted: nobody says what a count is.
+"""Whole numbers of a converter under the name of a signal are doubted: nobody says what a count is, or where zero is.
 
 They are called so (``adc_force``), or an effort in them stays about the zero of a converter, such as 2048.
 """
@@ -7,14 +7,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from erclutch.errors import shell_word
+from erclutch.errors import UnitError, shell_word
+from erclutch.logs.columns.labels import COUNTS
+from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.shapes import are_whole
+from erclutch.logs.columns.vocabulary import set_of
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import usual_unit
+from erclutch.signals import units
 from erclutch.signals.array import Array
 
 _OF_A_CONVERTER = frozenset({"adc", "lsb"})
 _SIGNALS = ("slip", "position", "effort")
+#: What a file calls the number that its converter gives without a load.
+_ZEROS = set_of("zero offset tare nullpunkt null nullwert tara cero zeropoint midpoint bias")
 _FEWEST = 16  # different numbers; a few are levels
 #: A converter of ten bits or more has its zero at half of its range, 512 or more.
 _LEAST_ZERO = 400
@@ -23,22 +29,52 @@ _SWING = 0.5  # of the zero
 
 def doubt_numbers_of_a_converter(draft: Draft) -> None:
     """Doubt guessed motions and efforts without a unit that are called after a converter and are whole numbers."""
+    _say_what_has_no_column(draft)
     for signal in _SIGNALS:
-        guessed = draft.guessed(signal)
-        if guessed is None or guessed.unit or signal in draft.told.scales:
+        chosen = draft.signals.get(signal)
+        if chosen is None or not chosen.column or signal in draft.told.zeros:
             continue
-        column = draft.seen.columns[guessed.column]
+        if chosen.unit and chosen.unit not in COUNTS:
+            continue
+        column = draft.seen.columns[chosen.column]
         known = column.values[np.isfinite(column.values)]
         if not are_whole(known) or np.unique(known).size < _FEWEST:
             continue
         is_called_so = column.spoken.says(_OF_A_CONVERTER)
-        if not is_called_so and not (signal == "effort" and _stay_about_a_zero(known)):
+        # A converter gives no negative number: without a load it stands in the middle.
+        is_lifted = is_called_so and bool(known.min() >= 0.0) and _is_far_from_zero(known)
+        stays_about_a_zero = signal == "effort" and (is_lifted or _stay_about_a_zero(known))
+        if not is_called_so and not stays_about_a_zero:
+            continue
+
+        stated = _stated_zero(draft, known) or "NUMBER"
+        zero = f"--zero {shell_word(f'{signal}={stated}')}"
+        if draft.guessed(signal) is None:
+            if stays_about_a_zero:
+                level = f"{chosen.column} stays between {known.min():.0f} and {known.max():.0f}"
+                draft.notes.append(f"{level}, as about the zero of a converter: {zero} if it is")
+            continue
+        label = shell_word(draft.table.label(column.name))
+        answer = f"{label} {zero}" if stays_about_a_zero else label
+        if signal in draft.told.scales:
+            if stays_about_a_zero:
+                draft.doubt(signal, "in whole numbers of a converter about its zero", answer)
             continue
         turns = signal == "effort" and column.kind == "N*m"
         unit = "N*m" if turns else usual_unit(signal)
         scale = shell_word(f"{signal}=NUMBER {unit}/count")
-        doubt = f"in whole numbers of a converter, whose zero and unit nobody says: add --scale {scale} if you know it"
-        draft.doubt(signal, doubt, shell_word(draft.table.label(column.name)))
+        doubt = f"in whole numbers of a converter, whose unit nobody says: add --scale {scale} if you know it"
+        if stays_about_a_zero:
+            doubt += ", and give what it reads without a load as the zero"
+        draft.doubt(signal, doubt, answer)
+
+
+def _say_what_has_no_column(draft: Draft) -> None:
+    """Say which zeros were given for what is read from no column: they do nothing."""
+    for signal, text in draft.told.zeros.items():
+        chosen = draft.signals.get(signal)
+        if signal not in draft.questions and (chosen is None or not chosen.column):
+            draft.notes.append(f"the zero of {signal}, {text}, is not used: no column is the {signal}")
 
 
 def _stay_about_a_zero(known: Array) -> bool:
@@ -46,3 +82,24 @@ def _stay_about_a_zero(known: Array) -> bool:
     low = float(np.min(np.abs(known)))
     swing = float(np.ptp(known))
     return low >= _LEAST_ZERO and swing < _SWING * low
+
+
+def _is_far_from_zero(known: Array) -> bool:
+    """Whether most of the numbers lie in the middle of their range from zero on, as those of both senses do."""
+    return bool(np.median(known) > 0.25 * np.max(known))
+
+
+def _stated_zero(draft: Draft, known: Array) -> str:
+    """The only number above the rows that is called a zero and lies among the known ones, as text; "" for none."""
+    stated: set[str] = set()
+    for key, text in draft.table.metadata.items():
+        if _ZEROS.isdisjoint(words_of(key)):
+            continue
+        try:
+            number, unit = units.quantity(text.strip())
+        except UnitError:
+            continue
+        is_in_counts = unit is None or unit in COUNTS
+        if is_in_counts and known.min() <= number <= known.max():
+            stated.add(f"{number:g}")
+    return stated.pop() if len(stated) == 1 else ""

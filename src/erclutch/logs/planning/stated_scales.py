@@ -41,7 +41,7 @@ _OF_A_GEAR = set_of(
 _COUNTED_ALREADY = re.compile(r"(?:counts?|ticks?)\b", re.IGNORECASE)
 _QUADRATURE = re.compile(r"quadrature|x ?4\b", re.IGNORECASE)
 _RATIO = re.compile(r"(\d+(?:\.\d+)?)\s*(?::\s*(\d+(?:\.\d+)?))?")
-_PLACE = re.compile(r"NUMBER ([^\"'/]+)/([^\"']+)")
+_PLACE = re.compile(r"NUMBER ([^\"']+)/([^\"'/]+)")  # rad/s/V is of a volt
 _PER = re.compile(r"_([^\W_]+)_per_([^\W_]+)$")
 _MOTIONS = ("slip", "position")
 

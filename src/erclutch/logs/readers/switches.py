@@ -32,6 +32,8 @@ def switched(label: str, cells: pd.Series[Any]) -> tuple[Array, str] | None:
         word.lower() not in _SWITCHES for word in distinct
     ):
         return None
+    if {"low", "off"} <= {word.lower() for word in distinct}:
+        return None  # levels of a supply: low is more than off
     numbers = np.asarray(words.str.lower().map(_SWITCHES), dtype=np.float64)
     meanings = [f"{word}, read as {_SWITCHES[word.lower()]:g}" for word in distinct]
     return numbers, f"column {label} holds {' and '.join(meanings)}"

@@ -16,6 +16,7 @@ import numpy as np
 from erclutch.errors import listed
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.levels_in_names import (
+    CALLED_BY_LEVEL,
     StatedLevel,
     setting_in,
     speed_in,
@@ -30,7 +31,6 @@ from erclutch.logs.columns.senses import says_a_sense
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
-_VALUE = "value"  # what is called by its level alone
 _A_FIELD_ALONE = frozenset({"field"})
 _A_SLIP_ALONE = frozenset({"slip"})
 _MOTIONS = frozenset({"slip", "position"})
@@ -120,7 +120,11 @@ def _stacked(table: Table, signal: str, sheet: _Sheet, shared: Sequence[str]) ->
         for name, values in of_level.items():
             columns.setdefault(name, []).append(values[filled])
     units[signal] = levels[0].unit
-    said = listed([f"{level.number:g} {level.unit or ''}".strip() for level in levels])
+    of_levels: list[str] = []
+    for level in levels:
+        number = f"{level.number:g} {level.unit or ''}".strip()
+        of_levels.append(f"{level.word} ({number})" if level.word else number)
+    said = listed(of_levels)
     note = f"the names of the columns tell the {signal}: the rows at {said} stand one after another"
     return replace(
         table,
@@ -144,6 +148,8 @@ def _is_a_sheet(
     are_alike = all(own == levels[0] for own in levels)
     if len(levels[0]) < 2 or not are_alike or len({level.unit for level in levels[0]}) > 1:
         return False
+    if len({level.number for level in levels[0]}) < len(levels[0]):
+        return False  # two words for one place
     if len({*quantities, *shared}) < len(quantities) + len(shared):
         return False
     for by_level in sheet.values():
@@ -170,13 +176,13 @@ def _fits_speeds(table: Table, quantities: Sequence[str], shared: Sequence[str])
         return False
     may_be = spoken_name(quantities[0]).may_be
     is_beside_a_field = any(spoken_name(name).may_be == _A_FIELD_ALONE for name in shared)
-    return "effort" in may_be or (quantities[0] == _VALUE and is_beside_a_field)
+    return "effort" in may_be or (quantities[0] == CALLED_BY_LEVEL and is_beside_a_field)
 
 
 def _fits_settings(table: Table, quantities: Sequence[str], shared: Sequence[str]) -> bool:
     """Whether a quantity is an effort, has no name or is called by its sense, where a sheet of fields would fit."""
     may_be_efforts = [
-        name == _VALUE or says_a_sense(name) or "effort" in spoken_name(name).may_be
+        name == CALLED_BY_LEVEL or says_a_sense(name) or "effort" in spoken_name(name).may_be
         for name in quantities
     ]
     return any(may_be_efforts) and _fits_fields(table, quantities, shared)
@@ -203,4 +209,4 @@ def _quantity(bare: str, signal: str) -> tuple[str, str | None]:
     name, unit = split_label(stem)
     level_alone = _A_SLIP_ALONE if signal == "slip" else _A_FIELD_ALONE
     is_the_level = bool(name) and spoken_name(name).may_be == level_alone
-    return (_VALUE, None) if is_the_level or not name else (name, unit)
+    return (CALLED_BY_LEVEL, None) if is_the_level or not name else (name, unit)

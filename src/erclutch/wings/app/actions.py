@@ -52,6 +52,7 @@ READING: tuple[tuple[str, str, str], ...] = (
     ("lead", "travel of the table in one turn of the screw", "10 mm"),
     ("constant", "a signal that was constant", "field=0.5 A"),
     ("scale", "what a sensor in volts means", "effort=2.5 N*m/V"),
+    ("zero", "what a column reads where its signal is zero", "effort=2048"),
     ("variable", "which recording of a file that holds several", "all"),
     ("from", "take the log from this time on", "2s"),
     ("until", "take it up to this time", "60s"),
@@ -148,7 +149,7 @@ class Chosen:
         columns: dict[str, Any] = dict(self.columns)
         plain = {key: texts.pop(key) for key in ("rate", "lead") if key in texts}
         pairs: dict[str, dict[str, str]] = {}
-        for key in ("constant", "scale"):
+        for key in ("constant", "scale", "zero"):
             if "=" in texts.get(key, ""):
                 name, _, text = texts.pop(key).partition("=")
                 pairs[f"{key}s"] = {name: text}
