@@ -392,7 +392,9 @@ def test_words_of_a_valve_in_a_column_are_counted(
 def test_soft_and_hard_pieces_of_a_material_are_no_levels(tmp_path: Path) -> None:
     rows = ["time [s],specimen,velocity [m/s],force [N]"]
     for word in ("soft", "hard"):
-        rows += [f"{0.01 * k:.2f},{word},{np.sin(0.2 * k):.5f},{np.sin(0.2 * k):.5f}" for k in range(60)]
+        rows += [
+            f"{0.01 * k:.2f},{word},{np.sin(0.2 * k):.5f},{np.sin(0.2 * k):.5f}" for k in range(60)
+        ]
     path = tmp_path / "log.csv"
     path.write_text("\n".join(rows) + "\n", encoding="utf-8")
     assert "specimen" in read_table(path).words

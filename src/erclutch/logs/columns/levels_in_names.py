@@ -97,7 +97,7 @@ def without_speed(name: str) -> str:
 def setting_in(name: str) -> StatedLevel | None:
     """The setting in a name that is no field by its unit, such as ``Force @ 4 clicks``; None for no or several.
 
-    It is called by its word, ``clicks``, ``pwm`` or ``level``; a share has the unit %. A word such as ``Soft`` alone is a
+    It is called by its word, ``clicks``, ``pwm`` or ``level``; a share has the unit %. A word such as ``Soft`` is a
     setting too, and its place among its like the number.
     """
     found = [*_SETTING.finditer(name)]

@@ -7,10 +7,18 @@ import re
 from erclutch.logs.columns.vocabulary import set_of
 
 #: Words of one kind, by their places.
-_SOFT = set_of("soft weich souple blando suave morbido macio zacht mjuk miekki 软 軟 柔 弱 ソフト 소프트 약")
-_MEDIUM = set_of("medium mid middle mittel moyen medio media gemiddeld 中 中等 中间 ミディアム 중간 중")
+_SOFT = set_of(
+    "soft weich souple blando suave morbido macio zacht mjuk miekki 软 軟 柔 弱 ソフト 소프트 약"
+)
+_MEDIUM = set_of(
+    "medium mid middle mittel moyen medio media gemiddeld 中 中等 中间 ミディアム 중간 중"
+)
 _HARD = set_of("hard firm stiff hart dur ferme duro rigido fest 硬 强 強 ハード 하드 강")
-_COMFORT, _NORMAL, _SPORT = set_of("comfort komfort confort 舒适"), set_of("normal 标准"), set_of("sport sports 运动")
+_COMFORT, _NORMAL, _SPORT = (
+    set_of("comfort komfort confort 舒适"),
+    set_of("normal 标准"),
+    set_of("sport sports 运动"),
+)
 _LOW = set_of("low niedrig bas faible bajo baixo basso laag 低")
 _HIGH = set_of("high hoch haut fort alto hoog 高")
 _OFF = set_of("off aus none zero arret")
@@ -40,7 +48,7 @@ def word_of_level(name: str) -> str:
 
 
 def places_of(words: tuple[str, ...]) -> tuple[int, ...] | None:
-    """The places of the words of a column, where all are levels of one kind, each with a place of its own; else None."""
+    """The places of the words of a column, where all are levels of one kind and no two have one place; else None."""
     for family in _ORDERS:
         places: list[int] = []
         for word in words:

@@ -241,7 +241,7 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
 
 
 def _written_out(stem: str) -> str:
-    """A name whose short words are written out where a point behind tells that they are short: ``kraft`` for ``Kr.``."""
+    """A name whose words are written out where a point behind them tells that they are short: ``kraft`` for ``Kr.``."""
 
     def whole(short: re.Match[str]) -> str:
         word = short[1]

@@ -61,13 +61,15 @@ NAMES = {
 }
 SINGLE = ("field", "slip", "position", "effort")
 #: Words that a point behind them makes short for a name, and that are no name without it: ``Kr.``, ``Str. [A]``.
-SHORT_WITH_A_POINT = {
-    **{"kr": "kraft", "mom": "moment", "str": "strom", "sp": "spannung", "wink": "winkel", "ang": "angle"},
-    **{"corr": "corriente", "fza": "fuerza", "fuer": "fuerza", "frz": "forza"},
-    **{"depl": "deplacement", "desp": "desplazamiento", "despl": "desplazamiento", "spost": "spostamento"},
-    **{"verst": "verschiebung", "versch": "verschiebung", "geschwind": "geschwindigkeit", "forc": "force"},
-    **{"displ": "displacement", "veloc": "velocity", "volt": "voltage", "amp": "amps", "tens": "tension"},
-}
+SHORT_WITH_A_POINT = dict(
+    pair.split("=")
+    for pair in (
+        "kr=kraft mom=moment str=strom sp=spannung wink=winkel ang=angle corr=corriente fza=fuerza fuer=fuerza frz=forza "
+        "depl=deplacement desp=desplazamiento despl=desplazamiento spost=spostamento verst=verschiebung "
+        "versch=verschiebung geschwind=geschwindigkeit forc=force displ=displacement veloc=velocity volt=voltage "
+        "amp=amps tens=tension"
+    ).split()
+)
 #: Words for one signal of several joints, as lists and matrices of a robot are called: joint_velocities_3.
 OF_SEVERAL = {
     "positions": "position",

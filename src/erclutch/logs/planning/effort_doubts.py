@@ -24,8 +24,10 @@ _ARMS = set_of(
 )
 #: What the length of an arm is called behind a sensor of a force: ``Load cell at r = 0.15 m``.
 _RADII = set_of("r radius rayon radio raggio 半径")
-_OF_FORCES = set_of("force load loadcell cell scale kraft kraftsensor kraftmessdose waegezelle wagezelle fuerza forza effort "
-                    "capteur 力 荷重")
+_OF_FORCES = set_of(
+    "force load loadcell cell scale kraft kraftsensor kraftmessdose waegezelle wagezelle fuerza forza effort "
+    "capteur 力 荷重"
+)
 #: A length at the front of a value, with a decimal comma too: ``0,15 m``, ``150 mm lever arm``.
 _LENGTH = re.compile(r"(\d+)(?:[.,](\d+))? ?([^\W\d_]+)")
 #: Names of efforts by the unit of their kind.

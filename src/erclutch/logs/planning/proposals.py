@@ -310,8 +310,6 @@ def _column_option(
             return f"--position {shell_word(seen.table.label(position))}"
     if not likely and signal == "effort" and len(free) == 1 and _says_nothing(free[0]):
         likely = [free[0].name]  # what is left over
-    if not likely and signal == "effort":
-        likely = [column.name for column in free if column.name == CALLED_BY_LEVEL]
     if not likely:
         beside_it = partners if signal == "slip" else [*beside[:1]]
         turns = {seen.columns[name].kind for name in beside_it if name in seen.columns} == {"N*m"}
@@ -439,7 +437,9 @@ def _less_likely(free: Sequence[SeenColumn], signal: str) -> list[str]:
             and not words.isdisjoint(NAMES[signal].split())
         ):
             estimated.append(column.name)
-    return short or within or in_one_meaning or lettered or estimated
+    called_by_level = [each.name for each in free if each.name == CALLED_BY_LEVEL]
+    left_over = called_by_level if signal == "effort" else []
+    return short or within or in_one_meaning or lettered or estimated or left_over
 
 
 def _parts(name: str) -> set[str]:

@@ -74,7 +74,9 @@ def _say_what_has_no_column(draft: Draft) -> None:
     for signal, text in draft.told.zeros.items():
         chosen = draft.signals.get(signal)
         if signal not in draft.questions and (chosen is None or not chosen.column):
-            draft.notes.append(f"the zero of {signal}, {text}, is not used: no column is the {signal}")
+            draft.notes.append(
+                f"the zero of {signal}, {text}, is not used: no column is the {signal}"
+            )
 
 
 def _stay_about_a_zero(known: Array) -> bool:

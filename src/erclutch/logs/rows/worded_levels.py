@@ -19,8 +19,8 @@ from erclutch.signals.array import Array
 
 #: What such a column is called; a material or a specimen may be soft or hard too.
 _SETTINGS = set_of(
-    "setting settings level levels mode valve damping stage knob switch stufe stellung einstellung ventil ventilstellung "
-    "modus dampfung niveau reglage soupape ajuste nivel modo valvula livello regolazione valvola "
+    "setting settings level levels mode valve damping stage knob switch stufe stellung einstellung ventil "
+    "ventilstellung modus dampfung niveau reglage soupape ajuste nivel modo valvula livello regolazione valvola "
     "档 档位 模式 设置 等级 设定 設定 モード レベル 단계 모드 설정"
 )
 
@@ -30,7 +30,9 @@ def with_places_of_words(table: Table) -> Table:
     columns: dict[str, Array] = {}
     notes = [*table.notes]
     for name, words in table.words.items():
-        is_a_setting = not _SETTINGS.isdisjoint(words_of(name)) or "field" in spoken_name(name).may_be
+        is_a_setting = (
+            not _SETTINGS.isdisjoint(words_of(name)) or "field" in spoken_name(name).may_be
+        )
         places = places_of(words.words) if is_a_setting else None
         if places is None or not (words.of_row >= 0).all():
             continue
