@@ -64,7 +64,7 @@ SINGLE = ("field", "slip", "position", "effort")
 SHORT_WITH_A_POINT = dict(
     pair.split("=")
     for pair in (
-        "kr=kraft mom=moment str=strom sp=spannung wink=winkel ang=angle corr=corriente fza=fuerza fuer=fuerza frz=forza "
+        "kr=kraft mom=moment str=strom sp=spannung wink=winkel ang=angle corr=corriente fza=fuerza frz=forza "
         "depl=deplacement desp=desplazamiento despl=desplazamiento spost=spostamento verst=verschiebung "
         "versch=verschiebung geschwind=geschwindigkeit forc=force displ=displacement veloc=velocity volt=voltage "
         "amp=amps tens=tension"
