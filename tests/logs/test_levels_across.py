@@ -352,11 +352,11 @@ def test_words_of_a_valve_are_levels_that_are_asked_about(
 ) -> None:
     speed = np.linspace(-0.5, 0.5, 21)
     forces = [stiff * np.tanh(9.0 * speed) for stiff in (30.0, 60.0, 120.0)]
-    path = written(tmp_path, names, [speed, *forces])
+    path = written(tmp_path, [*names], [speed, *forces])
     plan = plan_of(read_table(path), ColumnMap())
     assert '--time none --field "setting"' in plan.command()
-    effort = {"effort": "value"} if "value" in plan.command() else {}
-    log = read(path, time="none", field="setting", **effort)
+    effort = "value" if "value" in plan.command() else None
+    log = read(path, time="none", field="setting", effort=effort)
     np.testing.assert_array_equal(log.signals["field"], np.repeat([1.0, 2.0, 3.0], speed.size))
     np.testing.assert_allclose(log.signals["effort"], np.concatenate(forces), atol=1e-7)
 
