@@ -61,15 +61,18 @@ NAMES = {
 }
 SINGLE = ("field", "slip", "position", "effort")
 #: Words that a point behind them makes short for a name, and that are no name without it: ``Kr.``, ``Str. [A]``.
-SHORT_WITH_A_POINT = dict(
-    pair.split("=")
-    for pair in (
-        "kr=kraft mom=moment str=strom sp=spannung wink=winkel ang=angle corr=corriente fza=fuerza frz=forza "
-        "depl=deplacement desp=desplazamiento despl=desplazamiento spost=spostamento verst=verschiebung "
-        "versch=verschiebung geschwind=geschwindigkeit forc=force displ=displacement veloc=velocity volt=voltage "
-        "amp=amps tens=tension"
-    ).split()
-)
+SHORT_WITH_A_POINT = {
+    short: whole
+    for short, _, whole in (
+        pair.partition("=")
+        for pair in (
+            "kr=kraft mom=moment str=strom sp=spannung wink=winkel ang=angle corr=corriente fza=fuerza frz=forza "
+            "depl=deplacement desp=desplazamiento despl=desplazamiento spost=spostamento verst=verschiebung "
+            "versch=verschiebung geschwind=geschwindigkeit forc=force displ=displacement veloc=velocity volt=voltage "
+            "amp=amps tens=tension"
+        ).split()
+    )
+}
 #: Words for one signal of several joints, as lists and matrices of a robot are called: joint_velocities_3.
 OF_SEVERAL = {
     "positions": "position",
