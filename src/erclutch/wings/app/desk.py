@@ -91,6 +91,23 @@ class Desk:
 
         return told
 
+    async def _gone(self, request: Request, error: Exception) -> Response:
+        """A file that was there as an answer began went away, or cannot be read: another program took it."""
+        if isinstance(error, OSError):
+            why = error.strerror or str(error)
+        elif str(error).startswith(
+            "File at path"
+        ):  # what the server says as it begins to send a file
+            why = "there is no such file any more"
+        else:
+            raise error
+        return self._page(
+            "problem",
+            status=404,
+            title="This did not work",
+            problem=f"A file of the folder changed while this page was made ({why}). Go back to the overview.",
+        )
+
     @staticmethod
     def _with_form(answer: Callable[[Request, Form], Awaitable[Response]]) -> Answer:
         async def read(request: Request) -> Response:

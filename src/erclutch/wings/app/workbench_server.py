@@ -18,7 +18,7 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, RedirectResponse, Response
 from starlette.routing import Route
 
-from erclutch.errors import ErclutchError
+from erclutch.errors import ErclutchError, listed
 from erclutch.models.model_titles import title_of
 from erclutch.report.numbers.number_text import percent
 from erclutch.runs.run_about import kept_about
@@ -105,7 +105,10 @@ class Workbench(LogAnswers, RunAnswers):
             answer = self._with_form(answer_form)
             routes.append(Route(path, self._told(answer), methods=["POST"]))
         routes.append(Route("/upload/{name}", self._told(self._upload), methods=["PUT"]))
-        self.app = Guard(Starlette(routes=routes), access, headers=_OWN, command="erclutch app")
+        served = Starlette(
+            routes=routes, exception_handlers={OSError: self._gone, RuntimeError: self._gone}
+        )
+        self.app = Guard(served, access, headers=_OWN, command="erclutch app")
 
     async def _home(self, request: Request) -> Response:
         # Off the loop: a folder on a slow disk must not hold up the other answers.
@@ -121,6 +124,7 @@ class Workbench(LogAnswers, RunAnswers):
         most = max(len(logs), len(runs), len(results))
         if most > SHOWN:
             left_out = f"Of {most:,} entries of a kind the newest {SHOWN} are shown."
+        unnamed = listed(sorted(contents.unnamed), most=5)
         results = results[:SHOWN]
         exports = {
             each.name for each in results if (space.folder / each.name / "export.json").is_file()
@@ -132,6 +136,7 @@ class Workbench(LogAnswers, RunAnswers):
             runs=[self._row(run) for run in runs[:SHOWN]],
             results=results,
             left_out=left_out,
+            unnamed=unnamed if contents.unnamed else "",
             exports=exports,
             jobs=[job for job in self.jobs if not job.whole],
         )

@@ -17,7 +17,7 @@ from dataclasses import fields as dataclass_fields
 from pathlib import Path
 from typing import Any
 
-from erclutch.errors import ErclutchError
+from erclutch.errors import ErclutchError, printable
 from erclutch.files import small_json, whole_file
 from erclutch.files.places import put_beside, put_new
 from erclutch.runs.run_about import RunAbout, about_with
@@ -56,11 +56,16 @@ class Entry:
 
 @dataclass(frozen=True)
 class Look:
-    """What is in a workspace: logs, runs, and what commands wrote: exports, estimates, comparisons, mappings."""
+    """What is in a workspace: logs, runs, and what commands wrote: exports, estimates, comparisons, mappings.
+
+    Attributes:
+        unnamed: the entries whose names no address of a page can hold, see `plain_name`; they are not shown.
+    """
 
     logs: list[Entry]
     runs: list[Entry]
     results: list[Entry]
+    unnamed: list[str]
 
 
 class Workspace:
@@ -118,8 +123,8 @@ class Workspace:
                 return look.logs
             return look.results if estimate or Path(name).suffix in (*_WRITTEN, ".toml") else None
 
-        look = Look([], [], [])
-        for entry in self._visible():
+        look = Look([], [], [], [])
+        for entry in self._visible(look.unnamed):
             with contextlib.suppress(OSError):  # gone since the folder was listed
                 kind = kind_of(entry)
                 if kind is not None:
@@ -154,13 +159,18 @@ class Workspace:
         """What commands wrote besides: exports, estimates, comparisons, mapping files."""
         return self.look().results
 
-    def _visible(self) -> Iterator[os.DirEntry[str]]:
+    def _visible(self, unnamed: list[str] | None = None) -> Iterator[os.DirEntry[str]]:
+        """What may be shown; names that are none for a page are added to ``unnamed``."""
         with contextlib.suppress(OSError), os.scandir(self.folder) as entries:
             for entry in entries:
                 # Only a link leads elsewhere: to follow each of 10^5 runs takes seconds.
                 linked_away = entry.is_symlink() and not self._holds(Path(entry.path))
-                if not entry.name.startswith((".", "-")) and not linked_away:
+                if entry.name.startswith((".", "-")) or linked_away:
+                    continue
+                if is_plain_name(entry.name):
                     yield entry
+                elif unnamed is not None:
+                    unnamed.append(printable(entry.name))
 
     def _holds(self, path: Path) -> bool:
         """Whether a path, its links followed, is in the workspace."""
@@ -359,6 +369,15 @@ def plain_name(name: str) -> str:
     return name
 
 
+def is_plain_name(name: str) -> bool:
+    """Whether `plain_name` takes a name."""
+    try:
+        plain_name(name)
+    except WorkspaceError:
+        return False
+    return True
+
+
 def _link_in(folder: Path) -> str | None:
     """The first link below a folder, or what stands for it where there is too much to look at."""
     looked = 0
@@ -393,7 +412,12 @@ def zipped(folder: Path) -> bytes:
     import zipfile
 
     packed = io.BytesIO()
-    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(
+        packed,
+        "w",
+        zipfile.ZIP_DEFLATED,
+        strict_timestamps=False,  # of a clock in 1970, or in 2150
+    ) as archive:
         for path in sorted(folder.rglob("*")):
             if path.is_file() and not path.is_symlink():
                 archive.write(path, path.relative_to(folder.parent).as_posix())
