@@ -149,6 +149,8 @@ class Plugin:
             # Of somebody else: told, and no crash of ours. What we interrupt by is told where it was begun.
             is_interrupt_of_ours = type(error).__module__.startswith("erclutch.")
             if is_interrupt_of_ours or _asked_for_from_outside(error):
+                if not self.own:  # perhaps it would never have come to an end
+                    error.add_note(f"the plug-in {self.name} of {self.label} was at work")
                 raise
             if self.own and isinstance(error, ModuleNotFoundError):
                 raise (
@@ -421,15 +423,13 @@ def own_text(plugin: Plugin) -> str:
 def _others(group: str) -> tuple[Plugin, ...]:
     """Those of other packages, by name: of the group, and of its parts (``erclutch.commands.live``)."""
     others: list[Plugin] = []
-    for point in _installed():
-        if point.group != group and not point.group.startswith(f"{group}."):
-            continue
+    of_group = (point for point in _installed() if f"{point.group}.".startswith(f"{group}."))
+    for point in of_group:
         part = point.group.removeprefix(group).removeprefix(".")
         package, version = "unknown", ""
         with suppress(Exception):  # what a package says of itself may be unreadable, or missing
             package, version = point.dist.name or package, point.dist.version or version
-        # Without the extras that an entry point may name.
-        source = point.value.partition("[")[0].strip()
+        source = point.value.partition("[")[0].strip()  # without the extras that it may name
         said = (point.name, source, package, version, part)
         others.append(Plugin(group, *(printable(text)[:_LONGEST] for text in said)))
     return tuple(sorted(others, key=lambda plugin: (plugin.name, plugin.package)))

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from erclutch import registry
+from erclutch import cli, registry
 from erclutch.cli import main
 from erclutch.cli.ending_signal import EndingSignal
 from erclutch.errors import PluginError, SettingError
@@ -222,3 +222,42 @@ def test_what_a_package_says_of_itself_is_short_and_only_shown(
     assert "ours" in page
     assert "\x1b" not in page
     assert len(page) < 10_000
+
+
+def test_a_library_that_stumbles_over_another_package_is_told_in_a_line(
+    install: Install,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Numba looks through the plug-ins of all packages: `fit` ended in its traceback."""
+
+    def run(words: object) -> int:
+        raise UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid start byte")
+
+    monkeypatch.setattr(cli, "_run", run)
+    with pytest.raises(UnicodeDecodeError):
+        main(["fit"])
+    install("odd", "[erclutch.laws]\nours = odd:LAW\n", "")
+    (tmp_path / "odd-1.5.dist-info" / "entry_points.txt").write_bytes(b"[x]\n\xff = odd:LAW\n")
+    assert main(["fit"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith(f"error: the package odd in {tmp_path} has a list of plug-ins that")
+    assert "pip uninstall odd" in said
+
+
+def test_who_ends_a_plug_in_that_hangs_is_told_its_name(
+    install: Install, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    install(
+        "hanging",
+        "[erclutch.laws]\nmine = hanging:LAW\n",
+        "import signal\nsignal.raise_signal(signal.SIGINT)\n",
+    )
+    monkeypatch.setattr(cli, "_run", lambda words: find("erclutch.laws", "mine").value)
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        assert main(["fit"]) == 130
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert "; the plug-in mine of hanging 1.5 was at work" in capsys.readouterr().err

@@ -68,8 +68,11 @@ def main(words: Sequence[str] | None = None) -> int:
 def _code_of(words: Sequence[str]) -> int:
     try:
         return _run(words)
-    except KeyboardInterrupt:
-        return failed(_INTERRUPTED, 130)
+    except KeyboardInterrupt as interrupt:
+        at_work = getattr(
+            interrupt, "__notes__", ()
+        )  # a plug-in that may never have come to its end
+        return failed("; ".join((_INTERRUPTED, *at_work[:1])), 130)
     except Exception as error:
         if _ENDING.number:  # a library in which a signal came may make an error of its own of it
             if _ENDING.interrupted:
@@ -99,9 +102,10 @@ def _code_of(words: Sequence[str]) -> int:
         if isinstance(error, OSError):
             place = f"{error.filename}: " if error.filename else ""
             return failed(f"{place}{error.strerror or error}", 2)
+        from erclutch.cli.unreadable_package import unreadable_package
         from erclutch.registry import fault_behind
 
-        fault = fault_behind(error)
+        fault = fault_behind(error) or unreadable_package()
         if fault is None:
             raise
         return failed(str(fault), fault.exit_code)
