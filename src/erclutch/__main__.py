@@ -1,6 +1,7 @@
 """``python -m erclutch`` and the command ``erclutch`` run the command line."""
 
 import os
+import signal
 import sys
 from typing import NamedTuple
 
@@ -24,6 +25,7 @@ def main() -> int:
         sys.stderr.write("error: interrupted; nothing was left half-written\n")
         code = 130
     _forget_interrupt()
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is done: Control-C changes nothing any more
     return code
 
 

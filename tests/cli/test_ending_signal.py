@@ -191,6 +191,7 @@ def test_a_signal_beside_the_look_whether_a_folder_takes_files_leaves_nothing(
         touch(path, **how)
         signal.raise_signal(signal.SIGTERM)
 
+    monkeypatch.delattr(os, "O_TMPFILE", raising=False)  # as where files have names from the start
     monkeypatch.setattr(Path, "touch", touched)
     ending = EndingSignal()
     ending.begin()
@@ -232,3 +233,36 @@ def test_a_signal_as_a_temporary_folder_is_taken_away_leaves_none_of_it(
         (Path(folder) / "inner").mkdir()
     ending.end()
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(not hasattr(os, "O_TMPFILE"), reason="files have names from the start here")
+def test_the_look_whether_a_folder_takes_files_has_no_name_that_kill_9_could_leave(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One in 20 left a hidden file for good."""
+    monkeypatch.setattr(Path, "touch", lambda *_, **__: pytest.fail("a file with a name"))
+    try:
+        os.close(os.open(tmp_path, os.O_TMPFILE | os.O_WRONLY))
+    except OSError:
+        pytest.skip("this disk has no files without a name")
+    assert takes_files(tmp_path)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+def test_control_c_behind_the_end_of_a_command_says_nothing(tmp_path: Path) -> None:
+    """It came as Python ended: the result was there, and a traceback on the screen."""
+    lines = [
+        "import atexit, signal, sys",
+        "import erclutch.cli",
+        "from erclutch.__main__ import main",
+        "signal.signal(signal.SIGINT, signal.default_int_handler)",
+        "atexit.register(signal.raise_signal, signal.SIGINT)",
+        "sys.argv = ['erclutch', '--help']",
+        "sys.exit(main())",
+    ]
+    (tmp_path / "ends.py").write_text("\n".join(lines), encoding="utf-8")
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        [sys.executable, "ends.py"], cwd=tmp_path, env=env, capture_output=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, b"")

@@ -252,6 +252,9 @@ def takes_files(folder: Path) -> bool:
     """Whether a file can be made in a folder; it is made and taken away, as rights alone do not tell, /proc for one."""
     if not os.access(folder, os.W_OK | os.X_OK):
         return False
+    with suppress(OSError, AttributeError):  # without a name, so that nothing can leave it there
+        os.close(os.open(folder, os.O_TMPFILE | os.O_WRONLY, 0o600))
+        return True
     probe = folder / f".{secrets.token_hex(8)}"
     try:
         with unheard():  # a signal between both would leave the probe
