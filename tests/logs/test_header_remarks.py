@@ -129,3 +129,33 @@ def test_a_load_cell_at_a_radius_without_a_unit_stays_as_logged(tmp_path: Path) 
     # The radius of a disk is none of a force's arm.
     said = command(tmp_path, "# disk r = 0.05 m", {"speed [rad/s]": SPEED, "force [N]": TORQUE})
     assert "0.05 N*m" not in said
+
+
+def test_several_numbers_in_one_line_are_each_stated() -> None:
+    assert header_pairs(["LVDT: 25 mm/V; load cell 200 N/V"]) == {
+        "LVDT": "25 mm/V",
+        "load cell": "200 N/V",
+    }
+    assert header_pairs(["I = 0.5 A, f = 2 Hz"]) == {"I": "0.5 A", "f": "2 Hz"}
+    # A part that states nothing belongs to what stands in front of it.
+    assert header_pairs(["sensor: FX29, 0-100 N"]) == {"sensor": "FX29, 0-100 N"}
+    assert header_pairs(["Rate, 1000, Hz"]) == {"Rate": "1000 Hz"}
+
+
+def test_remarks_between_the_names_and_the_rows_hide_no_name(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = "\n".join(f"{k / 100},{k % 3 / 2},{np.sin(k / 9):.5g},{k % 7}" for k in range(60))
+    names = "t [s],coil current [A],speed [rad/s],force [N]"
+    path.write_text(f"{names}\n# arm length: 12 cm\n# second run\n{rows}\n", encoding="utf-8")
+    table = read_table(path)
+    assert [*table.columns] == ["t", "coil current", "speed", "force"]
+    assert table.metadata["arm length"] == "12 cm"
+    assert '--scale "effort=0.12 N*m/N"' in plan_of(table, ColumnMap()).command()
+
+
+@pytest.mark.parametrize("name", ["load cell [g]", "load_cell_g", "Load Cell (g)"])
+def test_a_weight_at_a_stated_arm_is_offered_as_a_torque(tmp_path: Path, name: str) -> None:
+    grams = TORQUE / 0.12 / 9.80665 * 1e3
+    said = command(tmp_path, "# arm length: 12 cm", {"speed [rad/s]": SPEED, name: grams})
+    bare = name.partition(" [")[0].partition(" (")[0]
+    assert said.endswith(f'--effort "{bare} [gf]" --scale "effort=0.12 N*m/N"')

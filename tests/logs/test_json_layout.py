@@ -359,3 +359,16 @@ def test_the_current_of_another_run_is_not_taken(tmp_path: Path) -> None:
     path.write_text(json.dumps(runs))
     log = read(path, slip="v [m/s]", variable="run1.0.samples")
     assert log.signals["field"] == pytest.approx(np.full(40, 1.0))
+
+
+@pytest.mark.parametrize("levels", [("0A", "0.5A"), ("0 A", "1.5 A"), ("I_1A", "I_2A")])
+def test_objects_called_by_their_current_are_runs_at_it(
+    tmp_path: Path, levels: tuple[str, str]
+) -> None:
+    runs = {level: {"t": TIME, "speed_rad_s": SPEED, "torque_Nm": TORQUE} for level in levels}
+    path = tmp_path / "log.json"
+    path.write_text(json.dumps({"device": "brake", "data": runs}), "utf-8")
+    logs = read_all(path, ColumnMap(variable="all"))
+    currents = [float(level.strip("I_A ")) for level in levels]
+    assert [float(log.signals["field"][0]) for log in logs] == currents
+    assert all(log.signals["effort"].tolist() == TORQUE for log in logs)

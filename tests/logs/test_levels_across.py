@@ -11,7 +11,7 @@ import pytest
 from openpyxl import Workbook
 from scipy.io import savemat
 
-from erclutch.logs import ColumnMap, plan_of, read, read_table
+from erclutch.logs import ColumnMap, plan_of, read, read_all, read_table
 from erclutch.signals.array import Array
 from tests.support.command import good, run
 
@@ -398,3 +398,17 @@ def test_soft_and_hard_pieces_of_a_material_are_no_levels(tmp_path: Path) -> Non
     path = tmp_path / "log.csv"
     path.write_text("\n".join(rows) + "\n", encoding="utf-8")
     assert "specimen" in read_table(path).words
+
+
+@pytest.mark.parametrize("name", ["F@{}A", "F @ {} A", "F_{}A"])
+def test_forces_at_levels_in_one_time_are_logs_at_their_fields(tmp_path: Path, name: str) -> None:
+    time = np.arange(60) / 100
+    speed = np.sin(9 * time)
+    forces = [(50.0 + 200.0 * field) * speed for field in FIELDS]
+    names = ["time", "vel", *(name.format(f"{field:g}") for field in FIELDS)]
+    written(tmp_path, names, [time, speed, *forces])
+    said = run("inspect", "sheet.csv", cwd=tmp_path).out
+    # A field of none would mix all of them at one field.
+    assert said.splitlines()[-1].endswith("erclutch inspect sheet.csv --variable all")
+    logs = read_all(tmp_path / "sheet.csv", ColumnMap(variable="all"))
+    assert [float(log.signals["field"][0]) for log in logs] == list(FIELDS)

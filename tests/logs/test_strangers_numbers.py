@@ -287,6 +287,9 @@ def test_power_is_no_slip(written: Written) -> None:
     ("unit", "newton_metres"),
     [
         ("oz-in", 0.00706155),
+        ("kgf-cm", 0.0980665),
+        ("gf-cm", 0.0000980665),
+        ("dyn-cm", 1e-7),
         ("ozf·in", 0.00706155),
         ("in-oz", 0.00706155),
         ("in-lb", 0.1129848),

@@ -121,7 +121,7 @@ SPELLINGS = (
     (re.compile(r"(?<![\w.])n[-.*]m(?!\w)"), "N*m"),  # nm without a sign is the nanometre
     # In capitals too: NM without a sign may be a nautical mile, and the name tells (`logs/columns/labels.py`).
     (re.compile(r"(?<![\w.])(k?)N\s?[-.*]\s?M(?!\w)"), r"\1N*m"),
-    (re.compile(r"(?<![\w.])(k?gf)\.(c?m)(?!\w)"), r"\1*\2"),
+    (re.compile(r"(?<![\w.])(k?gf|dyne?)\s?[-.]\s?([cm]?m)(?!\w)"), r"\1*\2"),
     # A torque in kilograms times an arm is one of weights; what goes on is an inertia or a momentum.
     (
         re.compile(r"(?<![\w.])(k?g)(?:\s*[-.*·]\s*|\s+|(?=cm))([cm]?m)(?![\w^*/²])(?!\s*[/*^])"),

@@ -62,8 +62,12 @@ _NO_TIMES = set_of(
     "exposure run duration"
 )
 _SAYS_NOTHING = (
-    re.compile(  # Load On Sample: where it works, and no count of samples; torque values
-        r"[ _](?:(?:on|into)[ _](?:the[ _])?(?:sample|specimen|surface)|values)$", re.IGNORECASE
+    # Load On Sample: where it works, and no count of samples; torque values; F@0.5A, F_0.5A: what was set.
+    re.compile(
+        r"[ _](?:(?:on|into)[ _](?:the[ _])?(?:sample|specimen|surface)|values)$"
+        r"|(?<=[^\s@]) ?@ ?[+-]?\d[^@]*$"
+        r"|(?<=^[FMT])_\d+(?:[.,xp]\d+)?m?[ATV]$",
+        re.IGNORECASE,
     )
 )
 _TURNS_ALONE = re.compile(r"\W*(?:[Ur1]|tr)/min\W*")  # a unit of turns in place of a name

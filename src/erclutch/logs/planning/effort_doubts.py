@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,6 +32,10 @@ _OF_FORCES = set_of(
 )
 #: A length at the front of a value, with a decimal comma too: ``0,15 m``, ``150 mm lever arm``.
 _LENGTH = re.compile(r"(\d+)(?:[.,](\d+))? ?([^\W\d_]+)")
+#: An option that makes a force of a weight: ``--effort "load cell [gf]"``.
+_OF_A_WEIGHT = re.compile(r'--effort "[^"]*\[k?gf\]"')
+#: A scale that makes a force of a weight: ``--scale "effort=1 gf/g"``.
+_SCALE_OF_A_WEIGHT = re.compile(r"effort=1 (k?gf)/")
 #: Names of efforts by the unit of their kind.
 _EFFORTS_BY_NAME = {
     "N*m": ("torque", "moment", "drehmoment", "coppia"),
@@ -51,47 +57,80 @@ def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:
     Of a load cell without a unit nobody says whether its numbers are forces: they stay as logged.
     """
     effort = draft.guessed("effort")
-    motion = draft.signals.get("slip") or draft.signals.get("position")
-    if effort is None or motion is None or "effort" in draft.told.scales:
+    if effort is None or "effort" in draft.told.scales:
         return
     is_a_force = effort.si == "N"
     is_open = effort.unit is None and not _OF_FORCES.isdisjoint(words_of(effort.column))
-    turns = motion.si in ("rad/s", "rad")
-    if not turns or not (is_a_force or is_open):
+    if not is_a_force and not is_open:
         return
-    stated = arm_in(effort.column)
-    said = "its name" if stated else ""
-    for key, text in draft.table.metadata.items():
-        words = {*words_of(key), *words_of(text)}
-        is_of_an_arm = not _ARMS.isdisjoint(words)
-        is_of_a_sensor = not _RADII.isdisjoint(words) and not _OF_FORCES.isdisjoint(words)
-        length = _LENGTH.match(text.strip())
-        if stated is None and length is not None and (is_of_an_arm or is_of_a_sensor):
-            whole, decimals, unit = length.groups()
-            stated = _in_metres(f"{whole}.{decimals or 0}", unit)
-            said = f"the file says {key} = {text}"
-    if stated is None:
+    metres = arm_in(effort.column)
+    arm = _stated_arm(draft) if metres is None else _Arm(metres, "")
+    if arm is None or not _turns(draft):
         return
     label = shell_word(draft.table.label(effort.column))
     if is_a_force:
-        says = "and its name says an arm" if said == "its name" else f"and {said}"
+        says = f"and the file says {arm.said}" if arm.said else "and its name says an arm"
         doubt = f"which is a force beside turns, {says}"
-        scale = f"effort={stated:g} N*m/N"
+        scale = f"effort={arm.metres:g} N*m/N"
     else:
-        says = "says an arm in its name" if said == "its name" else f"may be a force, for {said}"
-        doubt = f"which has no unit beside turns and {says}"
-        scale = f"effort={stated:g}"
+        says = f"may be a force, for the file says {arm.said}"
+        doubt = (
+            f"which has no unit beside turns and {says if arm.said else 'says an arm in its name'}"
+        )
+        scale = f"effort={arm.metres:g}"
     doubt += f": give --effort {label} alone if you want no torque"
     doubt += "" if is_a_force else ", or where it is a torque already"
     draft.doubt("effort", doubt, f"{label} --scale {shell_word(scale)}")
 
 
-def _in_metres(number: str, unit: str) -> float | None:
-    """A length in m; None for a unit of another kind."""
-    try:
-        return units.in_unit(f"{number} {unit}", "m")
-    except UnitError:
-        return None
+def add_a_stated_arm(draft: Draft) -> None:
+    """Add the arm of a lever to an option that makes a force of the weight which a load cell shows beside turns."""
+    question = draft.questions.get("effort")
+    arm = _stated_arm(draft)
+    if question is None or arm is None or not _turns(draft):
+        return
+    scale = shell_word(f"effort={arm.metres:g} N*m/N")
+    at_the_arm = _OF_A_WEIGHT.sub(rf"\g<0> --scale {scale}", question.remedy)
+    at_the_arm = _SCALE_OF_A_WEIGHT.sub(rf"effort={arm.metres:g} \1*m/", at_the_arm)
+    if at_the_arm == question.remedy:
+        return
+    problem, listed, columns_of_file = question.problem.partition("; the file has")
+    draft.questions["effort"] = replace(
+        question,
+        problem=f"{problem}; the file says {arm.said}{listed}{columns_of_file}",
+        remedy=at_the_arm,
+        option=at_the_arm[at_the_arm.index("--effort") :],
+    )
+
+
+class _Arm(NamedTuple):
+    """The length of a lever's arm, and the line of the file that says it; "" where a name does."""
+
+    metres: float
+    said: str
+
+
+def _turns(draft: Draft) -> bool:
+    motion = draft.signals.get("slip") or draft.signals.get("position")
+    return motion is not None and motion.si in ("rad/s", "rad")
+
+
+def _stated_arm(draft: Draft) -> _Arm | None:
+    """The arm that a line above the rows states; None where none does."""
+    for key, text in draft.table.metadata.items():
+        words = {*words_of(key), *words_of(text)}
+        is_of_an_arm = not _ARMS.isdisjoint(words)
+        is_of_a_sensor = not _RADII.isdisjoint(words) and not _OF_FORCES.isdisjoint(words)
+        length = _LENGTH.match(text.strip())
+        if length is None or not (is_of_an_arm or is_of_a_sensor):
+            continue
+        whole, decimals, unit = length.groups()
+        try:
+            metres = units.in_unit(f"{whole}.{decimals or 0} {unit}", "m")
+        except UnitError:
+            continue
+        return _Arm(metres, f"{key} = {text}")
+    return None
 
 
 def doubt_a_share_of_a_rated_torque(draft: Draft) -> None:

@@ -232,11 +232,15 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
         if share is not None:
             return share.option
         weight = _WEIGHTS.get(column.unit or column.spoken.end or "")
-        # A scale shows a weight that changes while it is pulled: ``Weight_g``.
+        # A scale or a load cell shows a weight that changes while it is pulled: ``Weight_g``.
         front, _, end = column.name.rpartition("_")
         called = column.spoken.plain_stem if column.unit else plain(front)
         shown = _WEIGHTS.get(column.unit or end)
-        is_of_a_scale = called in _SCALES and shown is not None and not column.shape.constant
+        is_of_a_scale = (
+            called in _SCALES | _SENSORS["effort"]
+            and shown is not None
+            and not column.shape.constant
+        )
         if signal == "effort" and is_of_a_scale:
             return f"--effort {shell_word(f'{column.name} [{shown}]')}"
         if signal == "effort" and weight and _is_called(column, signal):

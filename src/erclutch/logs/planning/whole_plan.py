@@ -21,6 +21,7 @@ from erclutch.logs.planning.clock_planning import choose_clock
 from erclutch.logs.planning.current_for_effort import offer_the_current_of_a_drive
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.effort_doubts import (
+    add_a_stated_arm,
     doubt_a_force_at_a_stated_arm,
     doubt_a_share_of_a_rated_torque,
     doubt_a_torque_in_a_unit_of_force,
@@ -186,6 +187,7 @@ STEPS = (
     # What only the user can say.
     Step("which columns without names may be asked about", propose_columns_without_names),
     Step("whether the file states a speed for all rows", offer_a_stated_slip),
+    Step("whether a weight that is offered pulls at an arm", add_a_stated_arm),
     Step("which options answer what is open", propose_answers),
     Step("whether the file states a number that they ask for", fill_in_stated_scales),
 )

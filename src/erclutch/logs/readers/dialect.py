@@ -287,6 +287,7 @@ def _with_header(
     # An empty comment is no line, and neither is a page break of a printer.
     places = [index for index in range(first) if lines[index].strip("#%/ \t\f\v")]
     above = [lines[index] for index in places]
+    above = _with_remarks_first(above, marks, rows)
     header, notes = _header_above(above, marks, rows, below)
     if header is None:
         if above:
@@ -342,6 +343,18 @@ def _rows_below(
         int(cell) < int(next_cell) for cell, next_cell in pairwise(first_cells)
     )
     return RowsBelow(width, trailing, are_named=are_words or rise)
+
+
+def _with_remarks_first(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Sequence[str]:
+    """The lines above the first row, where remarks stand between the names and the row with the remarks first."""
+    names = list(above)
+    remarks: list[str] = []
+    while names and is_comment(names[-1]):
+        remarks.insert(0, names.pop())
+    are_names = bool(remarks and names) and header_of(above, marks, rows) is None
+    if are_names and header_of(names, marks, rows) is not None:
+        return [*remarks, *names]
+    return above
 
 
 def _header_above(

@@ -33,6 +33,9 @@ _DECIMAL_COMMA = re.compile(r'([+-]?\d+),(\d{1,2}|\d{4,})("?\s*[;\t].*)')
 _ASSIGNMENT = re.compile(
     r"(?<=[,;] )[^\W\d_]\w{0,20} ?= ?[+-]?\d[\d.eE+-]*(?: ?[^\W\d_][\w/*^]*)?(?=[,;]|\.?\s*$)"
 )
+# Several statements in a line, and one of them: ``LVDT: 25 mm/V; load cell 200 N/V``.
+_BETWEEN_STATEMENTS = re.compile(r"[;,]\s+(?=[^\W\d])")
+_STATEMENT = re.compile(r"\W*[^\d\W][^:=,;\t]{0,60}?\s*[:=]\s*[^\s:=][^:=]*")
 _MOST_PAIRS = 200  # of a header block
 #: Of a period without a unit, in s: a larger number may be one of ms.
 LONGEST_PERIOD = 0.5
@@ -57,7 +60,7 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
     pairs: dict[str, str] = {}
     for line in lines:
         # The line, and behind it the parts of a remark that say ``dt = 0.002 s`` among other words.
-        for text in (line, *_ASSIGNMENT.findall(line)):
+        for text in (*_statements_in(line), *_ASSIGNMENT.findall(line)):
             said = stated_across_a_mark(text)
             match = _QUOTED_KEY.fullmatch(text) or _PAIR.fullmatch(text)
             if said is None and match is None:
@@ -87,6 +90,14 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
                 value = f"{number} {unit.strip()}"
             pairs.setdefault(key.strip(), value.strip('"'))
     return pairs
+
+
+def _statements_in(line: str) -> list[str]:
+    """The parts of a line each of which states something; the line itself where one of them states nothing."""
+    parts = _BETWEEN_STATEMENTS.split(line)
+    if all(_STATEMENT.fullmatch(part) or _REMARK.fullmatch(part) for part in parts):
+        return parts
+    return [line]
 
 
 def is_called_a_rate(name: str) -> bool:

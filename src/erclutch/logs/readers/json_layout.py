@@ -14,11 +14,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, cast
 
+from erclutch.logs.columns.levels_in_names import differ_by_field
 from erclutch.logs.readers.found_recordings import told_apart
 
 DEEPEST = 20  # objects inside of objects
@@ -353,14 +355,20 @@ def _grouped(lists: Lists, name: str) -> Iterator[tuple[str, Lists]]:
     inner_names = {
         frozenset(place.removeprefix(f"{above}.") for place in groups[above]) for above in timed
     }
-    # Objects with the same lists and a time each are runs, as long as each other or not.
-    are_runs = len(inner_names) == 1 and len(groups[timed[0]]) >= _LISTS_OF_A_RUN
+    # Objects with the same lists and a time each are runs, as long as each other or not: 0A, 0.5A, or many lists.
+    shared_front = os.path.commonprefix(timed).rpartition(".")[0]
+    own_names = [above.removeprefix(f"{shared_front}.") for above in timed]
+    tell_fields = differ_by_field(own_names)
+    are_alike = len(inner_names) == 1
+    are_runs = are_alike and (tell_fields or len(groups[timed[0]]) >= _LISTS_OF_A_RUN)
     if len(timed) < 2 or (len(lengths) == 1 and not are_runs):
         yield name, lists
         return
 
-    for above in timed:
+    for above, own_name in zip(timed, own_names, strict=True):
         own_place = f"{name}.{above}" if name else above
+        if tell_fields:
+            own_place = own_name  # behind a point 0.5A might be 5A
         own: Lists = {}
         for place, values in groups[above].items():
             own[place.removeprefix(f"{above}.")] = values
