@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from erclutch.errors import MappingError
 from erclutch.logs import read, read_all
 from erclutch.logs.mapping import ColumnMap
 from tests.support.command import good
@@ -102,3 +103,46 @@ def test_remarks_between_rows_part_nothing(tmp_path: Path, remark: str) -> None:
     path = tmp_path / "log.csv"
     path.write_text("\n".join([NAMES, *rows[:20], remark, *rows[20:40], remark, *rows[40:]]))
     assert read(path).signals["slip"].size == TIME.size
+
+
+@pytest.mark.parametrize(
+    "title",
+    ["# I = {field} A", "{field} A", "% current {field} A, 10 mm", "# I = {field}", "#I\t{field}"],
+)
+@pytest.mark.parametrize("has_names_each", [True, False])
+def test_titles_part_rows_between_blanks_too(
+    tmp_path: Path, title: str, has_names_each: bool
+) -> None:
+    # As programs that draw curves want them. All rows were one log at the first field, without a word.
+    names = "# t[s] slip[rad/s] torque[N*m]\n"
+    text = "" if has_names_each else names
+    for field in FIELDS:
+        text += title.format(field=field) + "\n"
+        text += (names if has_names_each else "") + rows_at(field, " ") + "\n\n\n"
+    path = tmp_path / "curves.dat"
+    path.write_text(text)
+    assert fields_of(path) == [*FIELDS]
+
+
+def test_a_setting_without_a_unit_is_a_title_and_a_status_is_none(tmp_path: Path) -> None:
+    path = tmp_path / "tests.csv"
+    blocks = [f"# current = {field}\n{rows_at(field)}\n" for field in FIELDS]
+    path.write_text(f"{NAMES}\n{''.join(blocks)}")
+    assert fields_of(path) == [*FIELDS]
+    said = good("inspect", "tests.csv", cwd=tmp_path)
+    assert said.splitlines()[-1] == "Understood. Fit it: erclutch fit tests.csv --out RUN"
+    # A logger that notes its temperature at times goes on with the same test.
+    head, *rows = rows_at(0.5).splitlines()
+    rows.insert(20, "# temperature: 31")
+    rows.insert(40, "# temperature: 32")
+    path.write_text("\n".join([NAMES, head, *rows]) + "\n")
+    assert [log.rows for log in read_all(path, ColumnMap())] == [TIME.size]
+
+
+def test_a_remark_that_the_field_was_changed_is_asked_about(tmp_path: Path) -> None:
+    path = tmp_path / "tests.csv"
+    path.write_text(f"{NAMES}\n{rows_at(0.0)}\n# from here on 0.5 A\n{rows_at(0.5)}\n")
+    with pytest.raises(MappingError, match=r"'from here on 0.5 A' says 0.5 A.*NUMBER, 0.5 A"):
+        read_all(path, ColumnMap())
+    logs = read_all(path, ColumnMap(constants={"field": "0, 0.5 A"}))
+    assert [float(log.signals["field"][0]) for log in logs] == [0.0, 0.5]

@@ -6,8 +6,11 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.levels_in_words import place_of, word_of_level
 from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME, FIELD_UNITS, NUMBER, number_of
+from erclutch.logs.columns.names import spoken_name
+from erclutch.signals import units
 
 #: How a speed is written behind its number in a name, and the unit that it means.
 _SPEED_UNITS = {
@@ -19,6 +22,9 @@ _SPEED_IN_A_NAME = re.compile(
     rf"(?<![A-Za-z0-9.,])({NUMBER}) ?({'|'.join(sorted(_SPEED_UNITS, key=len, reverse=True))})(?![A-Za-z0-9/])"
 )
 
+#: A setting whose number has no unit behind it: ``current = 0.5``, ``I [A]: 0.5``, ``I<tab>0.5``.
+_SETTING_WITHOUT_UNIT = re.compile(rf"([^\W\d_][^:=\t\d]{{0,40}}?)\s*[:=\t]\s*({NUMBER})")
+_A_FIELD_ALONE = frozenset({"field"})
 _COUNT = re.compile(r"\d+")
 #: What a position of a knob or a valve is counted in, by what the column of the positions is called.
 _COUNTED_IN = {
@@ -73,6 +79,18 @@ def stated_in(name: str) -> StatedLevel | None:
         return None
     (number, _, letters), *_ = numbers
     return StatedLevel(name, number_of(number), FIELD_UNITS[letters])
+
+
+def field_set_in(name: str) -> StatedLevel | None:
+    """The field that a setting such as ``current = 0.5`` gives, in the unit of its key if it has one; else None."""
+    setting = _SETTING_WITHOUT_UNIT.fullmatch(name.strip())
+    if setting is None:
+        return None
+    key, number = setting.groups()
+    called, unit = split_label(key)
+    if spoken_name(called).may_be != _A_FIELD_ALONE:
+        return None
+    return StatedLevel(key.strip(), number_of(number), unit)
 
 
 def without_field(name: str) -> str:
@@ -137,7 +155,47 @@ def differ_by_field(names: Sequence[str]) -> bool:
     return 1 < len(fields) == len(names) and len({*map(without_field, names)}) == 1
 
 
-def tell_fields_of_a_series(names: Sequence[str]) -> bool:
+def fields_told_by(names: Sequence[str]) -> dict[str, StatedLevel]:
+    """The fields that names tell their logs apart by, and names without a field left out; none where they do not.
+
+    ``0A`` and ``0.5A`` are such names, ``Test 1: current 0 A`` and ``Test 2: current 0.5 A``, ``I = 0`` and
+    ``I = 0.5``, ``0A slow`` and ``0.5A fast``, ``0A 12V`` and ``0.5A 12V``.
+    """
+    stated = {name: stated_in(name) or field_set_in(name) for name in names}
+    fields = {name: field for name, field in stated.items() if field is not None}
+    fields = fields or _fields_that_differ(names)
+    # Of one kind: 500 mA and 1 A, or settings of one key; 5 V beside 1 A is something else.
+    kinds = {
+        units.parse(each.unit).dimension if each.unit else each.name for each in fields.values()
+    }
+    if len(kinds) != 1:
+        return {}
+    numbers = {each.number for each in fields.values()}
+    each_has_its_own = len(fields) == len(names) and len(numbers) > 1
+    named = [*fields]
+    is_told = each_has_its_own or differ_by_field(named) or _tell_fields_of_a_series(named)
+    return fields if is_told else {}
+
+
+def _fields_that_differ(names: Sequence[str]) -> dict[str, StatedLevel]:
+    """Of names with several numbers that may be fields, in the same units, the one place whose numbers differ."""
+    found = [FIELD_IN_A_NAME.findall(name) for name in names]
+    units_of_names = {tuple(letters for _, _, letters in numbers) for numbers in found}
+    if len(units_of_names) != 1 or len(found[0]) < 2:
+        return {}
+    places = [
+        place for place, numbers in enumerate(zip(*found, strict=True)) if len({*numbers}) > 1
+    ]
+    if len(places) != 1:
+        return {}
+    fields: dict[str, StatedLevel] = {}
+    for name, numbers in zip(names, found, strict=True):
+        number, _, letters = numbers[places[0]]
+        fields[name] = StatedLevel(name, number_of(number), FIELD_UNITS[letters])
+    return fields
+
+
+def _tell_fields_of_a_series(names: Sequence[str]) -> bool:
     """Whether names are the same but for the field that each holds and a number that counts them from 0 or 1 on.
 
     ``Test 1: current 0 A`` and ``Test 2: current 0.5 A`` are such names; two tests may have the same field.

@@ -74,9 +74,7 @@ def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:
         scale = f"effort={arm.metres:g} N*m/N"
     else:
         says = f"may be a force, for the file says {arm.said}"
-        doubt = (
-            f"which has no unit beside turns and {says if arm.said else 'says an arm in its name'}"
-        )
+        doubt = f"which has no unit beside turns and {says if arm.said else 'says an arm'}"
         scale = f"effort={arm.metres:g}"
     doubt += f": give --effort {label} alone if you want no torque"
     doubt += "" if is_a_force else ", or where it is a torque already"

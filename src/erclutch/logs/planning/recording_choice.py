@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +17,7 @@ import numpy as np
 
 from erclutch.errors import AlikeRecordingsError, LogError, listed
 from erclutch.logs.clock.timing import MINIMUM_ROWS
-from erclutch.logs.columns.levels_in_names import differ_by_field
+from erclutch.logs.columns.levels_in_names import fields_told_by
 from erclutch.logs.log_file import read_table, readable_tables, recordings_of_file
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 _MOST = 400  # recordings that are looked into
+#: An answer to the question which field a log has.
+_SAYS_A_FIELD = re.compile(r"""--field |--constant ["']?field=""")
 _MOST_JOINED = 12  # recordings, since a device has few signals
 
 
@@ -124,7 +127,14 @@ def ask_which_log(file: RecordingsOfFile) -> None:
         return
     first = shlex.quote(next(iter(file.logs)))
     plans = [*file.logs.values()]
-    answers = {plan.examples for plan in plans}
+    tell_fields = len(fields_told_by([*file.logs])) == len(file.logs)
+    answers: set[tuple[str, ...]] = set()
+    for plan in plans:
+        # What the names of all logs tell need not be answered for one of them.
+        open_ones = [
+            each for each in plan.examples if not (tell_fields and _SAYS_A_FIELD.match(each))
+        ]
+        answers.add(tuple(open_ones))
     have_one_answer = len(answers) == 1 and not any(plan.doubts for plan in plans)
     if have_one_answer:
         options = " ".join(["--variable all", *answers.pop()])
@@ -144,9 +154,11 @@ def _are_alike(plans: Sequence[Plan], logs: Mapping[str, Table]) -> bool:
 
     At fields of their own, that columns, settings or names tell, the same motion is no copy.
     """
+    tell_fields = len(fields_told_by([*logs])) == len(logs)
+    answered = {"field"} if tell_fields else set[str]()
     ways: set[tuple[tuple[str, str, str | None], ...]] = set()
     for plan in plans:
-        if plan.questions or plan.doubts:
+        if plan.doubts or any(question.signal not in answered for question in plan.questions):
             return False
         ways.add(tuple((each.signal, each.column, each.unit) for each in plan.signals))
     if len(ways) > 1:
@@ -156,7 +168,7 @@ def _are_alike(plans: Sequence[Plan], logs: Mapping[str, Table]) -> bool:
     for each in plans[0].signals:
         if each.signal in ("slip", "position") and each.column:
             motions.append(each.column)
-    if not motions or differ_by_field([*logs]):
+    if not motions or tell_fields:
         return True
     motion = min(motions)
     courses: list[tuple[Array, Array]] = []  # of the motion and of the field

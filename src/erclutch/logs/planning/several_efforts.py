@@ -6,13 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
 
-from erclutch.errors import MappingError
+from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.levels_in_names import (
+    StatedLevel,
     differ_by_field,
+    field_set_in,
+    fields_told_by,
     stated_in,
-    tell_fields_of_a_series,
 )
 from erclutch.logs.columns.name_pattern import constants_of
 from erclutch.logs.columns.seen_columns import seen_columns
@@ -117,30 +119,55 @@ def _with_fields_in_names(logs: list[Log], device: DeviceName | None) -> list[Lo
 
     Only where no log has a field of its own: read without one, all would be logs at field 0.
     """
-    stated = {name: stated_in(name) for name, _, _ in logs}
-    named = [name for name, field in stated.items() if field is not None]
-    is_told = differ_by_field(named) or tell_fields_of_a_series(named)
-    if not is_told or any(own.declines("field") for _, _, own in logs):
+    names = [name for name, _, _ in logs]
+    told = fields_told_by(names)
+    stated = told or {name: field for name in names if (field := stated_in(name)) is not None}
+    if not stated or any(own.declines("field") for _, _, own in logs):
         return logs
-    alike = "which differs from the others in that alone"
-    if not differ_by_field(named):
-        alike += " beside its count"
     with_fields: list[Log] = []
+    silent: list[str] = []  # logs whose names say nothing
     for name, table, own in logs:
         plan = plan_of(table, own, device=device)
         taken = plan.signal("field")
         has_own_field = taken is not None and taken.reason != NO_FIELD
         if plan.is_of_a_log and has_own_field:
             return logs
-        field = stated[name]
+        field = stated.get(name)
         if field is not None:
-            text = f"{field.number!r} {field.unit}"
+            text = f"{field.number!r} {field.unit or ''}".strip()
             own = replace(own, constants={"field": text, **own.constants})
-            note = f"the field is {text} by the name of the recording, {alike}"
+            note = f"the field is {text} by the name of the recording{_beside(told, name)}"
             table = replace(table, notes=(*table.notes, note))
         elif plan.is_of_a_log:
-            return logs
+            silent.append(name)
         with_fields.append((name, table, own))
+    if len(logs) > 1 and (silent or not told):
+        _ask_for_each_field(names, stated)
     for _, _, own in logs[:1]:
-        ask_about_specimens(named, own)
-    return with_fields
+        ask_about_specimens([*told], own)
+    return with_fields if told else logs
+
+
+def _beside(told: Mapping[str, StatedLevel], name: str) -> str:
+    """What else tells a recording's name from those of the others."""
+    if differ_by_field([*told]):
+        return ", which differs from the others in that alone"
+    return "" if field_set_in(name) else ", which differs from the others in more than that"
+
+
+def _ask_for_each_field(names: Sequence[str], stated: Mapping[str, StatedLevel]) -> None:
+    """Ask for the field of each log, where names of some state one and the others nothing, or all state the same.
+
+    Raises:
+        MappingError: always; read without a field, all would be logs at field 0.
+    """
+    quoted = ", ".join(
+        f"{name!r} says {field.number:g} {field.unit}" for name, field in stated.items()
+    )
+    unit = next(iter(stated.values())).unit or ""
+    numbers = [f"{stated[name].number:g}" if name in stated else "NUMBER" for name in names]
+    given = shell_word(f"field={', '.join(numbers)} {unit}".strip())
+    option = f"--constant {given}"
+    problem = f"no log has a column for field, and of their names {quoted}"
+    remedy = f"Give the field of each log: --variable all {option}; or --variable all --field none"
+    raise MappingError(problem, remedy=remedy)

@@ -347,13 +347,15 @@ def _rows_below(
 
 def _with_remarks_first(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Sequence[str]:
     """The lines above the first row, where remarks stand between the names and the row with the remarks first."""
-    names = list(above)
-    remarks: list[str] = []
-    while names and is_comment(names[-1]):
-        remarks.insert(0, names.pop())
-    are_names = bool(remarks and names) and header_of(above, marks, rows) is None
-    if are_names and header_of(names, marks, rows) is not None:
-        return [*remarks, *names]
+    if not above or header_of(above, marks, rows) is not None:
+        return above
+    for below in range(1, len(above)):  # remarks, as far as they reach up
+        names = above[:-below]
+        remarks = above[-below:]
+        if not is_comment(remarks[0]):
+            break
+        if header_of(names, marks, rows) is not None:
+            return [*remarks, *names]
     return above
 
 

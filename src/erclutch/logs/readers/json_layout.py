@@ -14,7 +14,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -356,8 +355,7 @@ def _grouped(lists: Lists, name: str) -> Iterator[tuple[str, Lists]]:
         frozenset(place.removeprefix(f"{above}.") for place in groups[above]) for above in timed
     }
     # Objects with the same lists and a time each are runs, as long as each other or not: 0A, 0.5A, or many lists.
-    shared_front = os.path.commonprefix(timed).rpartition(".")[0]
-    own_names = [above.removeprefix(f"{shared_front}.") for above in timed]
+    own_names = _without_shared_front(timed)
     tell_fields = differ_by_field(own_names)
     are_alike = len(inner_names) == 1
     are_runs = are_alike and (tell_fields or len(groups[timed[0]]) >= _LISTS_OF_A_RUN)
@@ -379,6 +377,19 @@ def _grouped(lists: Lists, name: str) -> Iterator[tuple[str, Lists]]:
             rest |= group
     if sum(len(values) > 1 for values in rest.values()) > 1:
         yield name, rest
+
+
+def _without_shared_front(places: Sequence[str]) -> list[str]:
+    """Places without the objects that all of them stand in: ``data.0A`` and ``data.0.5A`` are ``0A`` and ``0.5A``."""
+    keys = [place.split(".") for place in places]
+    shared = 0
+    for same in zip(*keys, strict=False):
+        # The point behind digits may be one of a number: ``0.5A``.
+        is_shared = len({*same}) == 1 and not same[0][-1:].isdigit()
+        if not is_shared or any(len(key) == shared + 1 for key in keys):
+            break
+        shared += 1
+    return [".".join(key[shared:]) for key in keys]
 
 
 def flat(

@@ -204,7 +204,6 @@ def _titled_in(data: bytes) -> Mapping[str, _Part]:
     lines = lines_of(decode(data))
     blocks = titled_blocks(lines, _is_row)
     heads = lines_of_names(lines) if blocks else []
-    first_names = next((line for line in blocks[0].above if _names(line)), None) if blocks else None
     if not blocks or len(heads) > 1:
         return {}
     # What stands above the names is said of all tests, but for what each says of its own.
@@ -212,6 +211,8 @@ def _titled_in(data: bytes) -> Mapping[str, _Part]:
     titles = {block.title for block in blocks} - {""}
     shared: list[str] = []
     above = blocks[0].above
+    no_titles = [line for line in above if not any(title in line for title in titles)]
+    first_names = next((line for line in no_titles if _names(line)), None)
     place_of_names = above.index(first_names) if first_names is not None else len(above)
     for place, line in enumerate(above):
         is_of_the_first = _setting(line) in own or any(title in line for title in titles)
@@ -368,8 +369,10 @@ def _names_of_sensors(line: str, below: str) -> list[str] | None:
 
 def _is_row(line: str) -> bool:
     cells = _filled_cells(line)
-    numbers = sum(map(is_numeric, cells))
-    return len(cells) > 1 and 2 * numbers > len(cells)
+    if len(cells) < 2:  # numbers between blanks; a title has words beside them
+        cells = line.split()
+        return len(cells) > 1 and all(map(is_numeric, cells))
+    return 2 * sum(map(is_numeric, cells)) > len(cells)
 
 
 def is_prose(path: Path) -> bool:

@@ -1,7 +1,8 @@
 """Tests may stand under each other below one line of names, each under a title: ``Test 2: current 0.5 A``.
 
 Titles are lines between rows that are the same but for their numbers, and tell a field or count the tests. A title may
-be a comment. Without this rule the tests would be one log, and what their titles tell would be lost.
+be a comment. Without this rule the tests would be one log, and what their titles tell would be lost. Other settings,
+such as ``speed: 100 rpm``, are titles where the rows begin anew below each: a logger may note its temperature at times.
 """
 
 from __future__ import annotations
@@ -11,20 +12,24 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from erclutch.logs.columns.levels_in_names import stated_in
+from erclutch.logs.columns.levels_in_names import field_set_in, stated_in
 from erclutch.logs.columns.vocabulary import set_of
 
 _FEWEST = 2  # titles
 _MOST = 1000  # lines that may be titles: with more they are rows that begin with words
 _FEWEST_ROWS = 3  # below each title, on average
 _MAY_BE_TITLE = re.compile(
-    rb"^[#%/;,=*\" \t-]*[A-Za-z\x80-\xff]|^[#%=*]+[^\r\n]*\d ?[A-Za-z]", re.M
+    rb"^[#%/;,=*\" \t-]*[A-Za-z\x80-\xff]|^[#%=*]+[^\r\n]*\d ?[A-Za-z]|^[\d.]{1,9} ?[A-Za-z]{1,3}\r?$",
+    re.M,
 )
 #: Marks of a comment and of an underlined head, stripped in one pass: a pattern takes the square of their length.
 _BEFORE_A_TITLE = '#%/=*"- \t\r\n\f\v'
 _BEHIND_A_TITLE = ',;"=*- \t\r\n\f\v'
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _COUNTED = re.compile(r"([^\W\d_]+)[ _#.:-]*\d+\b")
+#: A setting and its number: ``current = 0.5``, ``speed: 100 rpm``, ``I<tab>0.5``.
+_SETTING = re.compile(r"[^\W\d_][^:=\t\d]{0,40}?\s*[:=\t]\s*[-+]?\d+(?:[.,]\d+)?\s*[^\s\d,;]{0,12}")
+_FIRST_CELL = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)")
 #: What tests under each other are counted as.
 _TESTS = set_of(
     "test run trial experiment measurement versuch messung lauf essai mesure ensayo medida prueba "
@@ -77,10 +82,13 @@ def titled_blocks(lines: Sequence[str], is_row: Callable[[str], bool]) -> list[T
             continue
         title_of_line[place] = title
         shapes[_NUMBER.sub("#", title)] += 1
-    counts = [count for count in shapes.values() if count >= _FEWEST]
-    if not counts or rows < _FEWEST_ROWS * max(counts):
+    if not shapes or rows < _FEWEST_ROWS * max(shapes.values()):
         return []
-    shape = next(shape for shape, count in shapes.items() if count == max(counts))
+    shape, count = shapes.most_common(1)[0]
+    # One title alone parts the rows where it tells that the field was changed: ``# from here on 0.5 A``.
+    only_title = next(iter(title_of_line.values()))
+    if count < _FEWEST and (len(shapes) > 1 or stated_in(only_title) is None):
+        return []
 
     blocks: list[TitledBlock] = []
     above: list[str] = []
@@ -100,7 +108,26 @@ def titled_blocks(lines: Sequence[str], is_row: Callable[[str], bool]) -> list[T
             above.append(line)
         else:
             blocks[-1].rows.append(line)
-    return blocks if len(blocks) > 1 else []
+    if len(blocks) < 2:
+        return []
+    of_each = [block.title for block in blocks if block.title]
+    return blocks if all(map(_tells_a_test, of_each)) or _begin_anew(blocks) else []
+
+
+def _begin_anew(blocks: Sequence[TitledBlock]) -> bool:
+    """Whether the first number of each block is below the last one of the block before, as that of a time is."""
+    starts = [_first_number(block.rows[0]) for block in blocks]
+    # Behind the last row of a block may stand empty lines and comments.
+    ends = [
+        next((number for row in reversed(block.rows) if (number := _first_number(row))), 0.0)
+        for block in blocks
+    ]
+    return all(start < end for start, end in zip(starts[1:], ends, strict=False))
+
+
+def _first_number(row: str) -> float:
+    first = _FIRST_CELL.match(row)
+    return float(first[1].replace(",", ".")) if first else 0.0
 
 
 def _title(line: str) -> str:
@@ -110,6 +137,12 @@ def _title(line: str) -> str:
         return ""
     if not re.match(r"[^\W\d_]|[-+]?\d+(?:[.,]\d+)? ?[^\W\d_]+$", title):
         return ""
+    return title if _tells_a_test(title) or _SETTING.fullmatch(title) else ""
+
+
+def _tells_a_test(title: str) -> bool:
+    """Whether a title counts a test or tells a field, with its unit or by its name."""
     counted = _COUNTED.match(title)
-    counts_a_test = counted is not None and counted[1].lower() in _TESTS
-    return title if counts_a_test or stated_in(title) is not None else ""
+    if counted is not None and counted[1].lower() in _TESTS:
+        return True
+    return stated_in(title) is not None or field_set_in(title) is not None
