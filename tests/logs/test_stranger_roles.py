@@ -592,3 +592,16 @@ def test_a_temperature_called_t_is_not_proposed_for_the_field() -> None:
 def test_what_drives_another_load_of_the_board_is_no_field(name: str) -> None:
     (question,) = planned({**without("current [A]"), name: LEVELS}).questions
     assert question.signal == "field"
+
+
+def test_of_several_devices_in_one_table_each_has_its_own_levels() -> None:
+    columns = {"t [s]": ROWS / 100}
+    for device in (1, 2):
+        columns |= {
+            f"v{device}": TURN / device,
+            f"F{device}": (1.0 + LEVELS) * TURN**3,
+            f"I{device}": LEVELS,
+        }
+    # Without its levels the logs of all currents would be one log.
+    said = planned(columns).command()
+    assert said.endswith('--field "I1" --slip "v1" --effort "F1"')

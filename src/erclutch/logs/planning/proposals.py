@@ -204,9 +204,11 @@ def _field_option(
             worded.append(column.name)
         if "field" in column.spoken.lettered:
             lettered.append(column.name)
-    likely = (
-        commands if len(commands) == 1 else leveled if len(leveled) == 1 else worded or lettered
-    )
+    # Of several devices in one table (v1, F1, I1, v2, F2, I2) each has its own.
+    joints = {_joint_of(name) for name in proposed if name in efforts}
+    if len(leveled) > 1:
+        leveled = [name for name in leveled if _joint_of(name) in joints - {""}]
+    likely = next((each for each in (commands, leveled) if len(each) == 1), worded or lettered)
     if not likely:
         return "--field none"
     return f"--field {shell_word(seen.table.label(likely[0]))}"
