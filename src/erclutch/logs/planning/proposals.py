@@ -104,9 +104,7 @@ def propose_answers(draft: Draft) -> None:
         elif signal in _USUAL:
             option = _USUAL[signal]
         else:
-            efforts: list[str] = []
-            if signal in ("slip", "position"):
-                efforts = _efforts(draft, others)
+            efforts = _efforts(draft, others) if signal in ("slip", "position") else []
             option = _column_option(seen, signal, others, [*motions, *proposed], efforts)
         if signal == "field" and ("COLUMN" in option or "none" in option):
             pattern = name_pattern.proposed(Path(seen.table.path).name)
