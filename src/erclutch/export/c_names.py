@@ -7,9 +7,8 @@ import unicodedata
 
 from erclutch.errors import ExportError
 
-_LONGEST_NAME = (
-    20  # characters, so that what is built from a name stays within 31, which C tells apart
-)
+#: So many characters of a name leave room: what is built from it stays within 31, which C tells apart.
+_LONGEST_NAME = 20
 # Words of C and C++, and names that would meet others.
 _WORDS = (
     "alignas alignof and and_eq asm auto bitand bitor bool break case catch char class compl concept "

@@ -38,9 +38,8 @@ _FEWEST_ROWS = 1000
 _SLIPS = 16  # knots
 _FIELDS = 4  # knots
 _PLACES = (0.05, 0.25, 0.45, 0.65, 0.85)  # of a memory's constants in their usual ranges
-_RIDGE = (
-    3e-4  # rows of a corner, as a share of all rows, below which the function stays near zero there
-)
+#: Share of all rows: in a corner with fewer rows the function stays near zero.
+_RIDGE = 3e-4
 
 
 @dataclass(frozen=True)

@@ -101,20 +101,16 @@ SPELLINGS = (
         )
     ),
     (re.compile(r"(?<![\w.])lbs?f?(?!\w)", re.IGNORECASE), "pound_force"),
-    (
-        re.compile(r"/\s*(?:S|SEC|Sec)(?!\w)"),
-        "/s",
-    ),  # machines that write in capitals; nothing is over a siemens
+    # Some machines write in capitals, and nothing is over a siemens.
+    (re.compile(r"/\s*(?:S|SEC|Sec)(?!\w)"), "/s"),
     *(
         (re.compile(rf"(?<![\w.]){capitals}(?!\w)"), capitals.lower())
         for capitals in ("MM", "CM", "IN", "DEG")
     ),
     (re.compile(r"(?<![\w.])(?:SEC|Sec)(?!\w)"), "s"),
     (re.compile(r"(?<![\w.])KN(?!\w)"), "kN"),
-    (
-        re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"),
-        "rad/s",
-    ),  # a dot for the line of the fraction
+    # A dot may stand for the line of the fraction.
+    (re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"), "rad/s"),
     (re.compile(r"(?<![\w.])([mk]?)(?:[Nn]ewton|N)[-. ]?[Mm]et(?:er|re)s?(?!\w)"), r"\1N*m"),
     (re.compile(r"[·⋅∙×•・･]"), "*"),  # the signs that people type for a product
     (re.compile(r"(?<![\w.])([mk]?)N[?\ufffd]m(?!\w)"), r"\1N*m"),  # a point that an encoding lost
@@ -128,17 +124,13 @@ SPELLINGS = (
         r"\1f*\2",
     ),
     (re.compile(r"\b((?:da|[numcdhkMGµμ])?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
-    (
-        re.compile(r"(?<![\w.])mils?(?!\w)"),
-        "thou",
-    ),  # of a machinist; that of a gunner is no unit of a bench
+    # The mil of a machinist; that of a gunner is no unit of a bench.
+    (re.compile(r"(?<![\w.])mils?(?!\w)"), "thou"),
     (re.compile(r"(?<![\w.])kp(?!\w)"), "kgf"),
     (re.compile(r"^\s*[x×*]\s*(?=\d)"), ""),  # x1000 rpm
     (re.compile(r"(?<=\w)\s*[x×]\s*(?=\d+(?:\.\d+)?\s*$)"), "*"),  # rpm x1000
-    (
-        re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"),
-        r"\1*s",
-    ),  # pint reads Pas as several pascals
+    # Pint reads Pas as several pascals.
+    (re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"), r"\1*s"),
     (re.compile(r"-¹"), "^-1"),
     (re.compile(r"(?<![\w.])revs?(?!\w)"), "turn"),
     (re.compile(r"(?<![\w.])[Aa]mps?(?!\w)"), "ampere"),  # pint reads amps as attometers per second

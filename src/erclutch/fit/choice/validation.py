@@ -37,9 +37,8 @@ _MOST = 3  # of a kind
 _MOST_LAWS = 5  # where whole fields or motions tell their forms apart
 #: Share by which errors on other fields or motions may differ and are alike (`studies/lowest_field.py --before alike`).
 _ALIKE = 0.005
-_AT_REST = (
-    0.1  # of the largest least error on any part: what the measure of a part is no smaller than
-)
+#: The measure of a part is no smaller than this share of the largest least error on any part.
+_AT_REST = 0.1
 #: Of blocks of one log in time a freer model may lose so much on some, as a share of what it gains on others.
 _LOST = 0.25
 

@@ -23,9 +23,8 @@ _SHARE = 0.55  # of the first layer's neurons that start as transitions without 
 _WIDTHS = (0.01, 0.4)  # of transitions, over the slip's root mean square
 _FIELD = 0.7  # standard deviation of a transition's weight of the field
 _ONE_HIDDEN = 3  # layers, with those of inputs and output
-_RIDGE = (
-    1e-4  # of the least squares, over the number of rows: neurons that start alike do not cancel
-)
+#: Ridge of the least squares, over the number of rows: with it neurons that start alike do not cancel.
+_RIDGE = 1e-4
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,8 @@ from erclutch.signals.array import Array
 
 FIRST_DAMPING = 1e-3
 _FALLING = 1e-6  # relative fall of the cost that counts as progress
-_PRECISION: dict[Any, float] = {
-    np.float32: 1e-6,
-    np.float64: 1e-12,
-}  # falls of the cost that rounding hides
+#: Falls of the cost that rounding hides.
+_PRECISION: dict[Any, float] = {np.float32: 1e-6, np.float64: 1e-12}
 _PATIENCE = 3  # steps without progress before it counts as converged
 _LEAST_DAMPING = 1e-14
 _MOST_TRIES = 20

@@ -61,14 +61,13 @@ _NO_TIMES = set_of(
     "dead rise fall settling response delay cycle start end stop begin step dwell hold rest constant lag reaction mean "
     "exposure run duration"
 )
-_SAYS_NOTHING = (
-    # Load On Sample: where it works, and no count of samples; torque values; F@0.5A, F_0.5A: what was set.
-    re.compile(
-        r"[ _](?:(?:on|into)[ _](?:the[ _])?(?:sample|specimen|surface)|values)$"
-        r"|(?<=[^\s@]) ?@ ?[+-]?\d[^@]*$"
-        r"|(?<=^[FMT])_\d+(?:[.,xp]\d+)?m?[ATV]$",
-        re.IGNORECASE,
-    )
+#: Load On Sample says where the load works, and counts no samples; torque values are a torque; 0.5 A in F@0.5A and
+#: F_0.5A is what was set.
+_SAYS_NOTHING = re.compile(
+    r"[ _](?:(?:on|into)[ _](?:the[ _])?(?:sample|specimen|surface)|values)$"
+    r"|(?<=[^\s@]) ?@ ?[+-]?\d[^@]*$"
+    r"|(?<=^[FMT])_\d+(?:[.,xp]\d+)?m?[ATV]$",
+    re.IGNORECASE,
 )
 _TURNS_ALONE = re.compile(r"\W*(?:[Ur1]|tr)/min\W*")  # a unit of turns in place of a name
 _SIDE = re.compile(r"(?<=[^\W\d_]{2})[ _-][A-DLR]$")
@@ -87,9 +86,8 @@ _SOLL_OR_IST = re.compile(
     r"(?<!\w)(soll|ist)[ _-]?(?=(?:dreh)?moment|kraft|drehzahl|geschw|strom|spannung|weg|winkel|position)|"
     r"(?<=moment|.kraft|enzahl|ehzahl|.strom|innung|annung|winkel)(soll|ist)(?:wert)?(?!\w)"
 )
-_BORDER = re.compile(
-    r"(?<=[a-z])(?=[A-Z])|(?<=(?<![A-Za-z])[XYZ])(?=[A-Z][a-z])"
-)  # angularVelocity, XVelocity
+#: Where a word ends in angularVelocity and XVelocity.
+_BORDER = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=(?<![A-Za-z])[XYZ])(?=[A-Z][a-z])")
 #: The sensor of a force or a torque: no strain of a specimen.
 _STRAIN_GAUGE = re.compile(r"\bstrain ?gau?ges?\b")
 _WITH_A_POINT = re.compile(r"(?<![\w.])([^\W\d_]{2,})\.(?=$|[\s_-])")
@@ -196,9 +194,8 @@ def spoken(name: str, stem: str, end: str | None) -> SpokenName:
     numbered: set[str] = set()
     bare = plain_stem.rstrip("0123456789")
     if bare != plain_stem:
-        alone = "".join(word for word in stem_words if word not in BESIDE).rstrip(
-            "0123456789"
-        )  # of motor_dq_0: dq
+        own_words = [word for word in stem_words if word not in BESIDE]
+        alone = "".join(own_words).rstrip("0123456789")  # dq of motor_dq_0
         numbered = {signal for signal in SINGLE if not _NAMES[signal].isdisjoint((bare, alone))}
 
     within: set[str] = set()

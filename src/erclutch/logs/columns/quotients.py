@@ -28,9 +28,8 @@ _MOST_PARTS = 12  # columns with a unit, among whose quotients none is by chance
 _DIGITS = 0.05  # of its spread, by which a quotient that was written with some digits is off
 _QUARTERS = (0.25, 0.5, 0.75)
 _WHOLE_SLIPS = (1.0, 100.0)  # at rest, as a share and in percent
-_DIGITS_OF_SPEED = (
-    2e-3  # of the speed without load, by which speeds written with some digits are off
-)
+#: Share of the speed without load by which speeds that are written with some digits are off.
+_DIGITS_OF_SPEED = 2e-3
 _ABOUT = 0.1  # of a smoothed quotient, by which it differs from the quotient at its quartiles
 
 

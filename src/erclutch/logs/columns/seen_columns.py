@@ -204,9 +204,8 @@ class SeenColumns:
         for column in open_ones:
             if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words):
                 in_seconds.append(column)
-        stated = (
-            self.table.clock is not None or self.table.sample_period is not None
-        )  # which says more
+        # A time that the file states says more.
+        stated = self.table.clock is not None or self.table.sample_period is not None
         if self.table.clock is not None and len(in_seconds) > 1:
             # Dates to the second, and beside them the same time in finer steps.
             in_seconds = [column for column in in_seconds if _is_finer(column, self.table.clock)]

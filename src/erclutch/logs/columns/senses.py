@@ -65,9 +65,8 @@ DIRECTIONS = frozenset(
     }
 )
 _LOOKED_AT = 100_000  # rows, for the numbers that a column of a direction has
-_AGREES = (
-    0.9  # share of the moving rows in which the effort keeps to the senses, or all the other way
-)
+#: Share of the moving rows in which the effort keeps to the senses, or all the other way.
+_AGREES = 0.9
 
 
 def with_senses(table: Table) -> Table:

@@ -50,9 +50,8 @@ _UNITS_OF_MOTION = {"slip": ("rad/s", "m/s"), "position": ("rad", "m")}
 _FRICTION = 0.1  # of the largest effort, which bearings between two sensors take away at most
 _APART = 0.01  # of the largest speed, by which the shafts of a clutch differ at least
 _USUAL = (0.01, 0.99)  # quantiles
-_IN_PERCENT = (
-    0.02  # of the largest share, by which a share that was written with some digits is off
-)
+#: Part of the largest share by which shares that are written with some digits are off.
+_IN_PERCENT = 0.02
 _TRANSMITS = 0.95  # share of the rows in which the effort keeps to the sign of the slip
 _LARGE = 0.05  # of the largest slip and effort, from which on their signs tell
 

@@ -221,9 +221,8 @@ def _other_unit(column: SeenColumn, unit: str, si_units: tuple[str, ...]) -> str
     if not column.fits(si_units):
         return f" (the file says {own})"
     given = units.parse(unit)
-    of_turns = own_unit(
-        column.name, own, si_units
-    )  # 1/min of a speed is turns a minute, and no other unit
+    # 1/min of a speed is turns a minute, and no other unit.
+    of_turns = own_unit(column.name, own, si_units)
     for said in (own, of_turns):
         of_file = units.parse(said or "")
         if (given.factor, given.dimension) == (of_file.factor, of_file.dimension):
@@ -296,9 +295,8 @@ def scaled(text: str, signal: str) -> tuple[float, str | None, str | None]:
         number, unit = units.quantity(text)
         over, _, under = (unit or "").rpartition("/")
         whole = not unit or (units.is_unit(unit) and units.fits(unit, SIGNALS[signal].si_units))
-        whole = (
-            whole and under.strip() != "%"
-        )  # a per cent of the rated torque is the unit of a drive's sensor
+        # A per cent of the rated torque is the unit of a drive's sensor.
+        whole = whole and under.strip() != "%"
         if not whole:
             over = units.parse(over).text
             under = None if under in COUNTS else units.parse(under).text

@@ -41,9 +41,8 @@ _TESTS = set_of(
 )
 _SAID_MEASURED = MEASURED - {"act", "actual", "ist"} | {"experimental", "experiment", "recorded"}
 
-_WHITE = (
-    0.6  # of the third differences that change their sign: 0.77 of noise, 0.5 of 4 rows a cycle
-)
+#: Share of the third differences that change their sign: noise has 0.77, a course of 4 rows a cycle 0.5.
+_WHITE = 0.6
 _NOISY = 5e-4  # of the spread of a signal
 _STEPS_OF_A_FORMAT = 3.0  # above which noise is no rounding
 _ROWS = 5000  # that are looked at

@@ -24,9 +24,8 @@ _NOISE = 0.01  # of its range, by which a swept speed that was measured goes bac
 IN_NO_ORDER = "are in no order"  # ends the reason for points that follow each other by chance
 _FEWEST_MIXED = 200  # rows, for chance to be told from a course
 _SPREAD_OF_CHANCE = 8.0  # times 1 / sqrt(rows): four deviations of that ratio
-_NOISE_OF_POINTS = (
-    0.05  # the same, where a column numbers the points: each of them was set, and wanders
-)
+#: The same as `_NOISE`, where a column numbers the points: each of them was set, and wanders.
+_NOISE_OF_POINTS = 0.05
 #: What the column is called that numbers the points; a logger counts samples.
 _POINTS_OF = frozenset(
     (

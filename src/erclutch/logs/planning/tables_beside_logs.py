@@ -26,15 +26,13 @@ def tables_beside_logs(files: Sequence[Path]) -> list[Path]:
     sizes = {file: file.stat().st_size for file in files if file.is_file()}
     if len(sizes) < 2:
         return []
-    largest = min(
-        _LARGEST, 0.5 * median(sizes.values())
-    )  # logs of a series are alike: none of them is read twice
+    # Logs of a series are alike in size: none of them is read twice.
+    largest = min(_LARGEST, 0.5 * median(sizes.values()))
     plans = _plans(sizes)
     small = [file for file, size in sizes.items() if size <= largest and file not in plans]
     tables: dict[Path, Table] = {}
-    beside: list[Path] = [
-        *plans
-    ]  # and JSON of another kind than the logs, which says something of these
+    # Plans, and JSON of another kind than the logs, which says something of these.
+    beside: list[Path] = [*plans]
     for file in small:
         is_of_another_kind = file.suffix.lower() == ".json" and any(
             other.suffix != file.suffix for other in sizes

@@ -36,9 +36,8 @@ class _Place:
     units: dict[str, str | None] = field(default_factory=dict[str, "str | None"])
     notes: list[str] = field(default_factory=list[str])
     unit: str | None = None  # what the group says of its only vector
-    fields: dict[str, float] = field(
-        default_factory=dict[str, float]
-    )  # numbers that it has for a field
+    # Numbers that the group has for a field.
+    fields: dict[str, float] = field(default_factory=dict[str, float])
     # Lists of texts beside the vectors or in their attributes: names of columns, or units.
     lists: list[list[str]] = field(default_factory=list[list[str]])
     # Attributes of the vectors, by their names.

@@ -26,9 +26,8 @@ _GLUED = re.compile(
     r"[\s,;|<]*(?P<name>[^\W\d_]{1,12})(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]\d\d)?)"
     r"(?P<unit>)(?=[\s,;|>]|$|[^\W\d_]{1,12}[-+.\d])"
 )
-_MOST_LINES = (
-    0.5  # of the first, that are of names and numbers at least where nothing stands between them
-)
+#: Share of the first lines that hold names and numbers, at least, where no mark stands between a name and its number.
+_MOST_LINES = 0.5
 _FEWEST_PAIRS = 2  # in a line: a header block has a line for each name
 _FEWEST_LINES = 3  # of the same names, among the first bytes
 _LEFT_OUT = 0.1  # of the lines behind the first, at most: with more it is another format

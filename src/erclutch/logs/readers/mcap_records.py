@@ -176,9 +176,8 @@ def unpack_chunk(chunk: kinds.Chunk) -> bytes:
         DamageError: it does not unpack to the size and checksum that it states.
     """
     packing = chunk.compression
-    most = (
-        chunk.uncompressed_size + 1
-    )  # bytes that are unpacked, whatever the packed data say of themselves
+    # So many bytes are unpacked, whatever the packed data say of themselves.
+    most = chunk.uncompressed_size + 1
     if packing not in ("", "zstd", "lz4"):
         problem = f"a chunk is packed by {packing[:20]!r}, which is neither zstd nor lz4"
         raise DamageError(problem)

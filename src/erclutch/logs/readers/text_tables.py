@@ -126,9 +126,8 @@ def _only_table(source: LogSource, tables: Mapping[str, _Part]) -> Table | None:
     ((line, settings, text),) = tables.values()
     before = [each.strip() for each in lines_of(decode(source.data))[: line - 1]]
     above = [each for each in before if each]
-    is_apart = (
-        bool(before) and not before[-1]
-    )  # by an empty line; a row right above the names may be one of theirs
+    # An empty line parts them; a row right above the names may be one of theirs.
+    is_apart = bool(before) and not before[-1]
     names, *_ = lines_of(text.strip())
     if settings or not above or not is_apart or names.strip() in above:
         return None

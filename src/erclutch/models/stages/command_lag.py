@@ -30,9 +30,8 @@ from erclutch.signals.clock import Clock
 Rows = NDArray[np.int64]
 
 _MOST_ROWS = 100_000  # of a delay register in an export
-_LONG_SPAN = (
-    1000  # rows of a span, on average, from which on moving them is quicker than to look each up
-)
+#: From so many rows of a span on, on average, it is quicker to move them than to look each up.
+_LONG_SPAN = 1000
 _TIME = Dimension(time=1)
 
 

@@ -28,9 +28,8 @@ from erclutch.signals.array import Array
 _SINE = [(-1) ** k * pi ** (2 * k + 1) / factorial(2 * k + 1) for k in range(7)]
 _COSINE = [(-1) ** k * pi ** (2 * k) / factorial(2 * k) for k in range(8)]
 _BINS, _FEWEST_PERIODS = 8192, 2.0
-_PERIODS = (
-    33  # that are tried between two: with half a period more or less over the way, a wave is lost
-)
+#: Periods that are tried between two: with half a period more or less over the way, a wave is lost.
+_PERIODS = 33
 
 
 @dataclass(frozen=True)

@@ -229,13 +229,8 @@ def start(words: Sequence[str], folder: Path) -> subprocess.Popen[bytes]:
         "PYTHONUNBUFFERED": "1",
         "ERCLUTCH_PROGRESS": "lines",
     }
-    command = [
-        sys.executable,
-        "-P",
-        "-m",
-        "erclutch.wings.app.jobs",
-        *words,
-    ]  # -P: no module out of the folder
+    # By -P no module is taken out of the folder.
+    command = [sys.executable, "-P", "-m", "erclutch.wings.app.jobs", *words]
     pipe = subprocess.PIPE
     # A group of its own, so that Ctrl-C at the server reaches it through the server alone; not a session of its own, to
     # which Linux would give processor time beside that of all others.

@@ -31,9 +31,8 @@ class Devices:
 
     def __init__(self) -> None:
         self.entered: dict[tuple[int, int], Any] = {}
-        self.before: Any = (
-            None  # what answered for user actuators before the first device was entered
-        )
+        # What answered for user actuators before the first device was entered.
+        self.before: Any = None
 
     def add(self, device: Any) -> None:
         """Answer for a device's actuator from now on."""

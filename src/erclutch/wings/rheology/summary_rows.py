@@ -43,9 +43,8 @@ def without_summary_rows(table: Table) -> Table:
     for count in range(most, 1, -1):
         points = values[:-count]
         found = (_statistic(row, points) for row in values[-count:])
-        statistics = [
-            *takewhile(bool, found)
-        ]  # most rows are points: the first one ends the search
+        # Most rows are points: the first of them ends the search.
+        statistics = [*takewhile(bool, found)]
         if len(statistics) < count or not {"mean", "standard deviation"} <= {*statistics}:
             continue
         left = table.rows - count
