@@ -17,9 +17,9 @@ from erclutch.signals.device import Element
 def range_of(data: Dataset) -> Range:
     """Smallest and largest field, slip and effort of all rows, and the cells of field and slip near them."""
     whole = Range(
-        field=_span([element.field for element in data.elements]),
-        slip=_span([element.slip for element in data.elements]),
-        effort=_span([data.effort]),
+        field=span_of([element.field for element in data.elements]),
+        slip=span_of([element.slip for element in data.elements]),
+        effort=span_of([data.effort]),
     )
     return replace(whole, near=near_cells(whole, data.elements, swept=data.in_no_time))
 
@@ -52,8 +52,8 @@ def near_cells(
     return tuple(tuple(element) for element in masks.tolist())
 
 
-def _span(signals: list[Array]) -> tuple[float, float]:
-    """Smallest and largest value of some signals."""
+def span_of(signals: Sequence[Array]) -> tuple[float, float]:
+    """Smallest and largest value of some signals, such as the fields of all elements."""
     low = min(float(signal.min()) for signal in signals)
     high = max(float(signal.max()) for signal in signals)
     return low, high

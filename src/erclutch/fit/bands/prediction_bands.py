@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.fit.solver.intervals import correlated_rows
+from erclutch.fit.training_range import span_of
 from erclutch.logs.dataset import Dataset
 from erclutch.models.adaptive_band import adapted
 from erclutch.models.alarms import LONG, block_rows, in_half_widths, part_of
@@ -401,10 +402,10 @@ def _empty_bands(data: Dataset, train: Mask, field: Array, slip: Array) -> Itera
     share = (np.quantile(field, parts) - low) / (span or 1.0)
     steps = np.minimum(np.floor(share * _GRID), _GRID - 1)
     wanted_fields = low + (steps + 0.5) / _GRID * span
-    covered_fields = _covered([element.field[train] for element in data.elements])
+    covered_fields = span_of([element.field[train] for element in data.elements])
     field_edges = _between_cells(wanted_fields, covered_fields)
 
-    covered_slips = _covered([element.slip[train] for element in data.elements])
+    covered_slips = span_of([element.slip[train] for element in data.elements])
     slip_edges = _between_cells(np.quantile(slip, parts), covered_slips)
 
     switching = _NEVER if data.in_no_time else _SWITCHING
@@ -424,13 +425,6 @@ def _empty_bands(data: Dataset, train: Mask, field: Array, slip: Array) -> Itera
             ahead=(),
         )
         settling_s *= 2.0
-
-
-def _covered(signals: Sequence[Array]) -> tuple[float, float]:
-    """Smallest and largest value of a signal over all elements."""
-    low = min(float(signal.min()) for signal in signals)
-    high = max(float(signal.max()) for signal in signals)
-    return low, high
 
 
 def _between_cells(edges: Array, covered: tuple[float, float]) -> tuple[float, ...]:
