@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.vocabulary import TOLD
 from erclutch.logs.planning.draft import Draft
 
@@ -21,21 +20,16 @@ def doubt_what_act_means(draft: Draft) -> None:
         column = draft.seen.columns[chosen.column]
         if "act" not in column.spoken.stem_words:
             continue
+        own_words = {*column.spoken.stem_words} - {"act"}
         told: list[str] = []
         others: list[str] = []
         for other in draft.seen.without(draft.taken):
-            if not _is_of_its_kind(other, column, signal):
+            if column.unit and other.unit and other.kind != column.kind:
                 continue
-            (told if other.spoken.says(TOLD) else others).append(other.name)
+            is_told = other.spoken.says(TOLD)
+            shares_a_word = not own_words.isdisjoint(other.spoken.stem_words)
+            if signal in other.spoken.may_be or (is_told and shares_a_word):
+                (told if is_told else others).append(other.name)
         if others and not told:
             doubt = f"in whose name act may mean actual or actuator, beside {', '.join(others)}"
             draft.doubt(signal, doubt)
-
-
-def _is_of_its_kind(other: SeenColumn, column: SeenColumn, signal: str) -> bool:
-    """Whether another column speaks of the same signal, by its name and not against it by its unit."""
-    if column.unit and other.unit and other.kind != column.kind:
-        return False
-    own_words = {word for word in column.spoken.stem_words if word != "act"}
-    is_told_alike = not own_words.isdisjoint(other.spoken.stem_words) and other.spoken.says(TOLD)
-    return is_told_alike or signal in other.spoken.may_be

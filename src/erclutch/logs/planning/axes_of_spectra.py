@@ -35,9 +35,13 @@ def pass_over_axes_of_spectra(draft: Draft) -> None:
         if column.name not in named and is_called_so and _is_an_axis(column):
             axes.append(column)
     has_a_spectrum = any(column.spoken.says(_SPECTRA) for column in draft.seen.columns.values())
+    ends = np.array([float(column.values[-1]) for column in axes])
     for column in axes:
         is_shifted = float(column.values[0]) < 0.0
-        if not is_shifted and not has_a_spectrum and not _has_a_twin(column, axes):
+        ratios = ends / float(column.values[-1])
+        by_2_pi = np.concatenate((ratios / (2.0 * np.pi), ratios * 2.0 * np.pi))
+        has_a_twin = bool(np.any(np.abs(by_2_pi - 1.0) <= _LAST_DIGITS))
+        if not (is_shifted or has_a_spectrum or has_a_twin):
             continue
         where = "from minus its end" if is_shifted else "beside a spectrum"
         draft.no_signals.append(column.name)
@@ -58,13 +62,3 @@ def _is_an_axis(column: SeenColumn) -> bool:
     first, last = float(values[0]), float(values[-1])
     is_shifted = values.size >= _FEWEST_SHIFTED and abs(first + last) <= step * (1.0 + _LAST_DIGITS)
     return step > 0.0 and (first in (0.0, step) or (first < 0.0 and is_shifted))
-
-
-def _has_a_twin(column: SeenColumn, axes: list[SeenColumn]) -> bool:
-    """Whether another axis is 2 pi times as large, or as small."""
-    largest = float(column.values[-1])
-    for other in axes:
-        ratio = float(other.values[-1]) / largest
-        if min(abs(ratio / (2.0 * np.pi) - 1.0), abs(ratio * 2.0 * np.pi - 1.0)) <= _LAST_DIGITS:
-            return True
-    return False

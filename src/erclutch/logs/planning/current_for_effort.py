@@ -32,7 +32,15 @@ def offer_the_current_of_a_drive(draft: Draft) -> None:
     field = draft.signals.get("field")
     is_guessed = draft.guessed("field") is not None
     taken = {*draft.taken} - {field.column if field is not None and is_guessed else ""}
-    currents = [column for column in draft.seen.without(taken) if _is_called_so(column)]
+    currents: list[SeenColumn] = []  # by their names, and measured
+    for column in draft.seen.without(taken):
+        words = {*column.spoken.stem_words}
+        is_measured = words.isdisjoint(TOLD | NOT_MEASURED) and "field" not in column.spoken.turned
+        # A controller puts out u; with a unit it may be a voltage.
+        is_control = column.spoken.plain == "u" and not column.unit
+        is_called_so = bool(words & _WORDS) or any(word.endswith("strom") for word in words)
+        if is_measured and (is_control or is_called_so) and column.fits(("A",)) is not False:
+            currents.append(column)
     pair = _of_one_joint(draft, currents)
     if pair is None:
         return
@@ -61,17 +69,6 @@ def offer_the_current_of_a_drive(draft: Draft) -> None:
 
 def _label(draft: Draft, column: SeenColumn) -> str:
     return shell_word(draft.table.label(column.name))
-
-
-def _is_called_so(column: SeenColumn) -> bool:
-    """Whether a column is called like a current that was measured."""
-    words = {*column.spoken.stem_words}
-    is_measured = words.isdisjoint(TOLD | NOT_MEASURED) and "field" not in column.spoken.turned
-    is_control = (
-        column.spoken.plain == "u" and not column.unit
-    )  # what a controller puts out, or a voltage
-    is_current = is_control or bool(words & _WORDS) or any(word.endswith("strom") for word in words)
-    return is_current and is_measured and column.fits(("A",)) is not False
 
 
 def _of_one_joint(draft: Draft, currents: list[SeenColumn]) -> tuple[SeenColumn, SeenColumn] | None:

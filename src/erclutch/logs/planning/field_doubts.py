@@ -122,7 +122,15 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     if not goes_along(current, measured):
         return
     course = f"takes the sign of {effort.column} and goes along with it"
-    coils = [column for column in draft.seen.without(draft.taken) if _may_drive_a_coil(column)]
+    # Currents and voltages that are called like a field and keep their sign may drive a coil.
+    coils: list[SeenColumn] = []
+    for column in draft.seen.without(draft.taken):
+        if "field" not in column.spoken.may_be or column.fits(_SI_OF_A_SUPPLY) is False:
+            continue
+        is_told = column.spoken.says(TOLD | NOT_MEASURED)
+        keeps_a_level = column.shape.constant or column.is_steady
+        if not is_told and not keeps_a_level and not takes_both_signs(column.values):
+            coils.append(column)
     if len(coils) == 1:
         draft.take_back("field")
         why = f"guessed from its name, beside {field.column}, which {course} as that of a motor"
@@ -164,16 +172,6 @@ def doubt_the_current_of_a_motor_under_test(draft: Draft) -> None:
 def _unless_it_drives(what: str, field: SignalPlan) -> str:
     """What to do about a column that looks like no field: none was logged, or it is given by its name."""
     return f"no field then, --field {shell_word(field.column)} if it drives {what}"
-
-
-def _may_drive_a_coil(column: SeenColumn) -> bool:
-    """Whether a column is called like a field and is that of a supply by its unit, and keeps its sign."""
-    if "field" not in column.spoken.may_be or column.fits(_SI_OF_A_SUPPLY) is False:
-        return False
-    is_told = column.spoken.says(TOLD | NOT_MEASURED)
-    return not (
-        is_told or column.shape.constant or column.is_steady or takes_both_signs(column.values)
-    )
 
 
 def is_current_of_a_drive(column: SeenColumn, efforts: Iterable[Array]) -> bool:

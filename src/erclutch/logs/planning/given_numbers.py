@@ -26,22 +26,37 @@ def take_given_numbers(draft: Draft) -> None:
     told = draft.told
     of_mapping: dict[str, tuple[float, str | None, str]] = {}  # number, unit, source
     for key, text in told.constants.items():
-        if "," in text:
-            _take_steps(draft, key, text)
-        else:
+        if "," not in text:
             of_mapping[key] = (*_quantity(key, text), told.source)
+            continue
+        # A signal that is constant in each segment: one number after another, a unit behind the last (0, 1 A).
+        *earlier, last = text.split(",")
+        final, unit = _quantity(key, last)
+        numbers = [*(_quantity(key, number)[0] for number in earlier), final]
+        if key not in SIGNALS:
+            raise MappingError(f"{key} is no signal", remedy="Give one number")
+        factor, si = units.conversion(unit, SIGNALS[key], key) if unit else (1.0, units.UNKNOWN)
+        draft.signals[key] = SignalPlan(
+            key,
+            unit=unit,
+            si=si,
+            numbers=tuple(number * factor for number in numbers),
+            reason=told.source,
+        )
+        draft.notes.append(f"{key} <- {text.strip()}, one number a segment ({told.source})")
+
     of_name: dict[str, tuple[float, str | None, str]] = {}
     if told.name_pattern:
         of_folder = names_a_folder(told.name_pattern)
         name = str(Path(draft.table.path).resolve()) if of_folder else draft.table.name
         try:
-            numbers = constants_of(told.name_pattern, name)
+            stated = constants_of(told.name_pattern, name)
         except MappingError:
             # Beside logs with the number in their names stands one that a mapping file says it of.
             if not of_mapping.keys() & draft.known_signals:
                 raise
-            numbers = {}
-        for key, (number, unit) in numbers.items():
+            stated = {}
+        for key, (number, unit) in stated.items():
             of_name[key] = (number, unit, _OF_A_NAME)
 
     given = {**of_name, **of_mapping}
@@ -73,26 +88,6 @@ def take_given_numbers(draft: Draft) -> None:
             )
             draft.constants[key] = number * factor
             draft.notes.append(f"{key} <- constant {text} ({source})")
-
-
-def _take_steps(draft: Draft, key: str, text: str) -> None:
-    """Take a signal that is constant in each segment: one number after another, a unit behind the last (``0, 1 A``)."""
-    *earlier, last = text.split(",")
-    final, unit = _quantity(key, last)
-    numbers = [*(_quantity(key, number)[0] for number in earlier), final]
-    if key not in SIGNALS:
-        raise MappingError(f"{key} is no signal", remedy="Give one number")
-    factor, si = units.conversion(unit, SIGNALS[key], key) if unit else (1.0, units.UNKNOWN)
-    in_si = tuple(number * factor for number in numbers)
-    source = draft.told.source
-    draft.signals[key] = SignalPlan(
-        key,
-        unit=unit,
-        si=si,
-        numbers=in_si,
-        reason=source,
-    )
-    draft.notes.append(f"{key} <- {text.strip()}, one number a segment ({source})")
 
 
 def _quantity(key: str, text: str) -> tuple[float, str | None]:

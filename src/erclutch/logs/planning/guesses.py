@@ -76,7 +76,11 @@ def guess_what_is_needed(draft: Draft) -> None:
 
         needed = next(signal for signal in group[0] if signal not in draft.signals)
         names = " or ".join(" and ".join(option) for option in group)
-        or_a_pair = _pair_remedy(draft)
+        first, _ = candidates(draft.seen, "E1", ())
+        second, _ = candidates(draft.seen, "E2", ())
+        both = f"{first[0]} and {second[0]}" if first and second else ""
+        remedy = f"; if {both} are the fields of a coaxial pair, --device coaxial"
+        or_a_pair = remedy if both and draft.device == "single" else ""
         error = doubts[0] if doubts else missing(draft.seen, needed, taken, names)
         draft.ask(needed, MappingError(error.problem, remedy=error.remedy + or_a_pair))
         if not doubts:
@@ -178,12 +182,3 @@ def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:
         level = f"{low:.4g} to {high:.4g} {column.unit_for(('V', 'A'))}"
         course = f"keeps near one level, {level}, while {field} changes"
         draft.notes.append(f"column {column.name} {course}: taken for a supply, left out")
-
-
-def _pair_remedy(draft: Draft) -> str:
-    """What else would help where the columns of a single device look like those of a coaxial pair; "" elsewhere."""
-    first, _ = candidates(draft.seen, "E1", ())
-    second, _ = candidates(draft.seen, "E2", ())
-    if draft.device != "single" or not first or not second:
-        return ""
-    return f"; if {first[0]} and {second[0]} are the fields of a coaxial pair, --device coaxial"

@@ -101,7 +101,15 @@ def missing(
     instead = _position_options(free) if signal == "slip" else ""
     if instead:
         remedy = f"Give a speed, or the position that it is the rate of: {instead}"
-    if signal == "effort" and all(_is_no_effort(column) for column in free):
+    # Volts, amperes, % and counts may be of the sensor of an effort.
+    may_be_it = [
+        column
+        for column in free
+        if column.fits(si_units) is not False
+        or column.fits(("V", "A"))
+        or column.written_unit in ("%", *COUNTS)
+    ]
+    if signal == "effort" and not may_be_it:
         # No option can be right. Of a rotor that coasts the torque can be had all the same.
         remedy = (
             "No other column can be a force or a torque: log it. Where a rotor coasts down, the torque is its moment "
@@ -128,7 +136,11 @@ def missing(
             "rubs, the load presses"
         )
     for column in free:
-        if signal != "field" and _speaks_within(column, signal) and not_measured(column, signal):
+        # A letter speaks for a signal in front of other words only: F_pred.
+        first, *others = column.spoken.stem_words or ("",)
+        words = [first, *(word for word in others if len(word) > 2)]
+        speaks = any(spoken_name(word).forms[signal] for word in words)
+        if signal != "field" and speaks and not_measured(column, signal):
             doubt += f"; column {column.name} is none that was measured, by its name"
             say_so = f"--{signal} {shell_word(seen.table.label(column.name))}"
             remedy = (
@@ -150,12 +162,6 @@ def _position_options(free: Iterable[SeenColumn]) -> str:
         if is_travel and not column.shape.constant:
             return f"--position {shell_word(column.name)}"
     return sensor_options(free, "position")
-
-
-def _is_no_effort(column: SeenColumn) -> bool:
-    """Whether a unit says that a column is neither an effort nor, in volts, amperes, % or counts, of its sensor."""
-    may_be_a_sensor_s = column.written_unit in ("%", *COUNTS) or column.fits(("V", "A"))
-    return column.fits(SIGNALS["effort"].si_units) is False and not may_be_a_sensor_s
 
 
 def _said_of_rated_torque(free: Iterable[SeenColumn]) -> str:
@@ -199,13 +205,6 @@ def not_measured(column: SeenColumn, signal: str) -> bool:
     """Whether a name says of a motion or an effort that it was told, computed or modelled."""
     is_of_a_model = column.spoken.is_of_a_model and signal == "effort"
     return is_of_a_model or column.spoken.says(NOT_MEASURED | TOLD)
-
-
-def _speaks_within(column: SeenColumn, signal: str) -> bool:
-    """Whether a word of a name speaks for a signal; a letter does in front of others only (``F_pred``)."""
-    first, *others = column.spoken.stem_words or ("",)
-    words = [word for word in others if len(word) > 2]
-    return any(spoken_name(word).forms[signal] for word in (first, *words))
 
 
 def has_short_name(column: SeenColumn, signal: str) -> bool:

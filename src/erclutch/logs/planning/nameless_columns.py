@@ -9,6 +9,7 @@ import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -236,7 +237,14 @@ def _unit_of_steps(stamps: Array) -> str:
 
 def _roles(table: Table, moving: Sequence[str], stamps: Array, field: str) -> _Roles:
     """Which of the columns that move may be a motion and its effort."""
-    position, slip = _position_and_rate(table, moving, stamps)
+    rates: dict[str, str] = {}  # the column that is the rate of a position
+    for place, speed in permutations(moving, 2):
+        ratio = over_rate(table.columns[speed], table.columns[place], stamps)
+        if ratio is not None and ratio > 0.0:
+            rates.setdefault(place, speed)
+    # Of a chain of rates its first column is the position.
+    position = next((name for name in rates if name not in rates.values()), "")
+    slip = rates.get(position, "")
     rest = [name for name in moving if name not in (position, slip)]
     if not slip:
         switching = table.columns[field] if field else None
@@ -253,21 +261,6 @@ def _roles(table: Table, moving: Sequence[str], stamps: Array, field: str) -> _R
     effort = max(efforts, key=lambda name: efforts[name], default="")
     return _Roles(position, slip, effort)
 
-
-def _position_and_rate(table: Table, names: Sequence[str], stamps: Array) -> tuple[str, str]:
-    """A column and the column that is its rate, the first of a chain of rates; "" and "" for none."""
-    rates: dict[str, str] = {}  # of each position
-    for position in names:
-        for speed in names:
-            if speed == position:
-                continue
-            ratio = over_rate(table.columns[speed], table.columns[position], stamps)
-            if ratio is not None and ratio > 0.0:
-                rates.setdefault(position, speed)
-    for position, speed in rates.items():
-        if position not in rates.values():
-            return position, speed
-    return "", ""
 
 
 def _motion_and_effort(table: Table, pair: tuple[str, str], switching: Array | None) -> _Roles:

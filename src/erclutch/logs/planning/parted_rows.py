@@ -9,6 +9,7 @@ import numpy as np
 
 from erclutch.errors import MappingError, UnitError, listed, shell_word
 from erclutch.logs.columns.names import words_of
+from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.columns.word_columns import times_begun_anew
 from erclutch.logs.log_file import EACH
@@ -87,14 +88,8 @@ def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
         return None
     parting = dict(draft.table.words)
     for column in draft.seen.without(draft.taken):
-        last = "".join(column.spoken.stem_words[-1:])
-        values = column.values
-        if last not in _OF_A_DEVICE or not np.isfinite(values).all() or not are_whole(values):
-            continue
-        numbers, of_row = np.unique(values, return_inverse=True)
-        if 1 < numbers.size <= _MOST_DEVICES:
-            words = tuple(f"{number:.15g}" for number in numbers)
-            parting[column.name] = WordColumn(words, of_row.astype(np.int32))
+        if "".join(column.spoken.stem_words[-1:]) in _OF_A_DEVICE:
+            parting |= _by_number(column, _MOST_DEVICES)
     for name, column in parting.items():
         devices = len(column.words)
         rows = column.of_row.size
@@ -140,14 +135,21 @@ def ask_about_groups(draft: Draft) -> None:
         stamps = None
     parting = dict(table.words)
     if are_points:
-        parting |= _people_by_number(draft)
+        for numbered in draft.seen.without(draft.taken):
+            if numbered.spoken.says(_WHOSE):
+                parting |= _by_number(numbered, numbered.values.size / _FEWEST_EACH)
     for name, column in parting.items():
         if are_points:
             begins = 0
         elif stamps is not None:
             begins = times_begun_anew(stamps, column)
         else:
-            begins = _courses_begun_anew(draft, column)
+            # A share of a cycle, or a travel, falls back between the words: the rows of each are a course of their own.
+            moving = [each for each in draft.seen.without(draft.taken) if not each.shape.constant]
+            courses = [each.values for each in moving if np.isfinite(each.values).all()]
+            begun = [times_begun_anew(course, column) for course in courses]
+            between_words = len(column.words) - 1
+            begins = between_words if between_words in begun else 0
         are_levels = name in table.words and _are_levels(column)
         if (not are_points and not begins) or are_levels:
             continue
@@ -166,32 +168,16 @@ def ask_about_groups(draft: Draft) -> None:
         return
 
 
-def _people_by_number(draft: Draft) -> dict[str, WordColumn]:
-    """Columns of whole numbers that are called like people, or like pieces of a material, each with several rows."""
-    parting: dict[str, WordColumn] = {}
-    for column in draft.seen.without(draft.taken):
-        values = column.values
-        if not column.spoken.says(_WHOSE) or not np.isfinite(values).all() or not are_whole(values):
-            continue
-        numbers, of_row = np.unique(values, return_inverse=True)
-        if 1 < numbers.size <= values.size / _FEWEST_EACH:
-            words = tuple(f"{number:.15g}" for number in numbers)
-            parting[column.name] = WordColumn(words, of_row.astype(np.int32))
-    return parting
-
-
-def _courses_begun_anew(draft: Draft, column: WordColumn) -> int:
-    """How often a column that rises in the rows of each word falls back between them, where the file has no time.
-
-    Such is a share of a cycle, or a travel: the rows of each word are a course of their own.
-    """
-    begins = [0]
-    for course in draft.seen.without(draft.taken):
-        values = course.values
-        if np.isfinite(values).all() and not course.shape.constant:
-            begun = times_begun_anew(values, column)
-            begins.append(begun if begun == len(column.words) - 1 else 0)
-    return max(begins)
+def _by_number(column: SeenColumn, most: float) -> dict[str, WordColumn]:
+    """A column of two to ``most`` different whole numbers as words, by its name; nothing for another column."""
+    values = column.values
+    if not np.isfinite(values).all() or not are_whole(values):
+        return {}
+    numbers, of_row = np.unique(values, return_inverse=True)
+    if not 1 < numbers.size <= most:
+        return {}
+    words = tuple(f"{number:.15g}" for number in numbers)
+    return {column.name: WordColumn(words, of_row.astype(np.int32))}
 
 
 def _are_levels(column: WordColumn) -> bool:

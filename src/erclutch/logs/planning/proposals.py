@@ -32,7 +32,6 @@ from erclutch.logs.planning.missing_columns import (
 from erclutch.logs.planning.missing_values import must_be_said
 from erclutch.logs.planning.no_field import is_a_mark, maybe_field
 from erclutch.logs.planning.points import IN_NO_ORDER
-from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
 _COMPONENT = re.compile(r"[fmtv][xyz]")
@@ -243,8 +242,13 @@ def _clock_option(draft: Draft, others: Sequence[str]) -> str:
     if named and not rate.startswith("HZ"):
         return f"--rate {rate}"  # which a motion tells
     for column in seen.without(others):
-        if column.spoken.plain == "t" and _are_seconds(column.values):
-            return f"--time {shell_word(f'{column.name} [s]')}"  # T may be a torque, but rises so
+        if column.spoken.plain != "t":
+            continue
+        # Seconds of a log go on by equal steps below 1; a torque T, counts and ms do not.
+        steps = np.diff(column.values)
+        usual = float(np.median(steps)) if steps.size else 0.0
+        if 0.0 < usual < 1.0 and np.all(steps > 0.0) and np.ptp(steps) <= usual:
+            return f"--time {shell_word(f'{column.name} [s]')}"
     has_speed = "slip" in draft.signals
     if "slip" in questions and not has_speed:
         speeds, _ = candidates(seen, "slip", ())
@@ -265,13 +269,6 @@ def _clock_option(draft: Draft, others: Sequence[str]) -> str:
             may_rise = True
     # A time never falls: where no open column does so, none of them is the time.
     return '--time "COLUMN [s]"' if free and may_rise else '--rate "RATE Hz"'
-
-
-def _are_seconds(stamps: Array) -> bool:
-    """Whether stamps go on by equal steps below 1, as seconds of a log do, and counts and ms do not."""
-    steps = np.diff(stamps)
-    usual = float(np.median(steps)) if steps.size else 0.0
-    return bool(0.0 < usual < 1.0 and np.all(steps > 0.0) and np.ptp(steps) <= usual)
 
 
 def _column_option(
@@ -308,8 +305,13 @@ def _column_option(
         position = _position_instead(seen, taken, likely, partners)
         if position:
             return f"--position {shell_word(seen.table.label(position))}"
-    if not likely and signal == "effort" and len(free) == 1 and _says_nothing(free[0]):
-        likely = [free[0].name]  # what is left over
+    if not likely and signal == "effort" and len(free) == 1:
+        # The column that is left over, where neither its name nor its unit tells what it is.
+        (last,) = free
+        spoken = last.spoken
+        is_named = spoken.may_be or spoken.within or spoken.is_accounted or spoken.says(_NOT_FIRST)
+        is_something = last.unit or is_named or not_measured(last, "effort")
+        likely = [] if is_something else [last.name]
     if not likely:
         beside_it = partners if signal == "slip" else [*beside[:1]]
         turns = {seen.columns[name].kind for name in beside_it if name in seen.columns} == {"N*m"}
@@ -317,10 +319,9 @@ def _column_option(
         hole = f"COLUMN [{unit or '-'}]"
         return f"--{signal} {shell_word(hole)}"
 
+    # Behind the names of joints: elbow.velocity.
     ends = {re.split(r"[./]", name)[-1] for name in likely}
-    share_one_name = len(ends) == 1 and ends.isdisjoint(
-        likely
-    )  # behind those of joints: elbow.velocity
+    share_one_name = len(ends) == 1 and ends.isdisjoint(likely)
     parts_beside: set[str] = set()  # of the names of columns that are known
     for name in beside:
         parts_beside |= _parts(spoken_name(name).stem)
@@ -388,14 +389,6 @@ def _position_instead(
     if not numbers or any(numbers & _parts(name) for name in slips):
         return ""
     return next((name for name in positions if numbers & _parts(name)), "")
-
-
-def _says_nothing(column: SeenColumn) -> bool:
-    """Whether neither name nor unit of a column tell what it is."""
-    spoken = column.spoken
-    names_something = spoken.may_be or spoken.within or spoken.is_accounted
-    is_of_a_drive = not _NOT_FIRST.isdisjoint(spoken.stem_words)
-    return not (column.unit or names_something or is_of_a_drive or not_measured(column, "effort"))
 
 
 def _less_likely(free: Sequence[SeenColumn], signal: str) -> list[str]:

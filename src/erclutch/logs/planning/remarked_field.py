@@ -12,7 +12,7 @@ from typing import NamedTuple
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME, FIELD_UNITS, number_of
-from erclutch.logs.columns.names import SpokenName, spoken_name
+from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.vocabulary import AGAINST, NOT_MEASURED, OTHER, TOLD, set_of
 from erclutch.logs.planning.draft import Draft
 from erclutch.signals import units
@@ -100,11 +100,7 @@ def _field_of(key: str, text: str) -> str:
     if not units.is_unit(letters) or units.fits(letters, SIGNALS["field"].si_units[1:]) is None:
         return ""
     is_voltage = units.fits(letters, ("V",)) is not None
-    if is_voltage and (_FEEDS_A_SENSOR in words or not (is_called_so or _says_field(name, said))):
+    says_field = is_called_so or "field" in name.within or not _OF_A_FIELD.isdisjoint(said)
+    if is_voltage and (_FEEDS_A_SENSOR in words or not says_field):
         return ""  # amplifiers, ranges and supplies have volts too
     return f"{number_of(number):g} {letters}"
-
-
-def _says_field(name: SpokenName, said: set[str]) -> bool:
-    """Whether a word of a line is that of a field's coil or gap."""
-    return not _OF_A_FIELD.isdisjoint(said) or "field" in name.within

@@ -36,9 +36,8 @@ _OF_FIELDS_ALONE = ("A", "T", "A/m", "V/m")
 _OF_A_MAGNET = set_of("magnet electromagnet solenoid excitation exciting magnetizing")
 #: Whose current turns a shaft.
 _MACHINES = set_of("motor engine servo actuator")
-_LETTER_AND_UNIT = re.compile(
-    r"I_(m?A)|U_(k?V)"
-)  # of a single number; a column so called may be a phase
+#: What a single number is called; a column that is called so may be a phase.
+_LETTER_AND_UNIT = re.compile(r"I_(m?A)|U_(k?V)")
 _FOLDERS_ABOVE = 2  # of a log, whose names may tell its field: ``0.5A/2Hz/log.csv``
 _NUMBER = re.compile(NUMBER.removeprefix("[+-]?"))
 _COUNTED = re.compile(r"([1-9]\d?)([AVT])")  # 1A: the first specimen of batch A, or a log at 1 A
@@ -153,7 +152,14 @@ def _beside_the_columns(draft: Draft) -> list[StatedLevel]:
         except UnitError:
             continue
         unit = own or unit
-        if unit and (_is_called_so(label) or _is_of_a_magnet(label, unit)):
+        if not unit:
+            continue
+        words = spoken_name(label).words
+        is_of_a_magnet = len(words) == 2 and words[0] in _OF_A_MAGNET and words[1] in CURRENTS
+        # No amplifier has a field or a magnet in such a unit.
+        is_in_its_unit = units.is_unit(unit) and units.fits(unit, _OF_FIELDS_ALONE) is not None
+        is_a_field = is_in_its_unit and (is_of_a_magnet or words == ("field",))
+        if is_a_field or _is_called_so(label):
             stated.append(StatedLevel(label, number, unit))
     units_of_field = SIGNALS["field"].si_units[1:]  # of a current, a voltage or a magnetic field
     fitting: list[StatedLevel] = []
@@ -172,15 +178,6 @@ def _is_called_so(name: str) -> bool:
     if not form or form in _OF_INSTRUMENTS or is_another:
         return False
     return len(form) > 2 or name == "I"
-
-
-def _is_of_a_magnet(name: str, unit: str) -> bool:
-    """Whether a whole name is ``field`` or ``magnet current``, and its unit is of no amplifier."""
-    words = spoken_name(name).words
-    is_field = words == ("field",)
-    is_current = len(words) == 2 and words[0] in _OF_A_MAGNET and words[1] in CURRENTS
-    fits = units.is_unit(unit) and units.fits(unit, _OF_FIELDS_ALONE) is not None
-    return (is_field or is_current) and fits
 
 
 def _ask_about_the_name(draft: Draft) -> bool:

@@ -25,21 +25,7 @@ def offer_a_stated_slip(draft: Draft) -> None:
     question = draft.questions.get("slip")
     if question is None or question.option or "position" in draft.signals:
         return
-    stated = _stated(draft)
-    if len(stated) != 1:
-        return
-    (speed,) = stated
-    option = f"--constant {shell_word(f'slip={speed.number:g} {speed.unit}')}"
-    missing, listed, columns = question.problem.partition("; the file has: ")
-    missing += f"; the file says {speed}, which it may be in all rows"
-    draft.questions["slip"] = replace(
-        question, problem=f"{missing}{listed}{columns}", remedy=f"Give {option}", option=option
-    )
-
-
-def _stated(draft: Draft) -> list[StatedLevel]:
-    """Speeds in the header, or else in the file's name."""
-    stated: list[StatedLevel] = []
+    stated: list[StatedLevel] = []  # speeds in the header, or else in the file's name
     for key, text in draft.table.metadata.items():
         label, unit = split_label(key)
         name = spoken_name(label)
@@ -53,7 +39,16 @@ def _stated(draft: Draft) -> list[StatedLevel]:
         unit = own or unit or name.end
         if unit and units.is_unit(unit) and units.fits(unit, SIGNALS["slip"].si_units):
             stated.append(StatedLevel(label, number, unit))
-    if stated:
-        return stated
-    of_name = speed_in(draft.table.name)
-    return [] if of_name is None else [of_name]
+    of_file_name = speed_in(draft.table.name)
+    if not stated and of_file_name is not None:
+        stated.append(of_file_name)
+    if len(stated) != 1:
+        return
+
+    (speed,) = stated
+    option = f"--constant {shell_word(f'slip={speed.number:g} {speed.unit}')}"
+    missing, listed, columns = question.problem.partition("; the file has: ")
+    missing += f"; the file says {speed}, which it may be in all rows"
+    draft.questions["slip"] = replace(
+        question, problem=f"{missing}{listed}{columns}", remedy=f"Give {option}", option=option
+    )

@@ -7,7 +7,6 @@ both make a power, and the laws are the same. The user is asked, for a pump has 
 from __future__ import annotations
 
 from erclutch.errors import MappingError, shell_word
-from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.vocabulary import NOT_MEASURED, TOLD, set_of
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.table import MINUS
@@ -37,7 +36,15 @@ def propose_flow_and_pressure(draft: Draft) -> None:
         if not column.spoken.says(TOLD | NOT_MEASURED)
     ]
     flow_rates = [column for column in measured if column.fits(("m^3/s",))]
-    drop = _pressure_drop(draft, [column for column in measured if column.fits(("Pa",))])
+    pressures = [column for column in measured if column.fits(("Pa",))]
+    drops = [column for column in pressures if column.spoken.says(_DROP)]
+    before = [column for column in pressures if column.spoken.says(_BEFORE)]
+    behind = [column for column in pressures if column.spoken.says(_BEHIND)]
+    drop = ""
+    if len(drops) == 1:
+        drop = draft.table.label(drops[0].name)
+    elif not drops and len(before) == len(behind) == 1 and before[0].unit == behind[0].unit:
+        drop = f"{before[0].name}{MINUS}{behind[0].name}"
     if len(flow_rates) != 1 or not drop:
         return
 
@@ -49,15 +56,3 @@ def propose_flow_and_pressure(draft: Draft) -> None:
         option = f"--{signal} {shell_word(label)}"
         problem = f"no column for {signal} by its name; {what}"
         draft.ask(signal, MappingError(problem, remedy=f"If this is a valve, {option}"), option)
-
-
-def _pressure_drop(draft: Draft, pressures: list[SeenColumn]) -> str:
-    """The one column of a pressure drop, or the difference of a pressure before the valve and one behind; else ""."""
-    drops = [column for column in pressures if column.spoken.says(_DROP)]
-    if drops:
-        return draft.table.label(drops[0].name) if len(drops) == 1 else ""
-    before = [column for column in pressures if column.spoken.says(_BEFORE)]
-    behind = [column for column in pressures if column.spoken.says(_BEHIND)]
-    if len(before) != 1 or len(behind) != 1 or before[0].unit != behind[0].unit:
-        return ""
-    return f"{before[0].name}{MINUS}{behind[0].name}"
