@@ -85,9 +85,8 @@ def candidates(
     if fits.get(signal, False) is not False:  # a column has the bare name of the signal
         speeds = speeds_of_machine(seen.columns[signal], free) if signal == "slip" else []
         if speeds:
-            return _distinct(
-                seen, speeds
-            ), "name, and column slip is the share by which a machine lags"
+            why = "name, and column slip is the share by which a machine lags"
+            return _distinct(seen, speeds), why
         # A whole name with a unit speaks as loud as the bare word: a motor's slip is a share, beside its speed.
         louder: list[str] = []
         for column in free:
@@ -141,16 +140,12 @@ def slips_in_percent(columns: Iterable[SeenColumn]) -> list[str]:
         if column.spoken.forms["slip"] not in _LAGS:
             continue
         is_said = "%" in column.name or column.unit == "%"
-        if is_said or (column.written_unit is None and _ends_at_100(column)):
+        known = column.values[np.isfinite(column.values)]
+        are_levels = bool(np.all(known % 1.0 == 0.0))
+        ends_at_100 = not are_levels and known.max() == 100.0 and known.min() >= -100.0
+        if is_said or (column.written_unit is None and ends_at_100):
             shares.append(column.name)
     return shares
-
-
-def _ends_at_100(column: SeenColumn) -> bool:
-    """Whether 100 is the largest number of a column, in size too, and others are no whole numbers, as levels are."""
-    known = column.values[np.isfinite(column.values)]
-    is_measured = bool(np.any(known % 1.0 != 0.0))
-    return is_measured and float(known.max()) == 100.0 and float(known.min()) >= -100.0
 
 
 def _without_plans(
@@ -190,9 +185,8 @@ def _without_a_whole_name(
     fitting = [column for column in free if fits[column.name] is not False]
     joints = of_joints(seen, signal, fitting)
     if joints:
-        return joints, "name, of several joints" if len(
-            joints
-        ) > 1 else "name, of the only joint whose effort changes"
+        only = "name, of the only joint whose effort changes"
+        return joints, "name, of several joints" if len(joints) > 1 else only
 
     # The heads of names, without words that most columns share; with them where these are the heads themselves: of
     # first encoder, second encoder and third encoder each is headed by what all share.

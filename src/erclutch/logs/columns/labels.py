@@ -75,9 +75,8 @@ _LETTER = re.compile(r"(.*?[^\W\d_]\S*?)(?:\s+[-–])?\s+([AVNTms])")
 _COMMA = re.compile(r"(.*[^\W\d_]\S*)\s*,\s*([^\s,]+)")  # as Russian headers have it: ``Сила, Н``
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
-_RPM_WITHIN = re.compile(
-    r"(?<![a-z/])(?<!per)(?<!per[_ ])rpm(?![a-z/]|.*per)", re.I
-)  # Status_RPM_2; no torque per rpm
+#: As in Status_RPM_2; a torque per rpm is none.
+_RPM_WITHIN = re.compile(r"(?<![a-z/])(?<!per)(?<!per[_ ])rpm(?![a-z/]|.*per)", re.I)
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
 
 #: What may have a sense and is never counted in revolutions.
@@ -265,9 +264,18 @@ def name_columns(
     if ends != shown:
         shown = ends
         notes.append("names are the last parts of the paths in a model")
+    # Labels may be the same but for a level in brackets: t (0 A) and t (1 A) are no times in amperes.
+    alike: dict[str, dict[str, str]] = {}  # by the name in front: level -> label
+    for label in shown:
+        match = _ROUND.fullmatch(label) or _SQUARE.fullmatch(label)
+        if match and _LEVEL.fullmatch(match[2].strip()):
+            alike.setdefault(match[1], {})[match[2]] = label
+    with_levels = {
+        label for levels in alike.values() if len(levels) > 1 for label in levels.values()
+    }
+
     bare: list[str] = []  # names without their units
     units_of: list[str | None] = []
-    with_levels = _labels_with_levels(shown)
     for label, own in zip(shown, own_units or [None] * len(shown), strict=True):
         name, unit = (label, None) if label in with_levels else split_label(label)
         if unit and own and unit != own:
@@ -312,16 +320,6 @@ def are_units_alone(names: Sequence[str]) -> bool:
     others = [name for name in names if name.lower() not in TIMES]
     are_units = _LOGGED_IN.issuperset(others) and not _TOLD_ALONE.isdisjoint(others)
     return are_units and len({*others}) == len(others) > 1
-
-
-def _labels_with_levels(labels: Iterable[str]) -> set[str]:
-    """Labels that are the same but for a level in brackets: ``t (0 A)`` and ``t (1 A)`` are no times in amperes."""
-    alike: dict[str, dict[str, str]] = {}  # by the name in front: level -> label
-    for label in labels:
-        match = _ROUND.fullmatch(label) or _SQUARE.fullmatch(label)
-        if match and _LEVEL.fullmatch(match[2].strip()):
-            alike.setdefault(match[1], {})[match[2]] = label
-    return {label for levels in alike.values() if len(levels) > 1 for label in levels.values()}
 
 
 def _ends_of_paths(labels: Sequence[str]) -> list[str]:

@@ -129,7 +129,9 @@ def split_end(name: str) -> tuple[str, str | None]:
     coils.
     """
     written = name.strip()
-    bare = _BARE.get(written) or _BARE.get(written.lower()) or _amps_or_volts(written)
+    word = _AMPS_OR_VOLTS.search(written)  # at the end of coil_amps
+    letter = word[0].strip("_ .-")[0].upper() if word else None
+    bare = _BARE.get(written) or _BARE.get(written.lower()) or letter
     if bare:
         return name, bare
     # Torque (Nm) in names without brackets: Torque..Nm. as R writes it, Torque_Nm_ as MATLAB does.
@@ -221,12 +223,6 @@ def torque_in_capitals(name: str, unit: str) -> str | None:
     """The unit that NM is behind the name of a torque; None elsewhere: there it may be a nautical mile."""
     is_torque = _TORQUE.search(name) or _TORQUE_SYMBOL.fullmatch(name.strip())
     return _CAPITALS.get(unit) if is_torque else None
-
-
-def _amps_or_volts(name: str) -> str | None:
-    """The unit of a name that ends in amps or volts, such as ``coil_amps``; None for another."""
-    match = _AMPS_OR_VOLTS.search(name)
-    return match[0].strip("_ .-")[0].upper() if match else None
 
 
 def _inches(stem: str, end: str) -> str | None:

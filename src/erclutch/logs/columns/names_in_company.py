@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 
 from erclutch.logs.columns.names import SpokenName, spoken_name
 from erclutch.logs.columns.vocabulary import TOLD
@@ -29,42 +29,38 @@ def told_by_company(said: Mapping[str, SpokenName]) -> dict[str, str]:
     Args:
         said: what each column of a table says alone, by its name.
     """
-    stems = {name: spoken.stem for name, spoken in said.items()}
+    stems: dict[str, str] = {name: spoken.stem for name, spoken in said.items()}
     if len(stems) >= _FEWEST and all(map(_FILE.search, stems.values())):
         stems = {name: _FILE.sub("", stem) for name, stem in stems.items()}
     for letter in _IN_FRONT:
         bare = {name: stem[1:].lstrip("_") for name, stem in stems.items()}
         begin_so = all(stem[:1].lower() == letter and len(stem) > 1 for stem in stems.values())
-        if begin_so and _are_of_a_device(bare.values()):
+        if not begin_so:
+            continue
+        # Without the letter they name an effort, and two or more of speed, position and time.
+        kinds: set[str] = set()
+        for stem in bare.values():
+            spoken = spoken_name(stem)
+            kinds |= spoken.may_be
+            if spoken.is_time:
+                kinds.add("time")
+        if "effort" in kinds and len(kinds & {"slip", "position", "time"}) > 1:
             stems = bare
-    stems |= dict(_did_and_told(stems))
-    stems |= dict(_as_it_is_now(said))
-    return {name: stem for name, stem in stems.items() if stem != said[name].stem}
 
-
-def _are_of_a_device(stems: Iterable[str]) -> bool:
-    """Whether the stems name an effort, and two or more of speed, position and time."""
-    kinds: set[str] = set()
-    for stem in stems:
-        spoken = spoken_name(stem)
-        kinds |= spoken.may_be
-        if spoken.is_time:
-            kinds.add("time")
-    return "effort" in kinds and len(kinds & {"slip", "position", "time"}) > 1
-
-
-def _did_and_told(stems: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """Names that end in an a for actual, each beside the same with a d for desired, and what both mean."""
+    # Names may end in an a for actual, each beside the same with a d for desired.
     matches = {name: _DID_OR_TOLD.fullmatch(stem) for name, stem in stems.items()}
     letters: dict[tuple[str, str], set[str]] = {}  # of each quantity and joint
     for match in matches.values():
         if match:
             letters.setdefault((match[1].lower(), match[3]), set()).add(match[2].lower())
-    paired = {quantity for (quantity, _), both in letters.items() if both == {"a", "d"}}
+    are_paired = {"a", "d"} in letters.values()
     for name, match in matches.items():
         # Once a position is told so, the speeds of the same table are.
-        if match and paired:
-            yield name, f"{match[1]} {_WORDS[match[2].lower()]} {match[3]}".strip()
+        if match and are_paired:
+            stems[name] = f"{match[1]} {_WORDS[match[2].lower()]} {match[3]}".strip()
+
+    stems |= dict(_as_it_is_now(said))
+    return {name: stem for name, stem in stems.items() if stem != said[name].stem}
 
 
 def _as_it_is_now(said: Mapping[str, SpokenName]) -> Iterator[tuple[str, str]]:

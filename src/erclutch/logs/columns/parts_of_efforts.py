@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.two_courses import is_sum_of
@@ -18,36 +18,29 @@ def parts_of_efforts(columns: Sequence[SeenColumn]) -> set[str]:
     Args:
         columns: those that may be the effort by their units.
     """
-    return {*_parts_of_a_model(columns), *_parts_of_a_sum(columns)}
-
-
-def _parts_of_a_model(efforts: Iterable[SeenColumn]) -> list[str]:
-    """Columns that a model adds up to an effort, where two and more kinds of parts stand beside another effort."""
+    # A model adds up two and more kinds of parts to an effort; another effort stands beside them.
     kinds: set[str] = set()
-    parts: list[str] = []
-    others = 0
-    for column in efforts:
+    parts_of_a_model: set[str] = set()
+    has_another = False
+    for column in columns:
         if "effort" not in column.spoken.may_be:
             continue
         words = PARTS_OF_A_MODEL.intersection(column.spoken.stem_words)
         if words:
-            parts.append(column.name)
+            parts_of_a_model.add(column.name)
             kinds |= words
         elif not column.spoken.says(TOLD):
-            others += 1
-    return parts if len(kinds) > 1 and others else []
+            has_another = True
+    parts = parts_of_a_model if len(kinds) > 1 and has_another else set[str]()
 
-
-def _parts_of_a_sum(efforts: Sequence[SeenColumn]) -> set[str]:
-    """Two columns without a word for a whole whose sum, in all rows, is a column of their kind with such a word."""
+    # The sum of two columns, in all rows, is a column of their kind that is called a whole.
     moving: list[SeenColumn] = []
-    for column in efforts:
+    for column in columns:
         is_effort = "effort" in column.spoken.may_be or "effort" in column.spoken.within
         if (is_effort or column.spoken.says(TOLD)) and not column.shape.constant:
             moving.append(column)
     wholes = [column for column in moving if column.spoken.says(_WHOLE)]
     others = [column for column in moving if not column.spoken.says(_WHOLE)]
-    parts: set[str] = set()
     for whole in wholes:
         for place, first in enumerate(others):
             for second in others[place + 1 :]:

@@ -44,10 +44,19 @@ def ends_of_a_suspension(
         unit = table.units.get(name)
         if unit and unit_fits(name, unit, si_units) is False:
             continue
-        words = _words(without_unit(name, unit))
+        words: set[str] = set()  # those that are written together apart: z, s and dot of zs_dot
+        for word in words_of(without_unit(name, unit)):
+            joined = _JOINED.fullmatch(word)
+            within = _WORDS_WITHIN.findall(word)
+            if joined:
+                words |= {part for part in joined.groups() if part}
+            elif within and "".join(within) == word:
+                words |= {*within}
+            else:
+                words.add(word)
         for masses, found in ((_SPRUNG, above), (_UNSPRUNG, below)):
             own = words & masses
-            besides = words - masses - _BESIDE
+            besides = frozenset(words - masses - _BESIDE)
             is_rate = not besides.isdisjoint(_RATES)
             is_of_kind = is_rate if signal == "slip" else bool(besides) and not is_rate
             if len(own) == 1 and is_of_kind and besides <= _RATES | _PLACES:
@@ -56,18 +65,3 @@ def ends_of_a_suspension(
     for what in above.keys() & below.keys():
         pairs += [(sprung, unsprung) for sprung in above[what] for unsprung in below[what]]
     return pairs[0] if len(pairs) == 1 else None
-
-
-def _words(name: str) -> frozenset[str]:
-    """The words of a name, those that are written together apart: z, s and dot of ``zs_dot``."""
-    words: set[str] = set()
-    for word in words_of(name):
-        joined = _JOINED.fullmatch(word)
-        within = _WORDS_WITHIN.findall(word)
-        if joined:
-            words |= {part for part in joined.groups() if part}
-        elif within and "".join(within) == word:
-            words |= {*within}
-        else:
-            words.add(word)
-    return frozenset(words)

@@ -36,11 +36,8 @@ def is_rate_of(speed: Array, position: Array, stamps: Array | None) -> bool:
     ratio = over_rate(speed, position, stamps)
     if ratio is not None and is_usual_ratio(ratio):
         return True
-    return _adds_up_to(speed, position, stamps)
 
-
-def _adds_up_to(speed: Array, position: Array, stamps: Array) -> bool:
-    """Whether a position was computed step by step from a speed, as spreadsheets do: a few rows tell."""
+    # A spreadsheet computes a position step by step from a speed: a few rows tell.
     known = np.isfinite(speed) & np.isfinite(position) & np.isfinite(stamps)
     v = speed[known][:LOOKED_AT]
     x = position[known][:LOOKED_AT]
