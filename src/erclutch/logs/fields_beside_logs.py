@@ -158,7 +158,16 @@ def _records(file: Path) -> list[dict[str, str]]:
     lines = text.splitlines()
     if file.suffix.lower() in (".yaml", ".yml"):
         return [*_of_yaml(lines)]
-    return [*_of_tables(lines), *_of_remarks(lines)]
+    records = [*_of_tables(lines)]
+    for line in lines:
+        # A remark has a name in front of a colon or an equals sign, and one field behind it.
+        name, parted, rest = line.strip(" \t-*").partition(":" if ":" in line else "=")
+        fields = FIELD_IN_A_NAME.findall(rest)
+        if parted and len(fields) == 1:
+            number, _, unit = fields[0]
+            kind = "current" if unit.endswith("A") else "voltage"
+            records.append({_NAME: name.strip(' `"'), kind: f"{number} {unit}"})
+    return records
 
 
 def names_logs(file: Path, logs: Sequence[Path]) -> bool:
@@ -253,16 +262,3 @@ def _of_tables(lines: Sequence[str]) -> Iterator[dict[str, str]]:
 
 def _cells(line: str, mark: str) -> list[str]:
     return [cell.strip().strip('"`') for cell in line.strip().strip("|").split(mark)]
-
-
-def _of_remarks(lines: Iterable[str]) -> Iterator[dict[str, str]]:
-    """A record for each line with a name in front of a colon or an equals sign and one field behind it."""
-    for line in lines:
-        name, parted, rest = line.strip(" \t-*").partition(":" if ":" in line else "=")
-        fields = FIELD_IN_A_NAME.findall(rest)
-        if parted and len(fields) == 1:
-            number, _, unit = fields[0]
-            yield {
-                _NAME: name.strip(' `"'),
-                "current" if unit.endswith("A") else "voltage": f"{number} {unit}",
-            }

@@ -27,9 +27,24 @@ def looked_at(reader: _Reader, plugin: Plugin) -> _Reader:
     """The reader with functions that look at what each of its functions gives.
 
     Raises:
-        PluginError: see `_require_reader`.
+        PluginError: a part of the reader is of a wrong type.
     """
-    _require_reader(reader, plugin)
+    suffixes: Any = reader.suffixes
+    if not isinstance(suffixes, tuple | list) or not _texts(cast("Sequence[Any]", suffixes)):
+        raise plugin.fault(
+            f"has the suffixes {reader.suffixes!r:.60}; they must be a tuple of texts"
+        )
+    for name in ("tells_damage", "folder"):
+        if not isinstance(getattr(reader, name), str):
+            raise plugin.fault(
+                f"has {getattr(reader, name)!r:.60} as its {name}, it must be a text"
+            )
+    if "/" in reader.folder or "\0" in reader.folder or reader.folder in (".", ".."):
+        raise plugin.fault(f"has the folder {reader.folder!r:.60}, it must be the name of a file")
+    for name in (*_NEEDED, *_FURTHER):
+        function = getattr(reader, name)
+        if not callable(function) and (function is not None or name in _NEEDED):
+            raise plugin.fault(f"has {function!r:.60} as its {name}, it must be a function")
 
     def looking(at: Callable[[Any, Plugin], Any], function: Callable[[Any], Any] | None) -> Any:
         if function is None:
@@ -48,30 +63,6 @@ def looked_at(reader: _Reader, plugin: Plugin) -> _Reader:
         windows=reader.windows and sound_windows(reader.windows, plugin),
         extent=looking(sound_extent, reader.extent),
     )
-
-
-def _require_reader(reader: _Reader, plugin: Plugin) -> None:
-    """Refuse a reader whose parts are of wrong types.
-
-    Raises:
-        PluginError: a part, and what it must be.
-    """
-    suffixes: Any = reader.suffixes
-    if not isinstance(suffixes, tuple | list) or not _texts(cast("Sequence[Any]", suffixes)):
-        raise plugin.fault(
-            f"has the suffixes {reader.suffixes!r:.60}; they must be a tuple of texts"
-        )
-    for name in ("tells_damage", "folder"):
-        if not isinstance(getattr(reader, name), str):
-            raise plugin.fault(
-                f"has {getattr(reader, name)!r:.60} as its {name}, it must be a text"
-            )
-    if "/" in reader.folder or "\0" in reader.folder or reader.folder in (".", ".."):
-        raise plugin.fault(f"has the folder {reader.folder!r:.60}, it must be the name of a file")
-    for name in (*_NEEDED, *_FURTHER):
-        function = getattr(reader, name)
-        if not callable(function) and (function is not None or name in _NEEDED):
-            raise plugin.fault(f"has {function!r:.60} as its {name}, it must be a function")
 
 
 def sound_table(given: Any, plugin: Plugin) -> Table:

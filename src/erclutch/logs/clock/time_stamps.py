@@ -77,7 +77,10 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
 
     period = regular.period
     uniform = regular.wander <= 1.0
-    _refuse_uneven_coarse(stamps, period, column)
+    if period == 0.0:  # whole seconds, say, over unlike numbers of rows: no row has a time then
+        rate = f"{stamps.size / (stamps[-1] - stamps[0]):.3g}"  # Hz
+        problem = f"column {column} has {np.unique(stamps).size} stamps for {stamps.size} rows, not evenly"
+        raise TimingError(problem, remedy=f"Give a rate ({rate} Hz in the mean: --rate {rate})")
     _refuse_short(period, column)
     gaps = [start - 1 for start in regular.starts[1:]]
     steps = np.delete(np.diff(stamps), gaps)
@@ -179,14 +182,6 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
     raise TimingError(problem, remedy=remedy)
 
 
-def _refuse_uneven_coarse(stamps: Array, period: float, column: str) -> None:
-    """Refuse stamps of whole seconds, say, that stand over unlike numbers of rows: no row has a time then."""
-    if period == 0.0:
-        rate = f"{stamps.size / (stamps[-1] - stamps[0]):.3g}"  # Hz
-        problem = f"column {column} has {np.unique(stamps).size} stamps for {stamps.size} rows, not evenly"
-        raise TimingError(problem, remedy=f"Give a rate ({rate} Hz in the mean: --rate {rate})")
-
-
 def _refuse_short(step: float, column: str) -> None:
     """Refuse a step in s that no logger takes."""
     if abs(step) < _SHORTEST:
@@ -253,9 +248,32 @@ class _Regular(NamedTuple):
 def _regular_grid(stamps: Array, grain: Array, column: str, hint: float | None) -> _Regular:
     """The grid through stamps, cut at gaps; see `from_stamps`."""
     about = mean_step(stamps, grain)
-    starts, gaps = _cut(stamps, grain, about, column)
+    steps = np.diff(stamps)
+    rounding = np.maximum(grain[1:], grain[:-1])
+    shortest = min(about, float(np.median(steps[steps > 0])))
+    # The longest step that rounding makes of one period.
+    printed = np.ceil(shortest / rounding - 0.02) * rounding
+    longest_step = np.maximum(_GAP * about, printed)
+    gaps = np.flatnonzero(steps > longest_step * (1 + 1e-9) + 1e-9 * about)
+
+    # A period just above the resolution rounds up to two of it, at equal distances.
+    doubtful = gaps[steps[gaps] <= _GAP * about + rounding[gaps]]
+    if doubtful.size > 2 and np.ptp(np.diff(doubtful)) <= 2:
+        gaps = np.setdiff1d(gaps, doubtful)
+    gaps = _lasting(stamps, about, gaps)
+    # Where there is no clock at all, cutting at every long step would leave nothing.
+    if gaps.size > 0.1 * steps.size:
+        gaps = np.flatnonzero(steps > 10 * float(np.percentile(steps, 90)))
+
+    notes: tuple[str, ...] = ()
+    if gaps.size:
+        longest = int(gaps[np.argmax(steps[gaps])])  # row
+        where = f"longest {steps[longest]:.4g} s after {stamps[longest]:.6g} s"
+        count = "1 gap" if gaps.size == 1 else f"{gaps.size} gaps"
+        notes = (f"{count} in {column} ({where}): cut into {gaps.size + 1} segments",)
+    starts = (0, *(gaps + 1).tolist())
     grid, period, wander = grid_through(stamps, grain, starts, about, hint)
-    return _Regular(grid, period, wander, grain, starts, gaps)
+    return _Regular(grid, period, wander, grain, starts, notes)
 
 
 def mean_step(stamps: Array, grain: Array) -> float:
@@ -266,40 +284,6 @@ def mean_step(stamps: Array, grain: Array) -> float:
     inside = steps <= _GAP * usual + rounding
     count = max(int(inside.sum()), 1)
     return float(steps[inside].sum() / count)
-
-
-def _cut(
-    stamps: Array,
-    grain: Array,
-    period: float,
-    column: str,
-) -> tuple[tuple[int, ...], tuple[str, ...]]:
-    """First row of each segment, and a note on the gaps."""
-    steps = np.diff(stamps)
-    rounding = np.maximum(grain[1:], grain[:-1])
-    shortest = min(period, float(np.median(steps[steps > 0])))
-    # The longest step that rounding makes of one period.
-    printed = np.ceil(shortest / rounding - 0.02) * rounding
-    longest_step = np.maximum(_GAP * period, printed)
-    gaps = np.flatnonzero(steps > longest_step * (1 + 1e-9) + 1e-9 * period)
-
-    # A period just above the resolution rounds up to two of it, at equal distances.
-    doubtful = gaps[steps[gaps] <= _GAP * period + rounding[gaps]]
-    if doubtful.size > 2 and np.ptp(np.diff(doubtful)) <= 2:
-        gaps = np.setdiff1d(gaps, doubtful)
-    gaps = _lasting(stamps, period, gaps)
-    # Where there is no clock at all, cutting at every long step would leave nothing.
-    if gaps.size > 0.1 * steps.size:
-        gaps = np.flatnonzero(steps > 10 * float(np.percentile(steps, 90)))
-    if not gaps.size:
-        return (0,), ()
-
-    longest = int(gaps[np.argmax(steps[gaps])])  # row
-    where = f"longest {steps[longest]:.4g} s after {stamps[longest]:.6g} s"
-    count = "1 gap" if gaps.size == 1 else f"{gaps.size} gaps"
-    note = f"{count} in {column} ({where}): cut into {gaps.size + 1} segments"
-    starts = (0, *(gaps + 1).tolist())
-    return starts, (note,)
 
 
 def _lasting(stamps: Array, period: float, gaps: NDArray[np.intp]) -> NDArray[np.intp]:

@@ -282,7 +282,18 @@ def _with_header(
         # Columns at the end are filled in few rows, and the other rows are short.
         usual = width
         width = named
-    rows = _rows_below(first_row, data, marks, width)
+    trailing = False
+    if marks.delimiter is not None and width > 1:
+        trailing = all(len(row) < width or not row[-1] for row in (first_row, *data))
+
+    # R names its rows by words or by whole numbers that rise.
+    first_cells = [row[0] for row in data if row]
+    are_words = not any(marks.is_number(cell) for cell in first_cells)
+    are_counts = all(cell.isdecimal() and len(cell) < _LONGEST_COUNT for cell in first_cells)
+    rise = are_counts and all(
+        int(cell) < int(next_cell) for cell, next_cell in pairwise(first_cells)
+    )
+    rows = RowsBelow(width, trailing, are_named=are_words or rise)
 
     # An empty comment is no line, and neither is a page break of a printer.
     places = [index for index in range(first) if lines[index].strip("#%/ \t\f\v")]
@@ -327,24 +338,6 @@ def _with_header(
     )
 
 
-def _rows_below(
-    first_row: Sequence[str], data: Sequence[Sequence[str]], marks: Marks, width: int
-) -> RowsBelow:
-    """What rows of so many cells say of the line of names above them."""
-    trailing = False
-    if marks.delimiter is not None and width > 1:
-        trailing = all(len(row) < width or not row[-1] for row in (first_row, *data))
-
-    # R names its rows by words or by whole numbers that rise.
-    first_cells = [row[0] for row in data if row]
-    are_words = not any(marks.is_number(cell) for cell in first_cells)
-    are_counts = all(cell.isdecimal() and len(cell) < _LONGEST_COUNT for cell in first_cells)
-    rise = are_counts and all(
-        int(cell) < int(next_cell) for cell, next_cell in pairwise(first_cells)
-    )
-    return RowsBelow(width, trailing, are_named=are_words or rise)
-
-
 def _with_remarks_first(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Sequence[str]:
     """The lines above the first row, where remarks stand between the names and the row with the remarks first."""
     if not above or header_of(above, marks, rows) is not None:
@@ -372,12 +365,15 @@ def _header_above(
             units = header.units and header.units[:-1]
             header = replace(header, labels=header.labels[:-1], units=units)
         return header, []
-    if above and _keep_empty_cells(below, marks, rows.width):
-        header = _names_of_the_first_cells(above[-1], marks, cells)
-    if header is None:
+    if not above or not _keep_empty_cells(below, marks, rows.width):
         return None, []
-    more = _width_of_names(above, marks) - len(header.labels)
-    return header, [f"the last {more} names above the rows stand over no cells: left out"]
+    # The line above may have more names than the rows have cells.
+    labels = marks.cells(above[-1])[:cells]
+    more = _width_of_names(above, marks) - cells
+    if more <= 0 or not all(labels):
+        return None, []
+    note = f"the last {more} names above the rows stand over no cells: left out"
+    return Header(labels, None, 1), [note]
 
 
 def _said_of_no_names(above: Sequence[str], marks: Marks, rows: RowsBelow) -> str:
@@ -403,13 +399,6 @@ def _keep_empty_cells(rows: Sequence[str], marks: Marks, width: int) -> bool:
         return False
     inside = range(1, width - 2)
     return any(all(not row[place] for row in cells) for place in inside)
-
-
-def _names_of_the_first_cells(line: str, marks: Marks, width: int) -> Header | None:
-    """The first names of a line that has more than the rows have cells; None for another line."""
-    named = _width_of_names([line], marks)
-    labels = marks.cells(line)[:width]
-    return Header(labels, None, 1) if width < named and all(labels) else None
 
 
 def _width_of_names(above: Sequence[str], marks: Marks) -> int:

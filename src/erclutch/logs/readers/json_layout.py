@@ -129,15 +129,15 @@ def _of_items(
             if isinstance(value, int | float) and not isinstance(value, bool):
                 numbers[key] = value
         for inner, recording in of_run:
-            is_only = len(of_run) == 1 or not inner
-            yield place if is_only else f"{place}.{inner}", _with_numbers(recording, numbers)
-
-
-def _with_numbers(recording: Rows | Lists, numbers: Mapping[str, float]) -> Rows | Lists:
-    """A recording with numbers that hold for all of it, in each of its rows or as lists of one number."""
-    if isinstance(recording, dict):
-        return {**{name: [number] for name, number in numbers.items()}, **recording}
-    return [{**numbers, **row} if isinstance(row, dict) else row for row in recording]
+            inner_place = place if len(of_run) == 1 or not inner else f"{place}.{inner}"
+            if isinstance(recording, dict):
+                lists: Lists = {key: [number] for key, number in numbers.items()}
+                yield inner_place, {**lists, **recording}
+                continue
+            rows: Rows = []
+            for row in recording:
+                rows.append({**numbers, **row} if isinstance(row, dict) else row)
+            yield inner_place, rows
 
 
 def _are_signals(items: Sequence[Any]) -> bool:
@@ -185,18 +185,14 @@ def _is_run(item: Mapping[str, Any]) -> bool:
         if not isinstance(each, list):
             continue
         items = cast("list[Any]", each)
-        has_times = bool(_TIME.fullmatch(place.rpartition(".")[2]))
-        if has_times or _are_rows(items) or _are_signals(items):
+        if _TIME.fullmatch(place.rpartition(".")[2]) or _are_signals(items):
+            return True
+        # Rows are objects, each with the same time.
+        first = cast("dict[str, Any]", items[0]) if items and isinstance(items[0], dict) else {}
+        times = [key for key in first if _TIME.fullmatch(key)]
+        if times and all(isinstance(item, dict) and times[0] in item for item in items):
             return True
     return False
-
-
-def _are_rows(items: Sequence[Any]) -> bool:
-    """Whether a list holds an object a row, each with a time."""
-    if not items or not isinstance(items[0], dict):
-        return False
-    times = [key for key in cast("dict[str, Any]", items[0]) if _TIME.fullmatch(key)]
-    return bool(times) and all(isinstance(item, dict) and times[0] in item for item in items)
 
 
 def _are_steps(objects: Sequence[dict[str, Any]]) -> bool:

@@ -216,10 +216,16 @@ def _table(
     texts: dict[str, Any] = {}
     unreadable: dict[str, str] = {}
     for (label, values), name in zip(columns.items(), _short_names(list(columns)), strict=True):
-        wrong = _first_without_number(values)
-        if wrong is not None:
-            shown = f"{label} is {values[wrong]!r:.40}"
-            problem = f"{places[wrong]}, {shown} where a number is expected"
+        known = [(row, value) for row, value in enumerate(values) if value is not None]
+        are_switches = all(isinstance(value, bool) for _, value in known)
+        without_number: list[int] = []  # rows
+        for row, value in known:
+            if isinstance(value, bool) or not isinstance(value, int | float):
+                without_number.append(row)
+        if without_number and not are_switches:
+            first = without_number[0]
+            shown = f"{label} is {values[first]!r:.40}"
+            problem = f"{places[first]}, {shown} where a number is expected"
             unreadable[printable(name)] = problem
             if all(isinstance(value, str) for value in values):
                 texts[printable(name)] = pd.Series(values)
@@ -257,17 +263,6 @@ def _table(
         words=words,
         row_names=names_of_rows(texts),
     )
-
-
-def _first_without_number(values: list[Any]) -> int | None:
-    """The first row that holds something else than a number, or than a switch where all rows hold switches."""
-    present = [value for value in values if value is not None]
-    if all(isinstance(value, bool) for value in present):
-        return None
-    for row, value in enumerate(values):
-        if value is not None and (isinstance(value, bool) or not isinstance(value, int | float)):
-            return row
-    return None
 
 
 def _short_names(labels: list[str]) -> list[str]:

@@ -85,17 +85,18 @@ def find(path: str, variable: str | None) -> Table:
                 of_tables[name] = recording
         return found_recordings.chosen(of_tables, variable, "array", _NONE)
 
-    texts = [
-        [str(text) for text in node.ravel()]
-        for node in nodes.values()
+    texts = {
+        name: [str(text) for text in node.ravel()]
+        for name, node in nodes.items()
         if node.dtype.kind == "U" and node.size > 1
-    ]
-    trials = trials_in(nodes, texts)
+    }
+    trials = trials_in(nodes, [*texts.values()])
     if trials:
         found = {name: of_vectors(columns) for name, columns in trials.items()}
         whole = {name: recording for name, recording in found.items() if recording is not None}
         return found_recordings.chosen(whole, variable, "trial", "the file holds no trials")
-    recording = of_vectors(_named_by_texts(nodes))
+    # As many texts as a matrix has columns give these their names and units.
+    recording = of_vectors(opened({**nodes, **texts}))
     if recording is None and left_out:
         raise LogError(f"the arrays are no numbers: {'; '.join(left_out)}", remedy=_SAVE_NUMBERS)
     if recording is not None:
@@ -104,15 +105,6 @@ def find(path: str, variable: str | None) -> Table:
         raise unnamed
     recordings = {file.stem: recording} if recording is not None else {}
     return found_recordings.chosen(recordings, variable, "arrays", _NONE)
-
-
-def _named_by_texts(nodes: dict[str, np.ndarray[Any, Any]]) -> dict[str, Any]:
-    """Vectors under the names, and with the units, that arrays of as many texts as a matrix has columns give them."""
-    named: dict[str, Any] = dict(nodes)
-    for name, node in nodes.items():
-        if node.dtype.kind == "U" and node.size > 1:
-            named[name] = [str(text) for text in node.ravel()]
-    return opened(named)
 
 
 READER = LogReader(

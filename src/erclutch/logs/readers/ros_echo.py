@@ -108,7 +108,19 @@ def _block(lines: _Lines, depth: int, where: str) -> Any:
         raise LogError("messages are nested too deeply", where=where, remedy="Log plain messages")
     indent, text = lines[-1]
     if text.startswith("-") and not _NUMBER.fullmatch(text):
-        return _items(lines, indent, depth, where)
+        items: list[Any] = []  # a line each, or begun by it
+        while lines and lines[-1][0] == indent and lines[-1][1].startswith("-"):
+            _, text = lines.pop()
+            item = text[1:].strip()
+            if _KEY.fullmatch(item):
+                lines.append((indent + len(text) - len(item), item))  # a message in the list
+                items.append(_block(lines, depth + 1, where))
+            elif item or not lines or lines[-1][0] <= indent:
+                items.append(_scalar(item))
+            else:
+                items.append(_block(lines, depth + 1, where))
+        return items
+
     values: dict[str, Any] = {}
     while lines and lines[-1][0] == indent:
         match = _KEY.fullmatch(lines[-1][1])
@@ -124,22 +136,6 @@ def _block(lines: _Lines, depth: int, where: str) -> Any:
         is_nested = bool(lines) and (lines[-1][0] > indent or is_list)
         values[name] = _block(lines, depth + 1, where) if is_nested else None
     return values
-
-
-def _items(lines: _Lines, indent: int, depth: int, where: str) -> list[Any]:
-    """The items of a list that stand a line each, or begin there."""
-    items: list[Any] = []
-    while lines and lines[-1][0] == indent and lines[-1][1].startswith("-"):
-        _, text = lines.pop()
-        item = text[1:].strip()
-        if _KEY.fullmatch(item):
-            lines.append((indent + len(text) - len(item), item))  # a message in the list
-            items.append(_block(lines, depth + 1, where))
-        elif item or not lines or lines[-1][0] <= indent:
-            items.append(_scalar(item))
-        else:
-            items.append(_block(lines, depth + 1, where))
-    return items
 
 
 def _scalar(text: str) -> Any:

@@ -46,8 +46,14 @@ def find(path: str, variable: str | None) -> Table:
         of_numbers: dict[str, list[Any]] = {}
         unread: dict[str, LogError] = {}
         for topic, connections in topics.items():
+            types = [connection.msgtype for connection in connections]
+            unknown = [each for each in types if each not in bag.typestore.fielddefs]
+            if unknown:  # bags of ROS 2 before Iron name the types of a robot only
+                problem = f"the bag does not define its messages, of type {unknown[0]}"
+                remedy = "Record it by ROS 2 Iron or later, which defines them in the bag, or export the topic as CSV"
+                unread[topic] = LogError(f"topic {topic}: {problem}", remedy=remedy)
+                continue
             try:
-                _refuse_unknown_messages(bag, connections)
                 first_rows = _rows(bag, connections, most=1)
             except LogError as error:  # a scan, a picture or a whole course in one message
                 unread[topic] = LogError(f"topic {topic}: {error.problem}", remedy=error.remedy)
@@ -81,19 +87,6 @@ def find(path: str, variable: str | None) -> Table:
     elapsed = (times - times[0]) * 1e-9  # s
     clock = None if in_batches else ("log_time", elapsed)
     return Found(_columns(rows), clock=clock, notes=notes).table()
-
-
-def _refuse_unknown_messages(bag: Any, connections: list[Any]) -> None:
-    """Raise where nobody defines the messages of a topic: bags of ROS 2 before Iron name the types of a robot only.
-
-    Raises:
-        LogError: the type is neither in the bag nor one of ROS itself.
-    """
-    for connection in connections:
-        if connection.msgtype not in bag.typestore.fielddefs:
-            problem = f"the bag does not define its messages, of type {connection.msgtype}"
-            remedy = "Record it by ROS 2 Iron or later, which defines them in the bag, or export the topic as CSV"
-            raise LogError(problem, remedy=remedy)
 
 
 def _held_to_names(register: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:

@@ -12,9 +12,8 @@ from erclutch.logs.columns.levels_in_names import stated_in, without_field
 from erclutch.logs.readers.found_recordings import TIME, Found
 from erclutch.signals.array import Array
 
-_LONG = (
-    100  # rows of a recording, of which a sample more or less is the end of it and no other clock
-)
+#: From so many rows of a recording on, a sample more or less is its end and no other clock.
+_LONG = 100
 _FEW_SAMPLES = 2
 
 
@@ -53,8 +52,11 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
         if TIME.fullmatch(name) and array.ndim == 1:
             rows = int(array.size)
             break
-    rows, cut = _shortest_near(rows, [max(array.shape) for array in arrays.values()])
-    if cut:
+    # A time that counts both of its ends has a sample more than what was logged, and a difference has one less.
+    near = {length for length in counts if abs(length - rows) <= _FEW_SAMPLES}
+    if rows >= _LONG and len(near) > 1:
+        rows = min(near)
+        cut = sorted(near - {rows}, reverse=True)
         arrays = {name: _cut(array, cut, rows) for name, array in arrays.items()}
         lengths = " and ".join(map(str, [*cut, rows]))
         notes.append(f"variables have {lengths} samples: the first {rows} of each are taken")
@@ -76,28 +78,28 @@ def of_vectors(nodes: Mapping[str, Any]) -> Found | None:
     )
 
 
-def _are_groups(arrays: Mapping[str, np.ndarray[Any, Any]]) -> bool:
-    """Whether vectors of each length have the same names but for a field: t_0A, F_0A beside t_1A, F_1A."""
+def _with_groups_of_one_length(
+    arrays: dict[str, np.ndarray[Any, Any]], notes: list[str]
+) -> dict[str, np.ndarray[Any, Any]]:
+    """Vectors that come in a group for each field, the shorter groups with empty cells at their ends; others stay.
+
+    The vectors of a group have one length, and the same names as the others but for a field: t_0A, F_0A beside t_1A,
+    F_1A.
+    """
     lengths: dict[str, set[int]] = {}  # of the vectors of a field
     names: dict[str, set[str]] = {}  # without the field
     for name, array in arrays.items():
         field = stated_in(name)
         if field is None or array.ndim != 1:
-            return False
+            return arrays
         level = f"{field.number:g} {field.unit}"
         lengths.setdefault(level, set()).add(int(array.size))
         names.setdefault(level, set()).add(without_field(name))
-    (first, *others) = names.values()
+    first, *others = names.values()
     are_alike = bool(others) and len(first) > 1 and all(own == first for own in others)
-    differ = len({length for own in lengths.values() for length in own}) > 1
-    return are_alike and differ and all(len(own) == 1 for own in lengths.values())
-
-
-def _with_groups_of_one_length(
-    arrays: dict[str, np.ndarray[Any, Any]], notes: list[str]
-) -> dict[str, np.ndarray[Any, Any]]:
-    """Vectors that come in a group for each field, the shorter groups with empty cells at their ends; others stay."""
-    if not _are_groups(arrays):
+    have_one_length = all(len(own) == 1 for own in lengths.values())
+    differ = len(set[int]().union(*lengths.values())) > 1
+    if not (are_alike and have_one_length and differ):
         return arrays
     notes.append(
         "the vectors of each field have a length of their own: rows behind a shorter one are empty"
@@ -108,18 +110,6 @@ def _with_groups_of_one_length(
         padded[name] = np.full(longest, np.nan)
         padded[name][: array.size] = array
     return padded
-
-
-def _shortest_near(rows: int, lengths: Sequence[int]) -> tuple[int, list[int]]:
-    """The fewest samples of vectors that a few samples part from the rows, and the greater lengths that are cut.
-
-    A time that counts both of its ends has a sample more than what was logged, and a difference has one less.
-    """
-    near = {length for length in lengths if abs(length - rows) <= _FEW_SAMPLES}
-    if rows < _LONG or len(near) < 2:
-        return rows, []
-    shortest = min(near)
-    return shortest, sorted(near - {shortest}, reverse=True)
 
 
 def _cut(array: np.ndarray[Any, Any], cut: Sequence[int], rows: int) -> np.ndarray[Any, Any]:

@@ -15,7 +15,6 @@ import numpy as np
 
 from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.table import Table
-from erclutch.signals.array import Array
 
 _NAMELESS = re.compile(r"c(\d{1,4})")
 _NANOSECONDS = 1e9
@@ -36,7 +35,15 @@ def with_joint_states_named(table: Table) -> Table:
         and len(numbers) == len(table.columns)
         and numbers == [1, 2, *of_joints]
     )
-    if not is_echo or not _are_stamps(table.columns["c1"], table.columns["c2"]):
+    if not is_echo:
+        return table
+    seconds = table.columns["c1"]
+    nanoseconds = table.columns["c2"]  # beyond the seconds
+    for part in (seconds, nanoseconds):
+        if not np.isfinite(part).all() or not are_whole(part):
+            return table
+    never_fall = bool(np.all(np.diff(seconds) >= 0.0))
+    if not never_fall or not 0.0 <= nanoseconds.min() <= nanoseconds.max() < _NANOSECONDS:
         return table
 
     new_names = {"c1": "sec", "c2": "nanosec"}
@@ -63,14 +70,3 @@ def _places(names: Iterable[str]) -> list[int]:
     """Places of the columns that are called by them alone, in the order of the file."""
     matches = [_NAMELESS.fullmatch(name) for name in names]
     return sorted(int(match[1]) for match in matches if match)
-
-
-def _are_stamps(seconds: Array, beyond: Array) -> bool:
-    """Whether two columns are whole seconds that never fall, and nanoseconds beyond them."""
-    if not (np.isfinite(seconds).all() and np.isfinite(beyond).all()):
-        return False
-    if not (are_whole(seconds) and are_whole(beyond)):
-        return False
-    return bool(
-        np.all(np.diff(seconds) >= 0.0) and 0.0 <= beyond.min() <= beyond.max() < _NANOSECONDS
-    )

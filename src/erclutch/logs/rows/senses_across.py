@@ -6,6 +6,7 @@ So are force over speed of a shock absorber in compression and in rebound, and t
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
@@ -33,11 +34,26 @@ def with_a_row_for_each_sense(table: Table) -> Table:
     speeds = [name for name in table.columns if "slip" in spoken_name(name).may_be]
     if len(speeds) != 1 or takes_both_signs(table.columns[speeds[0]]):
         return table
-    pair = _pair(table, speeds[0])
-    if pair is None:
+    # Pairs of columns for the positive and the negative sense, and what both are called.
+    pairs: list[tuple[str, str, str]] = []
+    others = [name for name in table.columns if name != speeds[0] and says_a_sense(name)]
+    for first, second in combinations(others, 2):
+        signs = opposite_signs((first, second))
+        if signs is None or not _SIDES.isdisjoint(words_of(first)):
+            continue
+        if without_sense(first) != without_sense(second):
+            continue
+        unit = table.units.get(first)
+        either_way = any(takes_both_signs(table.columns[name]) for name in (first, second))
+        name = without_sense(first) or _called(unit)
+        may_be_an_effort = "effort" in spoken_name(name).may_be
+        if unit == table.units.get(second) and not either_way and may_be_an_effort:
+            forth, back = (first, second) if signs[0] > 0.0 else (second, first)
+            pairs.append((forth, back, name))
+    if len(pairs) != 1:
         return table
 
-    forth, back, name = pair
+    ((forth, back, name),) = pairs
     shared = [each for each in table.columns if each not in (forth, back)]
     filled_forth = np.isfinite(table.columns[forth])
     filled_back = np.isfinite(table.columns[back])
@@ -65,29 +81,6 @@ def with_a_row_for_each_sense(table: Table) -> Table:
         sweeps=np.concatenate([sweeps[filled_forth], sweeps_back[filled_back]]),
         notes=(*table.notes, note),
     )
-
-
-def _pair(table: Table, speed: str) -> tuple[str, str, str] | None:
-    """The columns of the positive and of the negative sense, and what both are called; None for no or several pairs."""
-    found: list[tuple[str, str, str]] = []
-    others = [name for name in table.columns if name != speed and says_a_sense(name)]
-    for place, first in enumerate(others):
-        for second in others[place + 1 :]:
-            signs = opposite_signs((first, second))
-            if signs is None or not _SIDES.isdisjoint(words_of(first)):
-                continue
-            if without_sense(first) != without_sense(second):
-                continue
-            unit = table.units.get(first)
-            either_way = takes_both_signs(table.columns[first]) or takes_both_signs(
-                table.columns[second]
-            )
-            name = without_sense(first) or _called(unit)
-            may_be_an_effort = "effort" in spoken_name(name).may_be
-            if unit == table.units.get(second) and not either_way and may_be_an_effort:
-                forth, back = (first, second) if signs[0] > 0.0 else (second, first)
-                found.append((forth, back, name))
-    return found[0] if len(found) == 1 else None
 
 
 def _called(unit: str | None) -> str:

@@ -51,11 +51,12 @@ def untidied(table: Table) -> Table:
     numbers = range(len(signals.words))
     parts = [np.flatnonzero(signals.of_row == number) for number in numbers]  # rows of each
     # A number that all values of a signal share is one of its message, such as its id on a bus.
-    of_messages = [
-        name
-        for name in others
-        if name not in times and all(_is_one(table.columns[name][part]) for part in parts)
-    ]
+    of_messages: list[str] = []
+    for name in others:
+        logged = table.columns[name]
+        is_shared = all(part.size and np.all(logged[part] == logged[part[0]]) for part in parts)
+        if name not in times and is_shared:
+            of_messages.append(name)
     if clocks != 1 or len(others) != len(times) + len(of_messages):
         return table
 
@@ -116,11 +117,6 @@ def untidied(table: Table) -> Table:
         unreadable={},
         notes=(*notes, note, *joined_notes, *renamed),
     )
-
-
-def _is_one(values: Array) -> bool:
-    """Whether all values are one number."""
-    return values.size > 0 and bool(np.all(values == values[0]))
 
 
 def _in_one_unit(
