@@ -89,7 +89,8 @@ class LogKinds:
         """The kinds of several logs, of which one column more makes no other; none where there are not two of them."""
         kinds: list[LogKind] = []
         for kind in self._by_labels.values():
-            alike = next((each for each in kinds if _are_read_alike(each.plan, kind.plan)), None)
+            read_as = _read_as(kind.plan)
+            alike = next((each for each in kinds if _read_as(each.plan) == read_as), None)
             if alike is None:
                 kinds.append(LogKind(kind.plan, [*kind.paths]))
             else:
@@ -98,12 +99,8 @@ class LogKinds:
         return kinds if 1 < len(kinds) <= _MOST else []
 
 
-def _are_read_alike(first: Plan, other: Plan) -> bool:
-    """Whether the signals of two logs are columns of the same names and units, and the same is asked."""
-
-    def said(plan: Plan) -> list[object]:
-        columns = [(each.signal, _NUMBER.sub("0", each.column), each.unit) for each in plan.signals]
-        clock = plan.clock.kind if plan.clock is not None else ""
-        return [columns, clock, [question.signal for question in plan.questions]]
-
-    return said(first) == said(other)
+def _read_as(plan: Plan) -> list[object]:
+    """What is the same of logs that are read alike: names and units of the signals' columns, and what is asked."""
+    columns = [(each.signal, _NUMBER.sub("0", each.column), each.unit) for each in plan.signals]
+    clock = plan.clock.kind if plan.clock is not None else ""
+    return [columns, clock, [question.signal for question in plan.questions]]

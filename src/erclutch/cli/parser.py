@@ -63,15 +63,6 @@ _REPEATED = ("--scale", "--zero", "--constant")
 _OF_MAPPINGS = ("--mapping", "--map", "--mapping-file")
 
 
-def _takes_one_value(words: Sequence[str], unused: Sequence[str]) -> str:
-    """The option behind whose one value the first unused word stands, ``--scale a=1 b=2``; "" where none is there."""
-    if not unused or unused[0] not in words:
-        return ""
-    place = words.index(unused[0])
-    option = words[place - 2] if place >= 2 else ""
-    return option if option in _REPEATED else ""
-
-
 def misused(error: CycloptsError) -> str:
     """What is wrong with the words of a command; some may be names of files that the shell put there."""
     from cyclopts import CoercionError, UnknownOptionError, UnusedCliTokensError
@@ -81,12 +72,15 @@ def misused(error: CycloptsError) -> str:
     command = " ".join(["erclutch", *(error.command_chain or ())])
     help_of_it = f"{command} --help shows what it takes."
 
-    if isinstance(error, UnusedCliTokensError):
-        unused = ", ".join(map(repr, error.unused_tokens or ()))
-        repeated = _takes_one_value(error.root_input_tokens or (), error.unused_tokens or ())
-        remedy = f"Write {repeated} in front of each value" if repeated else help_of_it
-        return shown(f"{unused}: more than the command takes. {remedy.rstrip('.')}.")
     words = error.root_input_tokens or ()
+    if isinstance(error, UnusedCliTokensError):
+        unused = [*(error.unused_tokens or ())]
+        # Before the first unused word stands a value, and before the value its option: --scale a=1 b=2.
+        place = words.index(unused[0]) if unused and unused[0] in words else 0
+        option = words[place - 2] if place >= 2 else ""
+        remedy = f"Write {option} in front of each value" if option in _REPEATED else help_of_it
+        listed = ", ".join(map(repr, unused))
+        return shown(f"{listed}: more than the command takes. {remedy.rstrip('.')}.")
     if (
         isinstance(error, MissingArgumentError)
         and error.argument is not None

@@ -47,9 +47,13 @@ def load_model(path: str | Path) -> Model:
     failed: list[PluginError] = []
     if read is None:  # a kind that another package brings: `fit.candidate.Kind.readers`
         for plugin in registry.plugins("erclutch.kinds"):
+            if plugin.own:
+                continue
             # A package that fails is no reason why models of other kinds are not read.
             try:
-                of_kind = None if plugin.own else _reader_in(plugin, kind)
+                brought = plugin.value
+                with plugin.working("does not say which models it reads"):
+                    of_kind: Reader | None = brought.readers.get(kind)
             except PluginError as error:
                 failed.append(error)
                 continue
@@ -66,10 +70,3 @@ _READERS: Mapping[str, Reader] = {
     KIND: network_from_dict,
     residual_model.KIND: residual_from_dict,
 }
-
-
-def _reader_in(plugin: registry.Plugin, kind: str) -> Reader | None:
-    """What reads models of a kind, in a plug-in of another package; None where it reads others."""
-    value = plugin.value
-    with plugin.working("does not say which models it reads"):
-        return value.readers.get(kind)

@@ -325,26 +325,26 @@ def residual_from_dict(body: Mapping[str, Any], where: str = "model") -> Residua
     Raises:
         RunError: another schema, a missing or unfitting entry, or numbers that do not match the digest.
     """
-    return read_model(body, KIND, where, lambda content: _residual_from(content, where))
 
+    def model_of(content: Mapping[str, Any]) -> ResidualModel:
+        """The model of a file's content; `read_model` makes a RunError of what is raised here."""
+        law = model_from_dict(content["law"], where)
+        network = network_from_dict(content["network"], where, alone=False)
+        of_network = (network.structure.device, network.structure.dynamics, network.units)
+        of_law = (law.structure.device, law.structure.dynamics, law.units)
+        if of_network != of_law:
+            raise ValueError(f"a network of {network.name} on {law.name}")
 
-def _residual_from(body: Mapping[str, Any], where: str) -> ResidualModel:
-    """The model of a file's content; `read_model` makes a RunError of what is raised here."""
-    law = model_from_dict(body["law"], where)
-    network = network_from_dict(body["network"], where, alone=False)
-    of_network = (network.structure.device, network.structure.dynamics, network.units)
-    of_law = (law.structure.device, law.structure.dynamics, law.units)
-    if of_network != of_law:
-        raise ValueError(f"a network of {network.name} on {law.name}")
+        covered = content["covered"]
+        inputs = len(network.structure.inputs)
+        boxes = len(covered["low"])
+        low = table_of(covered["low"], "low", boxes, inputs)
+        high = table_of(covered["high"], "high", boxes, inputs)
+        if not low.size or np.any(low > high):
+            raise ValueError("corners of the boxes")
+        reach = table_of(covered["reach"], "reach", inputs, positive=True)
+        limit = number_of(content["limit"], "limit", positive=True)
+        cells = CoveredCells(low, high, reach)
+        return ResidualModel(law, BoundedResidual(network, limit, cells))
 
-    covered = body["covered"]
-    inputs = len(network.structure.inputs)
-    boxes = len(covered["low"])
-    low = table_of(covered["low"], "low", boxes, inputs)
-    high = table_of(covered["high"], "high", boxes, inputs)
-    if not low.size or np.any(low > high):
-        raise ValueError("corners of the boxes")
-    reach = table_of(covered["reach"], "reach", inputs, positive=True)
-    limit = number_of(body["limit"], "limit", positive=True)
-    cells = CoveredCells(low, high, reach)
-    return ResidualModel(law, BoundedResidual(network, limit, cells))
+    return read_model(body, KIND, where, model_of)

@@ -383,6 +383,20 @@ def _judged(
     """What a comparison and a run have in common."""
     from erclutch.report.plots.run_plots import FIGURES
 
+    def verdict() -> list[str]:
+        from erclutch.fit.choice.standing import standing_of_run
+        from erclutch.report.html.verdict_section import choice, worries
+
+        judged = material()
+        word = capital(standing_of_run(judged.body).word)
+        sentences = [f"{word}: {judged.title}. {choice(judged)}"]
+        all_worries = worries(judged)
+        sentences += all_worries[:_WORRIES]
+        left_out = len(all_worries) - _WORRIES
+        if left_out > 0:
+            sentences.append(f"{left_out} more worries are in the report.")
+        return sentences
+
     def predicted() -> DataFrame:
         rows = material().rows
         estimates = {f"effort:{name}": values for name, values in rows.predicted.items()}
@@ -395,24 +409,10 @@ def _judged(
         name,
         lambda: _ranking(body),
         badge=badge_of_origins(origins),
-        says=lambda: _verdict(material()),
+        says=verdict,
         frame=predicted,
         plots={figure: partial(drawn, describe) for figure, (_, describe) in FIGURES.items()},
     )
-
-
-def _verdict(material: Material) -> list[str]:
-    from erclutch.fit.choice.standing import standing_of_run
-    from erclutch.report.html.verdict_section import choice, worries
-
-    word = capital(standing_of_run(material.body).word)
-    sentences = [f"{word}: {material.title}. {choice(material)}"]
-    all_worries = worries(material)
-    sentences += all_worries[:_WORRIES]
-    left_out = len(all_worries) - _WORRIES
-    if left_out > 0:
-        sentences.append(f"{left_out} more worries are in the report.")
-    return sentences
 
 
 def _comparison(comparison: Comparison) -> Card:

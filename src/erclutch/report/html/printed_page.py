@@ -146,7 +146,12 @@ def _print(
             try:
                 code = process.wait(_SECONDS)
             finally:
-                _end(process)
+                # The browser ends, and all that it started: these write into its folder as that is taken away.
+                if os.name == "nt":
+                    process.kill()
+                else:
+                    with suppress(ProcessLookupError, PermissionError):
+                        os.killpg(process.pid, signal.SIGKILL)
     except subprocess.TimeoutExpired as error:
         problem = f"{Path(program).name} has not printed it in {_SECONDS:g} s"
         raise RunError(problem, where=str(path), remedy=_REMEDY) from error
@@ -156,15 +161,6 @@ def _print(
     if code or not pages.is_file() or not pages.read_bytes().startswith(b"%PDF-"):
         problem = f"{Path(program).name} did not print it (exit code {code})"
         raise RunError(problem, where=str(path), remedy=_REMEDY)
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a browser and all that it started: these write into its folder as that is taken away."""
-    if os.name == "nt":
-        process.kill()
-        return
-    with suppress(ProcessLookupError, PermissionError):
-        os.killpg(process.pid, signal.SIGKILL)
 
 
 def signed(pdf: bytes) -> bytes:

@@ -8,7 +8,7 @@ the target. docs/control.md says how to use it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -422,27 +422,21 @@ def verify(step: ExportedStep, folder: Path) -> Iterator[Check]:
         place = Path(work)
         objects = [c.compile_model(compiler, folder, place, step, "-O2") for compiler in compilers]
         yield from c.verify_in(place, step, folder)
-        yield from _verify_control(step, folder, place, dict(zip(compilers, objects, strict=True)))
 
-
-def _verify_control(
-    step: ExportedStep, folder: Path, work: Path, objects: Mapping[Compiler, Path]
-) -> Iterator[Check]:
-    """The controller's vectors by each compiler's object of the exported file."""
-    rows = sample_rows(step)
-    check = (folder / f"{step.name}_control_check.c").read_text()
-    vectors = re.search(r"answers\[.*?= \{\n(.*?)\n\};", check, re.DOTALL)
-    if vectors is None:
-        raise ExportError(
-            "the test vectors are gone", where=str(folder), remedy="Export the model again"
-        )
-    expected: list[str] = []  # lines as the bench prints them
-    for line in vectors[1].splitlines():
-        words = [bits or flags for bits, flags in re.findall(r"0x([0-9a-f]+)|\b(\d+)u", line)]
-        if words:
-            expected.append(" ".join(words))
-    for compiler, compiled in objects.items():
-        lines = _printed(compiler, folder, work, step, rows, compiled=compiled).split("\n")
-        printed = lines[: len(expected)]
-        other = sum(line != wanted for line, wanted in zip(printed, expected, strict=True))
-        yield Check(f"controller, {compiler.name}", len(expected), other, 0.0)
+        check = (folder / f"{step.name}_control_check.c").read_text()
+        vectors = re.search(r"answers\[.*?= \{\n(.*?)\n\};", check, re.DOTALL)
+        if vectors is None:
+            raise ExportError(
+                "the test vectors are gone", where=str(folder), remedy="Export the model again"
+            )
+        expected: list[str] = []  # lines as the bench prints them
+        for line in vectors[1].splitlines():
+            words = [bits or flags for bits, flags in re.findall(r"0x([0-9a-f]+)|\b(\d+)u", line)]
+            if words:
+                expected.append(" ".join(words))
+        rows = sample_rows(step)
+        for compiler, compiled in zip(compilers, objects, strict=True):
+            lines = _printed(compiler, folder, place, step, rows, compiled=compiled).split("\n")
+            printed = lines[: len(expected)]
+            other = sum(line != wanted for line, wanted in zip(printed, expected, strict=True))
+            yield Check(f"controller, {compiler.name}", len(expected), other, 0.0)
