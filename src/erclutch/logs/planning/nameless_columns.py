@@ -262,7 +262,6 @@ def _roles(table: Table, moving: Sequence[str], stamps: Array, field: str) -> _R
     return _Roles(position, slip, effort)
 
 
-
 def _motion_and_effort(table: Table, pair: tuple[str, str], switching: Array | None) -> _Roles:
     """A motion and its effort among two columns.
 
