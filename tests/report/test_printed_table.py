@@ -5,9 +5,11 @@ from __future__ import annotations
 import csv
 import io
 import re
+from pathlib import Path
 
 import pytest
 
+from erclutch.cli.commands.table import table
 from erclutch.errors import SettingError
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.printed_table import (
@@ -77,3 +79,28 @@ def test_parameters_of_a_law_and_of_a_network(material: Material) -> None:
     ]
     with pytest.raises(SettingError, match="weights mean nothing"):
         parameter_table(run, "fnn-2")
+
+
+@pytest.mark.parametrize(
+    ("name", "begins"),
+    [
+        ("t.html", "<table>"),
+        ("t.tex", "% \\usepackage"),
+        ("t.csv", "Model,"),
+        ("t.md", "| Model"),
+        ("t.txt", "| Model"),
+    ],
+)
+def test_the_ending_says_the_format_of_a_table(
+    name: str, begins: str, kept_run: Path, tmp_path: Path
+) -> None:
+    """Markdown under the name of a page was taken for one by a browser, with whatever names of logs hold."""
+    table(kept_run, out=tmp_path / name)
+    assert (tmp_path / name).read_text("utf-8").startswith(begins)
+    if name != "t.txt":
+        with pytest.raises(SettingError, match=f"whose name ends in {Path(name).suffix}"):
+            table(
+                kept_run,
+                as_="html" if name != "t.html" else "markdown",
+                out=tmp_path / f"other-{name}",
+            )

@@ -12,6 +12,14 @@ COMMAND = {
     "panel": "For papers",
     "place": 2,
 }
+#: Endings that say a format.
+_ENDINGS = {
+    ".tex": "latex",
+    ".md": "markdown",
+    ".html": "html",
+    ".htm": "html",
+    ".csv": "csv",
+}
 
 
 def table(
@@ -19,8 +27,8 @@ def table(
     /,
     *,
     as_: Annotated[
-        Literal["latex", "markdown", "html", "csv"], Parameter(name="--as")
-    ] = "markdown",
+        Literal["latex", "markdown", "html", "csv"] | None, Parameter(name="--as")
+    ] = None,
     what: Literal["ranking", "parameters"] = "ranking",
     model: str | None = None,
     most: int | None = None,
@@ -32,6 +40,7 @@ def table(
     Args:
         run: Folder that erclutch fit --out wrote.
         as_: Format: latex (booktabs, and siunitx columns), markdown, html, or csv, which is not rounded.
+            Default: by the ending of --out, else markdown.
         what: The ranking of the models, or the parameters of a model with their intervals.
         model: The model whose parameters are printed. Default: the recommended.
         most: Only the first so many models of the ranking.
@@ -47,10 +56,20 @@ def table(
 
     if most is not None and most < 1:
         raise SettingError(f"--most {most}", remedy="Give 1 or more")
+    of_ending = None if out is None else _ENDINGS.get(out.suffix.lower())
+    format_ = as_ or of_ending or "markdown"
+    if of_ending not in (
+        None,
+        format_,
+    ):  # a browser would take markdown of a page's name for a page
+        problem = f"--as {format_} for a file whose name ends in {out.suffix if out else ''}"
+        raise SettingError(
+            problem, where=str(out), remedy=f"Give --as {of_ending}, or another --out"
+        )
     may_write_file(out, force)
     kept = read_run(run)
     numbers = parameter_table(kept, model) if what == "parameters" else ranking_table(kept, most)
-    text = PRINTERS[as_](numbers)
+    text = PRINTERS[format_](numbers)
     if out is None:
         sys.stdout.write(text)
         return
