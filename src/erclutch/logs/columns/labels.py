@@ -14,7 +14,7 @@ from erclutch.signals import units
 _LONGEST = 1000  # letters of a name: to understand a name takes the square of its length
 _SQUARE = re.compile(r"(.+?)\s*\[([^\[\]]*)\]", re.DOTALL)
 _ROUND = re.compile(r"(.+?)\s*\(([^()]*)\)", re.DOTALL)
-_CURLY = re.compile(r"(.+?)\s*(?:\{([^{}]*)\}|<([^<>]*)>)", re.DOTALL)
+_CURLY = re.compile(r"(.+?)\s*(?:\{([^{}]*)\}|<([^<>]*)>|\|\s*([^|]+))", re.DOTALL)
 #: Brackets and the slash as Chinese and Japanese keyboards write them.
 _FULL_WIDTH = str.maketrans("（）［］【】／", "()[][]/")
 #: A Chinese or Japanese letter.
@@ -35,7 +35,7 @@ _LOGGED_IN = _TOLD_ALONE | set_of("s ms us A mA V mV kV N mT °C C K bar W kW")
 _NONE_WRITTEN = ("None", "N/A", "n/a", "null", "NULL", "undefined")  # by programs that know no unit
 # Names of a speed that is counted in turns: n is its symbol in ISO 80000-3.
 _TURNS = re.compile(
-    r"drehzahl|\brpm\b|umdrehung|rotational|rotation|tours|^n(?:_.*)?$|(?<![a-z])(?:speed|spd)|velocity|vitesse|"
+    r"drehz|umdr\b|\brpm\b|umdrehung|rotational|rotation|tours|^n(?:_.*)?$|(?<![a-z])(?:speed|spd)|velocity|vitesse|"
     r"velocidad|velocit[aà]|giri|pr[eę]dko[sś][cć]|obrot|ot[aá][cč]k|toerental|varvtal|转速|轉速|回転|회전|вращ|оборот",
     re.I,
 )

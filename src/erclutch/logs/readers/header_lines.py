@@ -341,8 +341,9 @@ def _filled(cells: Sequence[str]) -> int:
 
 
 def _bare(cells: Sequence[str]) -> list[str]:
-    """Cells without the brackets around units."""
-    return [cell.strip("[]() ") for cell in cells]
+    """Cells without the brackets around units, or the slashes: ``/ms/``."""
+    bare = [cell.strip("[](){}<> ") for cell in cells]
+    return [cell.strip("/ ") if re.fullmatch(r"/.+/", cell) else cell for cell in bare]
 
 
 def _units(cells: Sequence[str]) -> list[str | None]:

@@ -22,6 +22,12 @@ _OF_A_MATRIX = re.compile(r"[-+.,;\deE\sNaInf]*")
 _END_OF_A_MATRIX = re.compile(r"\]\s{0,40};?\s{0,400}\Z")
 _END_OF_A_ROW = re.compile(r"[ \t]*;[ \t]*(?:\r?\n[ \t]*)?")
 
+#: A line that is a list of two numbers or more, as Python and NumPy print it.
+_ROW_IN_BRACKETS = re.compile(
+    r"(?m)^[ \t]{0,9}[\[(]{1,2}[ \t]{0,9}([-+.\d][-+.\deEnaif]*[ \t,;]++[-+.\deEnaif \t,;]*[\deEnaif.])[ \t]{0,9}"
+    r"[\])]{1,2}[ \t]{0,9},?[ \t]{0,9}\r?$"
+)
+
 _OF_A_RULE = frozenset("-=|+:;, \t")  # characters
 _RULED_LINES = 60  # from the first, above which a rule stands
 _BRACKETED = re.compile(r"\[\s{0,4}[+-]?\d{0,20}\.")
@@ -85,6 +91,21 @@ def without_brackets(text: str) -> tuple[str, str]:
         f"{count} numbers stand in brackets, as a list of one is printed: the brackets are left out"
     )
     return plain, note if count else ""
+
+
+def without_brackets_of_rows(text: str) -> tuple[str, str]:
+    """The text with rows in place of printed lists of numbers, ``[0.1, 0.5, 2.3]`` or ``(0.1 0.5 2.3)``; a note.
+
+    The brackets stand in the first and in the last cell of each row, whose columns were lost.
+    """
+    if not _ROW_IN_BRACKETS.search(text[:_LOOKED_AT]):
+        return text, ""
+    lines = [line for line in lines_of(text[:_LOOKED_AT])[:-1] if line.strip()]
+    in_brackets = sum(_ROW_IN_BRACKETS.fullmatch(line) is not None for line in lines)
+    if in_brackets < _ROWS or 2 * in_brackets < len(lines):
+        return text, ""
+    plain, count = _ROW_IN_BRACKETS.subn(r"\1", text)
+    return plain, f"{count} rows stand in brackets, as lists are printed: the brackets are left out"
 
 
 def without_matrix(text: str) -> tuple[str, str]:

@@ -12,6 +12,7 @@ from erclutch.logs.readers.keyed_heads import with_keyed_heads
 from erclutch.logs.readers.loose_text import (
     with_a_line_of_names,
     without_brackets,
+    without_brackets_of_rows,
     without_matrix,
     without_rules,
 )
@@ -53,6 +54,9 @@ def put_right(text: str) -> tuple[str, list[str]]:
     if ("=" in text or "'" in text) and _FORMULA_MARK.search(text):
         text, formulas = without_formula_marks(text)
         notes.append(formulas)
+    if "]" in text or ")" in text:
+        text, rows_in_brackets = without_brackets_of_rows(text)
+        notes.append(rows_in_brackets)
     if "]" in text:
         text, matrix = without_matrix(text)
         notes.append(matrix)

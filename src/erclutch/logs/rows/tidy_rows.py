@@ -31,9 +31,46 @@ _NAMES = {
         "topic",
     ),
     *("field", "grosse", "messgrosse", "kanal", "signalname", "channelname"),
+    *(
+        "segnale",
+        "grandezza",
+        "canale",
+        "variabile",
+        "grandeur",
+        "mesure",
+        "voie",
+        "senal",
+        "magnitud",
+    ),
+    *("canal", "medida", "grandeza", "sinal", "sygnał", "kanał", "сигнал", "канал", "величина"),
+    *("信号", "信号名", "通道", "参数", "変量", "チャンネル", "신호"),
 }
-_VALUES = {"value", "val", "values", "reading", "data", "measurement", "wert", "valeur", "valor"}
-_UNITS = {"unit", "units", "einheit", "unite", "unidad"}
+_VALUES = {
+    "value",
+    "val",
+    "values",
+    "reading",
+    "data",
+    "measurement",
+    "wert",
+    "valeur",
+    "valor",
+    "valore",
+    "waarde",
+    "wartosc",
+    "значение",
+} | {*("messwert", "数值", "值", "値", "測定値", "값")}
+_UNITS = {
+    "unit",
+    "units",
+    "einheit",
+    "unite",
+    "unidad",
+    "unita",
+    "eenheid",
+    "jednostka",
+    "unidade",
+} | {*("единица", "单位", "単位", "단위")}
 _MOST_SIGNALS = 64
 _CLOCK = "time"  # no name of a signal
 
