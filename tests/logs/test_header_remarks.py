@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.logs import ColumnMap, plan_of, read_table
+from erclutch.logs import ColumnMap, plan_of, read, read_table
 from erclutch.logs.readers.header_pairs import header_pairs
 
 ROWS = np.arange(400.0)
@@ -159,3 +159,22 @@ def test_a_weight_at_a_stated_arm_is_offered_as_a_torque(tmp_path: Path, name: s
     said = command(tmp_path, "# arm length: 12 cm", {"speed [rad/s]": SPEED, name: grams})
     bare = name.partition(" [")[0].partition(" (")[0]
     assert said.endswith(f'--effort "{bare} [gf]" --scale "effort=0.12 N*m/N"')
+
+
+def test_an_arm_in_a_column_of_its_own_makes_a_torque_of_the_force(tmp_path: Path) -> None:
+    arms = np.full(TORQUE.size, 150.0)
+    columns = {"speed [rpm]": 9.55 * SPEED, "force [N]": TORQUE / 0.15, "lever arm [mm]": arms}
+    said = command(tmp_path, "", columns)
+    assert said.endswith('--effort "force [N]" --scale "effort=0.15 N*m/N"')
+    along = {"speed [m/s]": SPEED, "force [N]": TORQUE / 0.15, "lever arm [mm]": arms}
+    assert "N*m/N" not in command(tmp_path, "", along)
+
+
+def test_a_weight_that_is_asked_about_gets_the_stated_arm(tmp_path: Path) -> None:
+    columns = {"speed [rpm]": 9.55 * SPEED, "Load [kg]": TORQUE / 0.2 / 9.80665}
+    said = command(tmp_path, "# arm 200 mm", columns)
+    assert said.endswith('--effort "Load [kgf]" --scale "effort=0.2 N*m/N"')
+    log = read(
+        tmp_path / "log.csv", effort="Load [kgf]", scale="effort=0.2 N*m/N", slip="speed [rpm]"
+    )
+    np.testing.assert_allclose(log.signals["effort"], TORQUE, rtol=1e-6, atol=1e-9)

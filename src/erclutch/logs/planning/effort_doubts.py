@@ -114,7 +114,7 @@ def _turns(draft: Draft) -> bool:
 
 
 def _stated_arm(draft: Draft) -> _Arm | None:
-    """The arm that a line above the rows states; None where none does."""
+    """The arm that a line above the rows states, or a column of its own that never changes; None where none does."""
     for key, text in draft.table.metadata.items():
         words = {*words_of(key), *words_of(text)}
         is_of_an_arm = not _ARMS.isdisjoint(words)
@@ -128,6 +128,13 @@ def _stated_arm(draft: Draft) -> _Arm | None:
         except UnitError:
             continue
         return _Arm(metres, f"{key} = {text}")
+    for column in draft.seen.without(draft.taken):
+        unit = column.unit or column.spoken.end
+        is_of_an_arm = column.shape.constant and column.spoken.says(_ARMS)
+        fitting = units.fits(unit, ("m",)) if is_of_an_arm and unit and units.is_unit(unit) else None
+        if fitting is not None:
+            length = float(column.values[0])
+            return _Arm(length * fitting[0], f"{column.name} = {length:g} {unit}")
     return None
 
 
