@@ -412,3 +412,29 @@ def test_forces_at_levels_in_one_time_are_logs_at_their_fields(tmp_path: Path, n
     assert said.splitlines()[-1].endswith("erclutch inspect sheet.csv --variable all")
     logs = read_all(tmp_path / "sheet.csv", ColumnMap(variable="all"))
     assert [float(log.signals["field"][0]) for log in logs] == list(FIELDS)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("Time {}A [s]", "Velocity {}A [mm/s]", "Force {}A [N]"),
+        ("{}A_t [s]", "{}A_v [mm/s]", "{}A_F [N]"),
+        ("t ({}A) [s]", "speed ({}A) [mm/s]", "force ({}A) [N]"),
+    ],
+)
+def test_groups_at_currents_that_may_count_specimens_are_asked_about(
+    tmp_path: Path, names: tuple[str, ...]
+) -> None:
+    labels: list[str] = []
+    columns: list[Array] = []
+    for level in (1, 2, 3):
+        speed = 80.0 * np.sin(6.0 * TIME + level)
+        labels += [name.format(level) for name in names]
+        columns += [TIME, speed, (10.0 + 40.0 * level) * np.tanh(speed) + speed]
+    path = written(tmp_path, labels, columns)
+    plan = plan_of(read_table(path), ColumnMap())
+    assert [question.signal for question in plan.questions] == ["field"]
+    assert plan.command().endswith('--field "level"')
+    log = read(path, field="level [A]")
+    np.testing.assert_array_equal(log.signals["field"], np.repeat([1.0, 2.0, 3.0], TIME.size))
+    np.testing.assert_allclose(log.signals["slip"][TIME.size :][0], 0.08 * np.sin(2.0), atol=1e-9)

@@ -198,3 +198,36 @@ def test_a_sweep_of_speeds_at_each_level_is_no_time_that_begins_anew(tmp_path: P
     assert "--time none" in command
     assert "--slip" in command
     assert '--time "c1' not in command
+
+
+LEARNT = [
+    ({"X_train_1": [TIME, PLACE, SPEED, CURRENT], "y_train_1": [FORCE]}, "y_train_1"),
+    ({"X": [TIME, PLACE, SPEED, CURRENT], "y": [FORCE]}, "y"),
+    ({"X_1": [TIME, PLACE, SPEED], "y_1": [FORCE], "u": [CURRENT]}, "y_1"),
+    ({"inputs": [TIME, PLACE, SPEED, CURRENT], "targets": [FORCE]}, "targets"),
+]
+
+
+@pytest.mark.parametrize("suffix", ["mat", "npz"])
+@pytest.mark.parametrize(("arrays", "effort"), slow_behind(2, LEARNT))
+def test_arrays_of_learning_are_offered_by_their_numbers(
+    tmp_path: Path, arrays: dict[str, list[Array]], effort: str, suffix: str
+) -> None:
+    path = tmp_path / f"log.{suffix}"
+    stacked = {name: np.squeeze(np.column_stack(columns)) for name, columns in arrays.items()}
+    if suffix == "mat":
+        savemat(path, stacked)
+    else:
+        np.savez(path, allow_pickle=True, **stacked)
+    words = shlex.split(plan_of(read_table(path), ColumnMap()).command())
+    first = next(iter(arrays))
+    field = "u" if "u" in arrays else f"{first}_4"
+    wanted = f"--time '{first}_1 [s]' --field {field} --slip {first}_3 --effort {effort}"
+    assert shlex.join(words[3:]) == wanted
+
+
+def test_two_inputs_and_an_output_are_no_places_of_a_motion(tmp_path: Path) -> None:
+    path = tmp_path / "log.npz"
+    np.savez(path, X=np.column_stack([SPEED, CURRENT]), y=FORCE)
+    command = plan_of(read_table(path), ColumnMap()).command().replace('"', "")
+    assert "--field X_2 --slip X_1 --effort y" in command

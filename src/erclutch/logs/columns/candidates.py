@@ -21,6 +21,7 @@ from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import follows, is_rate_of
 from erclutch.logs.columns.two_shafts import between_shafts
 from erclutch.logs.columns.vocabulary import (
+    COMMANDS,
     NEED_UNIT,
     OTHER,
     SINGLE,
@@ -358,8 +359,8 @@ def _fields_among(
         forms: what speaks for the field in their names.
     """
     fields = [*named]
-    if {forms.get(name) for name in named} <= VOLTAGES:
-        # The current of a coil is its field as much as its voltage is.
+    if {forms.get(name) for name in named} <= VOLTAGES | COMMANDS:
+        # The current of a coil is its field as much as its voltage is, or what its supply was told.
         for column in free:
             if column.name in named or column.shape.constant or not column.fits(("A",)):
                 continue

@@ -39,6 +39,8 @@ _POUNDS = {
 }
 _IN_WORDS = "degrees=deg degree=deg radians=rad radian=rad meters=m metres=m millimeters=mm millimetres=mm newtons=N"
 _INCHES_IN_WORDS = "inches=in inch=in pounds=lbf"
+# Ampere-turns are amperes, as SI has them, and no turns of a shaft.
+_AMPERE_TURNS = "A_turns=A A_turn=A amp_turns=A ampere_turns=A Aturns=A"
 _TURNS_IN_WORDS = "turns=turn turns_s=turn/s turns_per_second=turn/s"
 _SPEEDS_IN_WORDS = "radians_per_second=rad/s degrees_per_second=deg/s meters_per_second=m/s"
 _TIMES_IN_WORDS = "seconds=s milliseconds=ms microseconds=us nanoseconds=ns msec=ms usec=us nsec=ns"
@@ -49,7 +51,15 @@ _LONGER = (
 _WRITTEN = " ".join(
     (
         *(_SPEEDS, _OTHER_SPEEDS, _TURNS_A_TIME, _FIELDS, _OTHERS, _TORQUES, _WEIGHTS),
-        *(_IN_WORDS, _INCHES_IN_WORDS, _TURNS_IN_WORDS, _SPEEDS_IN_WORDS, _TIMES_IN_WORDS, _LONGER),
+        *(
+            _IN_WORDS,
+            _INCHES_IN_WORDS,
+            _AMPERE_TURNS,
+            _TURNS_IN_WORDS,
+            _SPEEDS_IN_WORDS,
+            _TIMES_IN_WORDS,
+            _LONGER,
+        ),
     )
 )
 ENDS = {

@@ -86,6 +86,8 @@ _SOLL_OR_IST = re.compile(
     r"(?<!\w)(soll|ist)[ _-]?(?=(?:dreh)?moment|kraft|drehzahl|geschw|strom|spannung|weg|winkel|position)|"
     r"(?<=moment|.kraft|enzahl|ehzahl|.strom|innung|annung|winkel)(soll|ist)(?:wert)?(?!\w)"
 )
+#: A letter with what was told or measured behind it, in one word: Iset, Imeas, Uref.
+_JOINED = re.compile(r"(?<![^\W_])([iuvnm])(set|meas|act|ist|soll|cmd|ref)(?![^\W_])")
 #: Where a word ends in angularVelocity and XVelocity.
 _BORDER = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=(?<![A-Za-z])[XYZ])(?=[A-Z][a-z])")
 #: The sensor of a force or a torque: no strain of a specimen.
@@ -269,6 +271,7 @@ def _words_of(name: str) -> tuple[str, ...]:
     letters_alone = re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower()
     letters_alone = _STRAIN_GAUGE.sub("straingauge", letters_alone)
     letters_alone = _ARM.sub("leverarm", letters_alone.rstrip())
+    letters_alone = _JOINED.sub(r"\1 \2", letters_alone)
     words = _SOLL_OR_IST.sub(r" \1\2 ", letters_alone).split()
     if "ff" in words and len(words) > 1:
         words[words.index("ff")] = "feedforward"

@@ -20,7 +20,7 @@ from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import SpokenName, spoken, spoken_name
 from erclutch.logs.columns.names_in_company import told_by_company
 from erclutch.logs.columns.shapes import Shape, shape_of, spread_of
-from erclutch.logs.columns.vocabulary import MEASURED, NAMES, OTHER, SINGLE
+from erclutch.logs.columns.vocabulary import MEASURED, NAMES, OTHER, SINGLE, STEPS_OF_TIME
 from erclutch.logs.table import MINUS, Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -195,7 +195,11 @@ class SeenColumns:
         Args:
             taken: columns that are something else.
         """
-        open_ones = [column for column in self.without(taken) if column.fits(("s",)) is not False]
+        open_ones = [
+            column
+            for column in self.without(taken)
+            if column.fits(("s",)) is not False and not is_of_steps(column)
+        ]
         for column in open_ones:
             if column.spoken.is_time:
                 return column.name
@@ -331,6 +335,11 @@ def _desired(columns: Mapping[str, SeenColumn]) -> list[str]:
         is_a_rate = "slip" in said.may_be or bool(_RATE.fullmatch(said.plain_stem))
         told_so = told_so or is_a_rate or "effort" in said.may_be or said.stem_words[:1] == ("tau",)
     return desired if told_so else []
+
+
+def is_of_steps(column: SeenColumn) -> bool:
+    """Whether a column is called like the time from row to row, and does not rise as a time does."""
+    return column.spoken.plain_stem in STEPS_OF_TIME and not column.shape.rises
 
 
 def _is_finer(column: SeenColumn, dates: Array) -> bool:

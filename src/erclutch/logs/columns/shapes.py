@@ -17,6 +17,10 @@ LOOKED_AT = 20_000
 #: Rows, below which nothing is said of how two columns go together.
 FEW = 10
 _LEVELS = 20  # of a switched field at most
+#: A converter of ten bits or more has its zero at half of its range, 512 or more.
+_LEAST_ZERO = 400
+_SWING = 0.5  # of the zero
+_IN_THE_MIDDLE = 0.25  # of the largest number
 _SELDOM = 0.1  # share of the rows in which it is switched at most
 
 
@@ -114,3 +118,20 @@ def spread_of(values: Array) -> float:
 def takes_both_signs(values: Array) -> bool:
     """Whether some numbers lie above zero and some below."""
     return bool(np.any(values < 0.0) and np.any(values > 0.0))
+
+
+def reads_about_a_zero(values: Array, *, is_of_a_converter: bool) -> bool:
+    """Whether large numbers swing about one of them: 2048 is no torque, but no load to a converter.
+
+    Args:
+        values: shape (n,).
+        is_of_a_converter: whether they surely are of a converter, which gives no negative number: of a load of both
+            signs most numbers lie in the middle of their range from 0 on.
+    """
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return False
+    if is_of_a_converter and known.min() >= 0.0 and np.median(known) > _IN_THE_MIDDLE * known.max():
+        return True
+    least = float(np.min(np.abs(known)))
+    return least >= _LEAST_ZERO and float(np.ptp(known)) < _SWING * least

@@ -47,7 +47,7 @@ NAMES = {
     "момент крутящиимомент сила усилие нагрузка 토크 힘 하중 모멘트 마찰력 siła sila kracht koppel vridmoment "
     "obciazenie kuvvet tork ff ffric binario momentotorcente voima vaantomomentti remkoppel momenthamujacy "
     "momentobrotowy silatlumienia siłatłumienia sonumlemekuvveti frentorku torquedefreno torquedefrenagem "
-    "制动力矩 制动力 감쇠력 제동토크 제동력 drehm drehmom cple",
+    "制动力矩 制动力 감쇠력 제동토크 제동력 drehm drehmom cple fd fmr",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",
@@ -93,7 +93,7 @@ BESIDE = set_of(
     "shaft piston angular rotational linear relative total machine cart friction cell du de der des moteur "
     "exp experimental mesure mesuree medida compensate compensated corrected raw value j feedback fb fbk fdb "
     "front rear left right upper lower inner outer fl fr rl rr vorn vorne hinten links rechts avant arriere "
-    "gauche droite straingauge"
+    "gauche droite straingauge zeroed tared tariert sum summe gesamt somme suma somma"
 )
 #: Those of them that say that it was measured.
 MEASURED = set_of("measured meas mea msr actual act ist gemessen")
@@ -162,7 +162,7 @@ LOOPS = frozenset({"control", "controller", "ctrl", "pid"})
 #: Short names that mean several things.
 NEED_UNIT = set_of(
     "v vs vrel t m d n e u b h x tau ff load id te par tension q y s phi qd dq dx dy xd course effet torsion id "
-    "friction reibung frottement fx fy fz mx my mz tx ty tz"
+    "friction reibung frottement fx fy fz mx my mz tx ty tz fd fmr"
 )
 VOLTAGES = set_of(
     "u v uq ud udc voltage volt spannung tension voltaje tensao tensione 电压 電圧 전압 "
@@ -172,6 +172,10 @@ CURRENTS = set_of(
     "i iq id idc current strom courant corriente corrente amp amps cur curr 电流 電流 전류 ток prad "
     "proud akım stroom virta"
 )
+#: What the time from row to row is called, where each row has its own.
+STEPS_OF_TIME = frozenset({"dt", "deltat", "timestep", "looptime", "cycletime", "zykluszeit"})
+#: What a supply is told.
+COMMANDS = frozenset({"pwm", "duty", "command", "cmd", "excitation"})
 ROMANCE = set_of(
     "vitesse velocidad velocidade velocita couple force fuerza forza forca par coppia deplacement desplazamiento "
     "deslocamento spostamento posicion posicao posizione angle angulo courant corriente corrente "

@@ -11,7 +11,7 @@ from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.labels import COUNTS, split_label
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import plain
-from erclutch.logs.columns.seen_columns import EVEN, SeenColumns
+from erclutch.logs.columns.seen_columns import EVEN, SeenColumns, is_of_steps
 from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.mapping import NONE, ColumnChoice, ColumnMap
 from erclutch.logs.plan import THOUGH, ClockPlan
@@ -33,6 +33,7 @@ from erclutch.signals import units
 
 _APART = 1.0  # s between points: the steps of a clock that nothing may be read from
 _OTHER_RATE = 0.01  # share by which a given rate differs from that of the file at least
+_STEADY_STEPS = 0.2  # of their mean, between the shortest and the longest: a rate stands for them
 _COUNTED = frozenset({"tick", "ticks", "frame", "frames", "sample", "samples", "scan", "scans"})
 _NUMBERED_TIME = re.compile(r"[tT]_?\d")
 _RATES = {
@@ -128,7 +129,7 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
     if header is None:
         problem = f"no time column and no sampling rate; the file has: {table.listed}"
         any_clock = 'Give --time "NAME [s]" or --rate HZ, or --time none for a table of points (no lag is fitted)'
-        remedy = _steady_column(seen, taken)
+        remedy = _steady_column(seen, taken) or _column_of_steps(seen, taken)
         rate = None if remedy else rate_by_motion(seen)
         if rate is not None:
             option = f"--rate {shell_word(f'{rate:g} Hz')}"
@@ -298,6 +299,23 @@ def _time_since_1970(seen: SeenColumns, taken: Sequence[str]) -> str | None:
         if np.all(column.steps > 0.0) and is_since_1970(column.values):
             found.append(column.name)
     return found[0] if len(found) == 1 else None
+
+
+def _column_of_steps(seen: SeenColumns, taken: Sequence[str]) -> str:
+    """A remedy that proposes the rate by a column called like a step of the time, which hardly changes; else ""."""
+    for column in seen.without(taken):
+        unit = column.unit or column.spoken.end or "s"
+        known = column.values[np.isfinite(column.values)]
+        fitting = units.fits(unit, ("s",)) if units.is_unit(unit) else None
+        if not is_of_steps(column) or fitting is None or not known.size or known.min() <= 0.0:
+            continue
+        mean = float(known.mean())
+        period = mean * fitting[0]  # [s]
+        if np.ptp(known) > _STEADY_STEPS * mean or period > LONGEST_PERIOD:
+            continue
+        said = f"column {column.name} is the step of each row, {mean:.4g} {unit} on average"
+        return f"If {said}, give --rate {shell_word(f'{1.0 / period:.4g} Hz')}"
+    return ""
 
 
 def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:

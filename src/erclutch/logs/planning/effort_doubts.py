@@ -131,7 +131,9 @@ def _stated_arm(draft: Draft) -> _Arm | None:
     for column in draft.seen.without(draft.taken):
         unit = column.unit or column.spoken.end
         is_of_an_arm = column.shape.constant and column.spoken.says(_ARMS)
-        fitting = units.fits(unit, ("m",)) if is_of_an_arm and unit and units.is_unit(unit) else None
+        fitting = (
+            units.fits(unit, ("m",)) if is_of_an_arm and unit and units.is_unit(unit) else None
+        )
         if fitting is not None:
             length = float(column.values[0])
             return _Arm(length * fitting[0], f"{column.name} = {length:g} {unit}")

@@ -6,18 +6,30 @@ electrorheological fluid the voltage is the field, and the current leaks.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 
 import numpy as np
 
+from erclutch.errors import shell_word
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import go_straight, goes_along
-from erclutch.logs.columns.vocabulary import CURRENTS, EASTERN_TOLD, VOLTAGES
+from erclutch.logs.columns.vocabulary import COMMANDS, CURRENTS, EASTERN_TOLD, VOLTAGES
 from erclutch.signals import units
 
 _OHMS_OF_A_COIL = 1000.0  # at most; an electrorheological fluid has megohms
-_COMMANDS = ("pwm", "duty", "command", "cmd", "excitation")  # what a supply is told
+#: What a current is called that makes the field.
+COILS = frozenset(
+    {"coil", "magnet", "brake", "clutch", "spule", "bobine", "bobina", "field", "excitation"}
+)
+#: The same inside words that are written together.
+_INCOILS = re.compile(
+    "bremsstrom|bremsenstrom|spulenstrom|erregerstrom|kupplungsstrom|制动|制動|励磁|线圈|線圈|电磁|電磁"
+    "|ブレーキ|コイル|브레이크|코일|тормоз|катушк|возбужд"
+)
+#: What a measured current of zero lies below it, as a share of the largest.
+_NOISE = 0.05
 
 
 def one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequence[str]) -> list[str]:
@@ -40,7 +52,7 @@ def one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequence
     currents = [column for column in columns if column.fits(("A",))]
     without_commands: list[SeenColumn] = []
     for column in columns:
-        is_command = column.spoken.forms["field"] in _COMMANDS and not column.unit
+        is_command = column.spoken.forms["field"] in COMMANDS and column.written_unit in (None, "%")
         is_followed = is_command and any(
             go_straight(current.values, column.values) for current in currents
         )
@@ -85,3 +97,17 @@ def _drives_a_coil(voltage: SeenColumn, current: SeenColumn) -> bool:
         return False
     most_volts = _OHMS_OF_A_COIL * np.max(amperes[known])
     return bool(np.max(volts[known]) < most_volts)
+
+
+def of_a_coil(seen: SeenColumns, names: Sequence[str]) -> str:
+    """The one of several currents that is named after a coil or a brake and never turns its sign, as a word; or ""."""
+    coils: list[str] = []
+    for name in names:
+        column = seen.columns[name]
+        if not column.spoken.says(COILS) and not _INCOILS.search(name.lower()):
+            continue
+        # A machine's current turns its sign with the torque, whatever the machine is called.
+        ends = sorted((abs(np.nanmin(column.values)), abs(np.nanmax(column.values))))
+        if not takes_both_signs(column.values) or ends[0] <= _NOISE * ends[1]:
+            coils.append(name)
+    return shell_word(seen.table.label(coils[0])) if len(coils) == 1 else ""

@@ -12,6 +12,7 @@ from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.quotients import pressing_loads
 from erclutch.logs.columns.rated_torque import share_of_rated_torque
 from erclutch.logs.columns.seen_columns import UNITS_OF_KIND, SeenColumn, SeenColumns
+from erclutch.logs.columns.shapes import reads_about_a_zero
 from erclutch.logs.columns.two_courses import is_rate_of
 from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOLD
 from erclutch.signals.recording import SIGNALS
@@ -250,10 +251,10 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
         if signal == "slip" and column.spoken.plain in ELECTRICAL:
             return f"--slip {shell_word(column.name)} --scale {shell_word('slip=NUMBER rpm/count')}"
         written = column.written_unit
-        if signal == "slip" and written == "Hz" and _is_called(column, signal):
+        is_headed = len(column.spoken.heads.get(signal) or "") > 2  # CH2 Force
+        if signal == "slip" and written == "Hz" and (is_headed or _is_called(column, signal)):
             return f"--slip {shell_word(f'{column.name} [turn/s]')}"
         from_sensor = written in ("V", "mV", "%") or written in COUNTS
-        is_headed = len(column.spoken.heads.get(signal) or "") > 2  # CH2 Force
         if (
             from_sensor
             and column.fits(si_units) is False
@@ -268,7 +269,11 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
                 si_units[0],
             )
             scale = shell_word(f"{signal}=NUMBER {measured or '1'}/{unit_of_sensor}")
-            return f"--{signal} {shell_word(column.name)} --scale {scale}"
+            option = f"--{signal} {shell_word(column.name)} --scale {scale}"
+            reads_counts = unit_of_sensor in COUNTS and signal == "effort"
+            if reads_counts and reads_about_a_zero(column.values, is_of_a_converter=True):
+                option += f" --zero {shell_word(f'{signal}=NUMBER')}"
+            return option
     return ""
 
 

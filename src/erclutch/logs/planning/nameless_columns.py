@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import shell_word
+from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import known_rows, takes_both_signs
 from erclutch.logs.columns.two_courses import over_rate
@@ -25,6 +26,11 @@ from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
 _NUMBERED = re.compile(r"(.*?)_?(\d+)")
+_NUMBER_BEHIND = re.compile(r"_?\d+$")
+#: What programs of learning call what they learn from, and what they learn.
+_INPUTS = frozenset({"x", "input", "inputs", "feature", "features"})
+_OUTPUTS = frozenset({"y", "target", "targets", "output", "outputs", "label", "labels"})
+_COMMANDS = frozenset({"u"})
 _MOST = 8  # columns: of more, numbers alone tell too little
 _DISSIPATES = 0.1  # power of an effort over a motion, over the product of their root mean squares
 _SURELY = 0.3  # the same, where the effort follows a field most of all
@@ -57,7 +63,7 @@ def propose_columns_without_names(draft: Draft) -> None:
     if not {"slip", "effort"} <= {*asked} or not _are_without_names(draft, clock):
         return
     taken = [*draft.taken, *_counting(draft)]
-    free = [column.name for column in draft.seen.without(taken)]
+    free = [each.name for each in draft.seen.without(taken) if each.name not in table.made]
     options: dict[str, str] = {}
 
     time = _rising_steadily(table, free) if "time" in asked and len(free) > 2 else ""
@@ -91,7 +97,8 @@ def propose_columns_without_names(draft: Draft) -> None:
 
     moving = [name for name in free if name not in levels and np.ptp(table.columns[name]) > 0.0]
     roles = _roles(table, moving, stamps, field)
-    if not roles.effort:
+    learnt = _of_learning([name for name in table.columns if name not in table.made])
+    if not roles.effort or (learnt and roles.effort != learnt):
         _propose(draft, {"time": options["time"]} if time and not begins_anew else {})
         return
     if "time" in asked and not time and roles.slip and roles.position:
@@ -188,7 +195,7 @@ def _are_without_names(draft: Draft, clock: str) -> bool:
     """
     table = draft.table
     counting = _counting(draft)
-    names = [name for name in table.columns if name not in (clock, *counting)]
+    names = [name for name in table.columns if name not in (clock, *counting, *table.made)]
     lettered = [name for name in names if name not in draft.taken]
     if len(lettered) >= 2 and {name.lower() for name in lettered} <= _AXES:
         return not any(table.units.get(name) for name in lettered)
@@ -199,7 +206,26 @@ def _are_without_names(draft: Draft, clock: str) -> bool:
     stems = {match[1] for match in matches if match is not None}
     has_no_unit = not any(table.units.get(name) for name in names)
     are_counted = numbers in ([*range(1, len(names) + 1)], [*range(len(names))])
-    return len(stems) == 1 and are_counted and has_no_unit
+    return has_no_unit and ((len(stems) == 1 and are_counted) or bool(_of_learning(names)))
+
+
+def _of_learning(names: Sequence[str]) -> str:
+    """What is learnt from the columns of one array, as programs call it (``X_train``, ``y_train``); "" else.
+
+    Beside it a vector of what was commanded may stand, ``u``.
+    """
+    inputs: list[str] = []
+    outputs: list[str] = []
+    for name in names:
+        first, *_ = words_of(name)
+        if first in _INPUTS and _NUMBERED.fullmatch(name):
+            inputs.append(name)
+        elif first in _OUTPUTS:
+            outputs.append(name)
+        elif first not in _COMMANDS:
+            return ""
+    stems = {_NUMBER_BEHIND.sub("", name) for name in inputs}
+    return outputs[0] if len(outputs) == len(stems) == 1 and len(inputs) > 1 else ""
 
 
 def _rising_steadily(table: Table, names: Sequence[str]) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from erclutch.logs.columns.candidates import DRIVES
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.seen_columns import KINDS, SeenColumns
-from erclutch.logs.columns.two_courses import goes_along, is_multiple_of
+from erclutch.logs.columns.two_courses import goes_along, is_multiple_of, is_sum_of
 from erclutch.logs.columns.vocabulary import CURRENTS
 
 #: Words for a sensor of a torque or a force.
@@ -16,6 +16,7 @@ _CELLS = frozenset(
     {"sensor", "adc", "transducer", "cell", "loadcell", "futek", "flange", "messwelle", "daq"}
 )
 _LAST_DIGITS = 1e-5  # of the largest number
+_SUMS = frozenset({"sum", "summe", "total", "gesamt", "somme", "suma", "somma", "tot"})
 
 
 def one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[list[str], str]:
@@ -51,6 +52,15 @@ def one_effort(seen: SeenColumns, efforts: list[str], motion: str) -> tuple[list
             if other.name != own.name and goes_along(other.values, own.values):
                 on_its_side.append(other.name)
     efforts = on_its_side
+    # Two cells that bear one arm are logged beside their sum.
+    columns = [seen.columns[name] for name in efforts]
+    sums: list[str] = []
+    for total in columns:
+        parts = [each.values for each in columns if each.name != total.name]
+        if len(parts) == 2 and is_sum_of(total.values, *parts):
+            sums.append(total.name)
+    if len(sums) == 1 and seen.columns[sums[0]].spoken.says(_SUMS):
+        return sums, ", and the others add up to it"
     # A coefficient of friction says by its numbers which force is the friction and which presses.
     rubbing = rubbing_force(seen) if len(efforts) > 1 else ""
     if rubbing in efforts:

@@ -21,6 +21,7 @@ from erclutch.logs.columns.vocabulary import NOT_MEASURED
 from erclutch.logs.planning.field_of_a_circuit import one_of_a_circuit
 from erclutch.logs.planning.one_effort import one_effort
 from erclutch.logs.planning.one_motion import one_position, one_slip
+from erclutch.logs.planning.two_ends import motion_between
 
 #: Words for the device itself. A clutch is driven too: its motor's speed is that of one of its sides.
 _DEVICES = frozenset(
@@ -91,7 +92,13 @@ def guess(
 
     table = seen.table
     problem = f"{signal} may be any of the columns {', '.join(names)}; the file has: {table.listed}"
-    remedy = f"Say which, such as --{signal} {shell_word(table.label(names[0]))}"
+    between = ""
+    if signal in ("slip", "position"):
+        efforts, _ = candidates(seen, "effort", [*taken, *names])
+        between = motion_between(seen, names, efforts)
+    if between:
+        problem = problem.replace("; the file has", ", or what they differ by; the file has")
+    remedy = f"Say which, such as --{signal} {shell_word(between or table.label(names[0]))}"
     if signal in ("effort", "T"):
         remedy += ", or --variable all if each is a log"
     raise MappingError(problem, remedy=remedy)

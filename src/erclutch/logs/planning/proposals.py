@@ -22,6 +22,7 @@ from erclutch.logs.columns.two_courses import follows, go_straight
 from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOLD
 from erclutch.logs.plan import Question
 from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.field_of_a_circuit import COILS, of_a_coil
 from erclutch.logs.planning.missing_columns import (
     has_short_name,
     not_measured,
@@ -32,6 +33,7 @@ from erclutch.logs.planning.missing_columns import (
 from erclutch.logs.planning.missing_values import must_be_said
 from erclutch.logs.planning.no_field import is_a_mark, maybe_field
 from erclutch.logs.planning.points import IN_NO_ORDER
+from erclutch.logs.planning.two_ends import motion_between
 from erclutch.signals.recording import SIGNALS
 
 _COMPONENT = re.compile(r"[fmtv][xyz]")
@@ -51,22 +53,13 @@ _SWITCHES = frozenset(
 _EVENTS = frozenset({"did", "toe", "heel", "strike", "stance", "gait", "contact"})
 #: What the share is called that a supply, a valve or a brake is told.
 _COMMANDS = frozenset({"cmd", "command", "duty", "pwm", "valve", "brake", "excitation", "control"})
-#: What a current is called that makes the field.
-_COILS = frozenset(
-    {"coil", "magnet", "brake", "clutch", "spule", "bobine", "bobina", "field", "excitation"}
-)
-#: The same inside words that are written together.
-_IN_COILS = re.compile(
-    "bremsstrom|bremsenstrom|spulenstrom|erregerstrom|kupplungsstrom|制动|制動|励磁|线圈|線圈|电磁|電磁"
-    "|ブレーキ|コイル|브레이크|코일|тормоз|катушк|возбужд"
-)
-#: What a measured current of zero lies below it, as a share of the largest.
-_NOISE = 0.05
 #: Behind a name that an earlier column has too.
 _COPY = re.compile(r" \(\d+\)$")
 _ESTIMATED = frozenset({"est", "estimate", "estimated"})
 #: Words of what was told, and of a drive: such a column stands behind others that would do.
 _NOT_FIRST = TOLD | _COMMANDS - {"brake"} | {"motor", "drive", "antrieb", "moteur"}
+#: What a column is called whose zero or noise is still in it: such a column stands behind its like.
+_RAW = frozenset({"raw", "roh", "brut", "crudo"})
 #: Units of what is not in the file, where what is there turns.
 _OF_TURNING = {"slip": "rpm", "position": "deg", "effort": "N*m"}
 _USUAL = {
@@ -165,7 +158,7 @@ def _field_option(
     if len(fields) > 1 and effort is not None and effort.column in seen.columns:
         measured = seen.columns[effort.column].values
         if all(go_straight(seen.columns[name].values, measured) for name in fields):
-            return f"--field {_of_a_coil(seen, fields) or 'none'}"
+            return f"--field {of_a_coil(seen, fields) or 'none'}"
 
     # A column with a name of several meanings may be the field, and is proposed for no other signal.
     _, _, named = question.problem.partition("; ")
@@ -211,20 +204,6 @@ def _field_option(
     return f"--field {shell_word(seen.table.label(likely[0]))}"
 
 
-def _of_a_coil(seen: SeenColumns, names: Sequence[str]) -> str:
-    """The one of several currents that is named after a coil or a brake and never turns its sign, as a word; or ""."""
-    coils: list[str] = []
-    for name in names:
-        column = seen.columns[name]
-        if not column.spoken.says(_COILS) and not _IN_COILS.search(name.lower()):
-            continue
-        # A machine's current turns its sign with the torque, whatever the machine is called.
-        ends = sorted((abs(np.nanmin(column.values)), abs(np.nanmax(column.values))))
-        if not takes_both_signs(column.values) or ends[0] <= _NOISE * ends[1]:
-            coils.append(name)
-    return shell_word(seen.table.label(coils[0])) if len(coils) == 1 else ""
-
-
 def _joint_of(name: str) -> str:
     """The number at the end of a name, which tells a joint; "" for none."""
     number = _NUMBER_BEHIND.search(name)
@@ -265,7 +244,8 @@ def _clock_option(draft: Draft, others: Sequence[str]) -> str:
     may_rise = False
     for column in free:
         is_open = column.fits(("s",)) is not False and not column.spoken.is_accounted
-        if is_open and column.shape.rises and not column.shape.counts_rows:
+        is_a_count = column.shape.counts_rows or column.shape.keeps_levels
+        if is_open and column.shape.rises and not is_a_count:
             may_rise = True
     # A time never falls: where no open column does so, none of them is the time.
     return '--time "COLUMN [s]"' if free and may_rise else '--rate "RATE Hz"'
@@ -333,7 +313,7 @@ def _column_option(
         parts = _parts(name)
         against: list[Any] = []
         if signal == "field":
-            against.append(not column.spoken.says(_COILS))
+            against.append(not column.spoken.says(COILS))
         if partners:
             # How far a motion is from an effort: of another kind, then by the parts of the names that both share.
             apart: list[tuple[bool, int]] = []
@@ -355,12 +335,13 @@ def _column_option(
         against.append(-len(parts_beside & parts))
         if signal in ("slip", "position") and share_one_name:
             against.append(-column.moved)
+        against.append(column.spoken.says(_RAW))
         against.append(column.spoken.says(_NOT_FIRST) and name not in seen.table.made)
         return against
 
     # A unit that nobody wrote is no answer: a column without one is taken as logged.
-    likeliest = min(likely, key=speaks_against)
-    return f"--{signal} {shell_word(seen.table.label(likeliest))}"
+    likeliest = seen.table.label(min(likely, key=speaks_against))
+    return f"--{signal} {shell_word(motion_between(seen, likely, partners) or likeliest)}"
 
 
 def _is_switched(column: SeenColumn) -> bool:
@@ -405,7 +386,8 @@ def _less_likely(free: Sequence[SeenColumn], signal: str) -> list[str]:
             continue
         if signal == "effort" and not_measured(column, signal):
             continue
-        if has_short_name(column, signal):
+        is_numbered = signal in spoken.numbered and spoken.bare_stem in NEED_UNIT
+        if has_short_name(column, signal) or is_numbered:
             short.append(column.name)
         if signal in spoken.within:
             within.append(column.name)

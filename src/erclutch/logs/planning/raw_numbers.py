@@ -10,7 +10,7 @@ import numpy as np
 from erclutch.errors import UnitError, shell_word
 from erclutch.logs.columns.labels import COUNTS
 from erclutch.logs.columns.names import words_of
-from erclutch.logs.columns.shapes import are_whole
+from erclutch.logs.columns.shapes import are_whole, reads_about_a_zero
 from erclutch.logs.columns.vocabulary import set_of
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import usual_unit
@@ -22,9 +22,6 @@ _SIGNALS = ("slip", "position", "effort")
 #: What a file calls the number that its converter gives without a load.
 _ZEROS = set_of("zero offset tare nullpunkt null nullwert tara cero zeropoint midpoint bias")
 _FEWEST = 16  # different numbers; a few are levels
-#: A converter of ten bits or more has its zero at half of its range, 512 or more.
-_LEAST_ZERO = 400
-_SWING = 0.5  # of the zero
 
 
 def doubt_numbers_of_a_converter(draft: Draft) -> None:
@@ -41,9 +38,8 @@ def doubt_numbers_of_a_converter(draft: Draft) -> None:
         if not are_whole(known) or np.unique(known).size < _FEWEST:
             continue
         is_called_so = column.spoken.says(_OF_A_CONVERTER)
-        # A converter gives no negative number: without a load it stands in the middle.
-        is_lifted = is_called_so and bool(known.min() >= 0.0) and _is_far_from_zero(known)
-        stays_about_a_zero = signal == "effort" and (is_lifted or _stay_about_a_zero(known))
+        about_a_zero = reads_about_a_zero(known, is_of_a_converter=is_called_so)
+        stays_about_a_zero = signal == "effort" and about_a_zero
         if not is_called_so and not stays_about_a_zero:
             continue
 
@@ -77,18 +73,6 @@ def _say_what_has_no_column(draft: Draft) -> None:
             draft.notes.append(
                 f"the zero of {signal}, {text}, is not used: no column is the {signal}"
             )
-
-
-def _stay_about_a_zero(known: Array) -> bool:
-    """Whether large numbers swing little about one of them: 2048 is no torque, but no load to a converter."""
-    low = float(np.min(np.abs(known)))
-    swing = float(np.ptp(known))
-    return low >= _LEAST_ZERO and swing < _SWING * low
-
-
-def _is_far_from_zero(known: Array) -> bool:
-    """Whether most of the numbers lie in the middle of their range from zero on, as those of both senses do."""
-    return bool(np.median(known) > 0.25 * np.max(known))
 
 
 def _stated_zero(draft: Draft, known: Array) -> str:

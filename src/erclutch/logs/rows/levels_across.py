@@ -39,6 +39,7 @@ _OF_A_RHEOMETER = ("rate", "stress", "viscosity")
 _AT_ITS_END = re.compile(
     r"[\s@,;:_(\[=-]+(?:(?:at|for|bei|a|@)|[^\W\d_]{1,10}\s*=)?[\s@)\]_-]*$", re.IGNORECASE
 )
+_COUNTED_LEVEL = "level"
 _COUNTED = re.compile(r"[1-9]\d?[AVT]")  # the first specimen of batch A, or 1 A
 
 
@@ -188,8 +189,22 @@ def _fits_settings(table: Table, quantities: Sequence[str], shared: Sequence[str
     return any(may_be_efforts) and _fits_fields(table, quantities, shared)
 
 
+def _counted_in(name: str) -> StatedLevel | None:
+    """A level such as 1A, which may be a current, or the first specimen of a batch; None for no such."""
+    level = stated_in(name) if _COUNTED.search(name) else None
+    return None if level is None else level._replace(name=_COUNTED_LEVEL, unit=None)
+
+
+def _fits_counted(table: Table, quantities: Sequence[str], shared: Sequence[str]) -> bool:
+    """Whether each level has a motion and an effort of its own: who asks about the level hears which it is."""
+    may_be = [spoken_name(name).may_be | spoken_name(name).within for name in quantities]
+    have_both = any(each & _MOTIONS for each in may_be) and any("effort" in each for each in may_be)
+    return have_both and not any(each == _A_FIELD_ALONE for each in may_be)
+
+
 _ACROSS = (
     _Across("field", stated_in, without_field, _fits_fields),
+    _Across("", _counted_in, without_field, _fits_counted),
     _Across("", setting_in, without_setting, _fits_settings),
     _Across("slip", speed_in, without_speed, _fits_speeds),
 )
