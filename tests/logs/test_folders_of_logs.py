@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gzip
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -337,3 +338,22 @@ def test_a_mapping_file_names_the_logs_whose_fields_nothing_says(tmp_path: Path)
     mapping.write_text(filled)
     good("inspect", "logs", cwd=tmp_path)
     assert set(read(logs / "high.csv").signals["field"]) == {0.5}
+
+
+def test_fields_in_names_without_one_pattern_go_into_a_mapping_file(tmp_path: Path) -> None:
+    folder_of(tmp_path / "logs", {"b_0A_slow": 0.1, "b_0.5A_fast": 0.6, "b_1A_slow": 1.1})
+    # The pattern of one name was printed, which no other name has.
+    last = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == 'What settles it: erclutch inspect logs --write-mapping "logs/erclutch.toml"'
+    last = good(*shlex.split(last)[4:], cwd=tmp_path).splitlines()[-1]
+    assert last == "Understood. Fit them: erclutch fit logs --out RUN"
+    assert '"b_0.5A_fast.csv" = "0.5 A"' in (tmp_path / "logs/erclutch.toml").read_text("utf-8")
+
+
+def test_a_log_whose_name_tells_nothing_has_its_field_filled_in(tmp_path: Path) -> None:
+    folder_of(tmp_path / "logs", {"off": 0.1, "on_500mA": 0.6, "on_1A": 1.1})
+    last = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()[-1]
+    said = good(*shlex.split(last)[4:], cwd=tmp_path, code=1)
+    assert said.splitlines()[-1].startswith("Fill in 1 field in logs/erclutch.toml, then:")
+    written = (tmp_path / "logs/erclutch.toml").read_text("utf-8")
+    assert '"off.csv" = "?"\n"on_1A.csv" = "1 A"\n"on_500mA.csv" = "500 mA"' in written

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
     from erclutch.signals.recording import Recording
 
+_NAME_PATTERN = re.compile(r"--name-pattern (\"[^\"]*\"|'[^']*'|\S+)")
 _NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
 
 
@@ -151,6 +153,7 @@ def look_at(
         except ErclutchError as error:
             refused[other.name] = str(error)
 
+    problem, refused = _asked_at_once(problem, refused, [log, *others], kinds)
     rows: Dataset | None = None
     if read:
         rows = reading.dataset(read[:1])
@@ -186,6 +189,24 @@ def look_at(
         advice=advice,
         kinds=kinds.found,
     )
+
+
+def _asked_at_once(
+    problem: ErclutchError | None, refused: dict[str, str], logs: Sequence[Path], kinds: LogKinds
+) -> tuple[ErclutchError | None, dict[str, str]]:
+    """One question in place of several, where each would be answered by a pattern of logs' names, one by its own alone.
+
+    Patterns that several logs have each may be of several devices, and each has its command; so have logs of kinds.
+    """
+    from erclutch.logs.field_between_logs import fields_in_unlike_names
+
+    questions = [*([] if problem is None else [str(problem)]), *refused.values()]
+    found = [_NAME_PATTERN.search(question) for question in questions]
+    logs_of = Counter(each[1] for each in found if each)
+    is_of_one_log = len(logs_of) > 1 and min(logs_of.values()) == 1
+    if kinds.found or not all(found) or not is_of_one_log:
+        return problem, refused
+    return fields_in_unlike_names(logs), {}
 
 
 def _table_of(log: Path, reading: LogOptions) -> Table | None:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import UnloggedFieldError, listed, shell_word
+from erclutch.logs.columns.levels_in_names import stated_in
 from erclutch.logs.columns.name_pattern import constants_of, pattern_among
 from erclutch.logs.fields_beside_logs import fields_beside
 from erclutch.logs.mapping import TO_FILL_IN
@@ -245,6 +246,14 @@ def require_no_plan(notes: Sequence[str], paths: Sequence[Path]) -> None:
     raise UnloggedFieldError(problem, where=paths[0].name, remedy=_remedy_of_plan(paths))
 
 
+def fields_in_unlike_names(paths: Sequence[Path]) -> UnloggedFieldError:
+    """The question about fields that names of logs tell, where no pattern fits all of the names."""
+    stated = [(path.name, field) for path in paths if (field := stated_in(path.name)) is not None]
+    said = listed([f"{name} says {field.number:g} {field.unit}" for name, field in stated])
+    problem = f"no field is logged; of the names, for which there is no one pattern, {said}"
+    return UnloggedFieldError(problem, where=paths[0].name, remedy=_remedy_of_plan(paths))
+
+
 def _remedy_of_plan(paths: Sequence[Path]) -> str:
     mapping = shell_word(str(paths[0].with_name(MAPPING)))
     return f"If that is the field, write it into a mapping file: --write-mapping {mapping}; else --field none"
@@ -253,8 +262,15 @@ def _remedy_of_plan(paths: Sequence[Path]) -> str:
 def mapping_of_fields(paths: Sequence[Path]) -> tuple[str, int]:
     """A mapping file that gives each log its field, and how many fields are left to fill in."""
     beside = fields_beside(paths)
-    texts = {path.name: TO_FILL_IN for path in paths} | (beside.texts if beside else {})
-    source = f"by {beside.file}" if beside else 'such as "0.5 A"'
+    texts = {path.name: TO_FILL_IN for path in paths}
+    for path in paths:
+        stated = stated_in(path.name)
+        if stated is not None:
+            texts[path.name] = f"{stated.number:g} {stated.unit}"
+    by_names = len({*texts.values()}) > 1
+    texts |= beside.texts if beside else {}
+    source = 'by its name, or such as "0.5 A"' if by_names else 'such as "0.5 A"'
+    source = f"by {beside.file}" if beside else source
     lines = [f"# The field of each log, {source}.", "[fields]"]
     lines += [f"{json.dumps(name)} = {json.dumps(text)}" for name, text in texts.items()]
     return "\n".join([*lines, ""]), [*texts.values()].count(TO_FILL_IN)

@@ -315,7 +315,7 @@ def _tell_what_settles(
     first = shlex.quote(look.plan.path)
     plan = look.plan
     option = _OPTION.search(problem.remedy)
-    if plan.questions:
+    if plan.questions and not isinstance(problem, UnloggedFieldError):
         # A rheometer's points are for laws at one field.
         settled = flow_command(look) if is_of_a_rheometer(plan) else plan.command()
     elif "(--time none)" in problem.remedy and plan.signal("slip") is not None:
