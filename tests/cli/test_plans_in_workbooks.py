@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 import openpyxl
 import pytest
 
-from tests.support.command import run
+from tests.support.command import good, run
 
 TIME = np.arange(400) / 200.0
 SPEED = 5.0 * np.sin(6.0 * TIME)
@@ -114,3 +115,20 @@ def test_what_is_left_out_is_said(tmp_path: Path) -> None:
     bench(tmp_path / "logs", "plan.xlsx", rows)
     done = run("inspect", "logs", cwd=tmp_path)
     assert done.error.startswith("note: plan.xlsx left out")
+
+
+def test_the_mapping_of_a_sheet_is_written_with_that_sheet(tmp_path: Path) -> None:
+    book = openpyxl.Workbook()
+    book.remove(book.worksheets[0])
+    for name in ("Run A", "Run B"):
+        sheet = book.create_sheet(name)
+        sheet.append(["t [s]", "I [A]", "w [rad/s]", "Kraft (V)"])
+        for k in range(60):
+            sheet.append([k / 100, 0.5, float(np.sin(k / 5)), float(np.tanh(np.sin(k / 5)))])
+    book.save(tmp_path / "book.xlsx")
+    said = good("inspect", "book.xlsx", "--variable", "Run A", cwd=tmp_path, code=1)
+    (line,) = (line for line in said.splitlines() if line.startswith("A mapping file to fill in"))
+    words = shlex.split(line.partition(": erclutch ")[2])
+    good(*words, cwd=tmp_path, code=1)
+    mapping = (tmp_path / "book.xlsx.toml").read_text(encoding="utf-8")
+    assert 'variable = "Run A"' in mapping

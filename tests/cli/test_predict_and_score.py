@@ -503,3 +503,21 @@ def test_score_says_that_an_angle_was_drawn_out(tmp_path: Path) -> None:
     models = ("--models", "bingham", "quadratic", "--lag", "none", "--out", "run")
     assert run("fit", "one.csv", *named, *models, cwd=tmp_path).code == 0
     assert "drawn out without jumps" in good("score", "two.csv", "--run", "run", cwd=tmp_path)
+
+
+@pytest.mark.slow
+def test_score_and_predict_take_the_zero_of_the_run(tmp_path: Path) -> None:
+    time = np.arange(3000) / 500.0
+    for name, quick in (("one.csv", 4.0), ("two.csv", 5.0)):
+        speed = 9.0 * np.sin(quick * time) + 2.0 * np.sin(1.3 * time)
+        field = np.where(time < 3.0, 0.5, 1.0)
+        torque = (0.2 + field) * np.tanh(speed / 0.5) + 0.02 * speed
+        columns = np.column_stack([time, field, speed, np.round(2110.0 + 200.0 * torque)])
+        header = "t [s],I [A],w [rad/s],torque"
+        np.savetxt(tmp_path / name, columns, delimiter=",", header=header, comments="")
+    told = ("--effort", "torque", "--scale", "effort=0.005 N*m/count", "--zero", "effort=2110")
+    models = ("--models", "bingham", "--lag", "none", "--out", "run")
+    assert run("fit", "one.csv", *told, *models, cwd=tmp_path).code == 0
+    score = json.loads(good("score", "two.csv", "--run", "run", "--json", cwd=tmp_path))
+    assert score["models"][0]["rmse"] < 0.01
+    good("predict", "two.csv", "--run", "run", "--out", "p.csv", cwd=tmp_path)

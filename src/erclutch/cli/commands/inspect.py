@@ -128,7 +128,7 @@ def inspect(
         body = _as_json(look, courses)
         print(dumps(body, indent=1, allow_nan=False))
     else:
-        _tell(look, write_mapping)
+        _tell(look, write_mapping, asked)
         for path in drawn:
             terminal.say(f"drawn: {path}")
         if fields_to_fill_in:
@@ -210,8 +210,8 @@ def _held(look: LogLook, reading: LogOptions) -> str:
     return held_in_time(columns)
 
 
-def _tell(look: LogLook, mapping: Path | None) -> None:
-    """Columns, signals, coverage and advice; where the mapping was written, or how to write it."""
+def _tell(look: LogLook, mapping: Path | None, asked: LogOptions) -> None:
+    """Columns, signals, coverage and advice; where the mapping was written, or how to write it with what was asked."""
     log_tables.tell_columns(look.log, look.raw)
     if mapping is not None:
         missing = f"; {len(look.missing)} to fill in" if look.missing else ""
@@ -222,7 +222,9 @@ def _tell(look: LogLook, mapping: Path | None) -> None:
         place = "" if read else f". It is read once it lies beside the log as {look.log}.toml"
         terminal.say(f"Mapping written: {mapping}{missing}{place}")
     elif look.missing:
-        command = ["erclutch", "inspect", str(look.log), "--write-mapping", f"{look.log}.toml"]
+        # With the options so far, such as the sheet: without them another log would be looked at.
+        command = ["erclutch", "inspect", str(look.log), *asked.words()]
+        command += ["--write-mapping", f"{look.log}.toml"]
         terminal.say(f"A mapping file to fill in: {shlex.join(command)}")
 
     if look.rows is None or look.covered is None:
