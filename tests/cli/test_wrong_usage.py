@@ -17,6 +17,9 @@ from tests.support.command import good, refused
             ("fit", "log.csv", "--modles", "bingham"),
             "Unknown option: --modles. Did you mean --models?",
         ),
+        # It stood for the whole of this folder.
+        (("fit", ""), "an empty word stands behind 'fit', where a file or folder is meant."),
+        (("score", "log.csv", "", "--run", "run"), "an empty word stands behind 'log.csv'"),
         (("fit", "log.csv", "--device", "coaxal"), 'Did you mean "coaxial"? erclutch fit --help'),
         (
             ("fit", "log.csv", "--seed", "two"),

@@ -130,10 +130,16 @@ def _run(words: Sequence[str]) -> int:
     from erclutch.cli.folded_help import HELP_ALL, whole_help
     from erclutch.cli.logs_behind_runs import words_with_logs_first
     from erclutch.cli.lone_run import words_with_lone_run
-    from erclutch.cli.parser import app, fraction_given, load_command, misused
+    from erclutch.cli.parser import (
+        app,
+        empty_name_given,
+        fraction_given,
+        load_command,
+        misused,
+    )
 
     load_command(words)
-    if wrong := fraction_given(words):
+    if wrong := fraction_given(words) or empty_name_given(words):
         return failed(wrong, 2)
     plain = ["--help" if word == HELP_ALL else word for word in words]
     try:

@@ -144,6 +144,17 @@ def fraction_given(words: Sequence[str]) -> str:
     return ""
 
 
+def empty_name_given(words: Sequence[str]) -> str:
+    """What is wrong with an empty word in the place of a file, which would stand for this folder; "" for nothing."""
+    for before, word in itertools.pairwise(words):
+        if not word and not before.startswith("-"):
+            return (
+                f"an empty word stands behind {before!r}, where a file or folder is meant. "
+                "Perhaps a variable of the shell is not set; a point means this folder."
+            )
+    return ""
+
+
 def _taken_by_a_list(words: Sequence[str]) -> str:
     """Where an option that takes several values stands before a file, it takes the file too: which, and the way out."""
     places = [place for place, word in enumerate(words) if word.startswith("--")]
