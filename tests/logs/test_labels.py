@@ -91,7 +91,9 @@ def test_ends_of_names(label: str, name: str, unit: str | None) -> None:
         ("shear rate", "1/min", ("1/s",), "1/min"),
         ("Drehzahl", "1/min", ("rad/s",), "turn/min"),
         ("motor rpm", "min^-1", ("rad/s",), "turn/min"),
-        ("Drehzahl", "1/s", ("rad/s",), "1/s"),
+        # By DIN and ISO 80000-3 a Drehzahl in 1/s counts turns; an angular velocity in 1/s does not.
+        ("Drehzahl", "1/s", ("rad/s",), "turn/s"),
+        ("Winkelgeschwindigkeit", "1/s", ("rad/s",), "1/s"),
         ("force_N", None, ("N",), "N"),
         ("force_N", None, ("rad/s",), None),
         ("temp_C", None, ("K",), "°C"),

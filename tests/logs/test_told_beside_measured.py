@@ -135,3 +135,32 @@ def test_ampere_turns_are_a_field_and_no_turns() -> None:
     field = planned(columns).signal("field")
     assert field is not None
     assert (field.column, field.si) == ("field_input_A_turns", "A")
+
+
+def test_the_duty_of_a_brake_is_offered_beside_the_current_of_a_motor() -> None:
+    current = 2.0 * TORQUE + 0.05 * np.sin(77.0 * TIME)
+    columns = {**BESIDE, "Current [A]": current, "PWM brake [%]": 80.0 * FIELD}
+    plan = planned({**columns, "torque [N*m]": TORQUE})
+    assert plan.command().endswith('--field "PWM brake [%]"')
+
+
+@pytest.mark.parametrize(
+    ("name", "turns"),
+    [("n", True), ("Drehzahl", True), ("n_ist", True), ("omega", False), ("w", False)],
+)
+def test_a_number_of_turns_in_one_over_a_second_counts_turns(name: str, *, turns: bool) -> None:
+    columns = {"t [s]": TIME, "I [A]": FIELD, f"{name} [1/s]": SPEED, "M [N*m]": TORQUE}
+    slip = planned(columns).signal("slip")
+    assert slip is not None
+    assert slip.factor == pytest.approx(2.0 * np.pi if turns else 1.0)
+
+
+def test_a_torque_in_percent_of_the_full_scale_asks_for_that_scale(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    rows = np.column_stack([TIME, FIELD, SPEED, 50.0 * TORQUE])
+    header = "# full scale: 2 Nm\ntime [s],I [A],w [rad/s],torque [%FS]"
+    np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt="%.9g")
+    command = plan_of(read_table(path), ColumnMap()).command()
+    assert command.endswith('--effort "torque [%]" --scale "effort=0.02 N*m/%"')
+    log = read(path, effort="torque [%]", scale="effort=0.02 N*m/%")
+    np.testing.assert_allclose(log.signals["effort"], TORQUE, rtol=1e-6, atol=1e-9)

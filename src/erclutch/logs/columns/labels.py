@@ -78,6 +78,12 @@ _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", 
 #: As in Status_RPM_2; a torque per rpm is none.
 _RPM_WITHIN = re.compile(r"(?<![a-z/])(?<!per)(?<!per[_ ])rpm(?![a-z/]|.*per)", re.I)
 _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
+_PER_SECOND = re.compile(r"\s*(?:1\s*/\s*s(?:ec)?|s\s*(?:\^|\*\*)?\s*-\s*1|s⁻¹)\s*")
+#: Names of the speed that ISO 80000-3 calls rotational frequency, in turns a second.
+_COUNTS_TURNS = re.compile(
+    r"drehzahl|drehfrequenz|umdrehung|rotation(?:al)? freq|^n(?:_(?:ist|mess|act|meas))?$|转速|轉速|回転数|회전수",
+    re.I,
+)
 
 #: What may have a sense and is never counted in revolutions.
 _GOES_BACK = re.compile(r"torque|moment|force|load|current|speed|vel|couple|kraft", re.IGNORECASE)
@@ -208,8 +214,11 @@ def _front_and_unit(label: str, *, letters: bool) -> tuple[str, str | None]:
 def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None:
     """The unit of a column: the file's (turns a minute where the name says turns), or its name's end if that fits.
 
-    The speed of a shaft in 1/min is one of turns; a shear rate in 1/min is none.
+    The speed of a shaft in 1/min is one of turns; a shear rate in 1/min is none. A rotational frequency, n or
+    ``Drehzahl``, in 1/s counts turns too; an angular velocity in 1/s is in rad/s.
     """
+    if unit and _PER_SECOND.fullmatch(unit) and _COUNTS_TURNS.search(name):
+        return "turn/s"
     if unit:
         counts_turns = _TURNS.search(name) and not _SHEARED.search(name)
         return "turn/min" if _PER_MINUTE.fullmatch(unit) and counts_turns else unit

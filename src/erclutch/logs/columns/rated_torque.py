@@ -21,8 +21,10 @@ _IS_TORQUE = re.compile(
 _THOUSANDTHS = re.compile(r"‰|per[ _-]?mill?e?\b|promille|0\.1 ?%", re.IGNORECASE)
 _RATED = r"(?:of[ _])?(?:the[ _])?(?:rated|nominal|nom|rtd|nenn|M_?[nN])\w*"
 _PERCENT = re.compile(
-    rf"(?:%|percent|pct|prozent)[ _]*{_RATED}|{_RATED}[ _]*(?:%|percent|pct)", re.IGNORECASE
+    rf"(?:%|percent|pct|prozent)[ _]*(?:{_RATED}|(?:of[ _])?(?:f\.?s\b|full[ _]?scale))|{_RATED}[ _]*(?:%|percent|pct)",
+    re.IGNORECASE,
 )
+_FULL_SCALE = re.compile(r"full[ _-]?scale|messbereich|endwert", re.IGNORECASE)
 _PER_UNIT = re.compile(r"(?<![^\W_])(?:p\.?u\.?|per[ _]unit)(?![^\W_])", re.IGNORECASE)
 _RATED_WORD = re.compile(r"rated|nominal|\bnom\b|nenn|nomin|额定|額定|定格|정격", re.IGNORECASE)
 _RATED_KEY = re.compile(
@@ -69,6 +71,8 @@ def share_of_rated_torque(column: SeenColumn) -> RatedShare | None:
 def is_rated_torque(key: str) -> bool:
     """Whether a key above the rows is that of a rated torque: ``Rated torque``, ``Nennmoment``, ``T_n``."""
     words = key.replace("_", " ")
+    if _FULL_SCALE.search(words):
+        return True  # the unit behind it tells of what
     return _RATED_KEY.fullmatch(key.strip()) is not None or (
         _RATED_WORD.search(words) is not None and _IS_TORQUE.search(words) is not None
     )

@@ -98,6 +98,16 @@ def leave_out_the_number_of_a_motor(draft: Draft) -> None:
             return
 
 
+def _only_share_of_a_supply(draft: Draft) -> str:
+    """The only column of one sign that is called like a field and is a share, as ``PWM brake [%]`` is; else ""."""
+    shares: list[str] = []
+    for column in draft.seen.without(draft.taken):
+        is_one = "field" in column.spoken.may_be and column.written_unit in (None, "%")
+        if is_one and not column.shape.constant and not takes_both_signs(column.values):
+            shares.append(column.name)
+    return shares[0] if len(shares) == 1 else ""
+
+
 def doubt_the_current_of_a_drive(draft: Draft) -> None:
     """Doubt a guessed field with the sign and the course of the effort: the current of the motor that makes it."""
     field = draft.guessed("field")
@@ -141,7 +151,9 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
         return
     if seen.spoken.forms["field"] or "field" in seen.spoken.within:
         doubt = f"which {course}, as the current of a motor does"
-        draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
+        told = _only_share_of_a_supply(draft)
+        answer = shell_word(draft.table.label(told)) if told else NONE
+        draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", answer)
         return
 
     # A spare input of the bench, whose name says nothing of a coil, is more likely an output of the same sensor.
