@@ -72,7 +72,10 @@ def over_rate(speed: Array, position: Array, stamps: Array) -> float | None:
     x = position[:LOOKED_AT]
     t = stamps[:LOOKED_AT]
     known = np.isfinite(v) & np.isfinite(x) & np.isfinite(t)
-    run = _longest_run(t[known])
+    begins = 1 + np.flatnonzero(np.diff(t[known]) < 0.0)
+    edges = np.concatenate([[0], begins, [np.count_nonzero(known)]])
+    longest = int(np.argmax(np.diff(edges)))
+    run = slice(int(edges[longest]), int(edges[longest + 1]))
     v = v[known][run]
     x = x[known][run]
     t = t[known][run]
@@ -99,14 +102,6 @@ def over_rate(speed: Array, position: Array, stamps: Array) -> float | None:
     if abs(correlation) <= _ALIKE:
         return None
     return product / square
-
-
-def _longest_run(stamps: Array) -> slice:
-    """The rows of the longest run in which stamps do not fall."""
-    begins = 1 + np.flatnonzero(np.diff(stamps) < 0.0)
-    edges = np.concatenate([[0], begins, [stamps.size]])
-    longest = int(np.argmax(np.diff(edges)))
-    return slice(int(edges[longest]), int(edges[longest + 1]))
 
 
 def follows(effort: Array, motion: Array) -> bool:

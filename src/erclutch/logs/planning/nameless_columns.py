@@ -13,7 +13,6 @@ from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.errors import shell_word
 from erclutch.logs.columns.names import words_of
@@ -242,18 +241,14 @@ def _rising_steadily(table: Table, names: Sequence[str]) -> str:
         return ""
     step = float(np.median(steps))
     begins = 1 + np.flatnonzero(steps <= 0.0)
-    if step <= 0.0 or (begins.size and not _begin_anew(stamps, begins, step)):
+    runs = np.diff([0, *begins.tolist(), stamps.size])
+    at_the_start = np.abs(stamps[begins] - stamps[0]) <= step
+    begin_anew = bool(runs.min() >= _FEWEST_OF_A_RUN and at_the_start.all())
+    if step <= 0.0 or (begins.size and not begin_anew):
         return ""
     near = float(np.mean(np.abs(steps - step) <= _UNEVEN * step))
     counts = step.is_integer() and (not begins.size or step <= 1.0)
     return names[0] if near >= _MOST_STEPS and not counts else ""
-
-
-def _begin_anew(stamps: Array, begins: NDArray[np.int64], step: float) -> bool:
-    """Whether stamps begin anew, after many rows each time, where the first run began."""
-    runs = np.diff([0, *begins.tolist(), stamps.size])
-    at_the_start = np.abs(stamps[begins] - stamps[0]) <= step
-    return bool(runs.min() >= _FEWEST_OF_A_RUN and at_the_start.all())
 
 
 def _unit_of_steps(stamps: Array) -> str:

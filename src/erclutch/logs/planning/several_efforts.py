@@ -124,6 +124,7 @@ def _with_fields_in_names(logs: list[Log], device: DeviceName | None) -> list[Lo
     stated = told or {name: field for name in names if (field := stated_in(name)) is not None}
     if not stated or any(own.declines("field") for _, _, own in logs):
         return logs
+    alone = ", which differs from the others in that alone" if differ_by_field([*told]) else ""
     with_fields: list[Log] = []
     silent: list[str] = []  # logs whose names say nothing
     for name, table, own in logs:
@@ -136,7 +137,10 @@ def _with_fields_in_names(logs: list[Log], device: DeviceName | None) -> list[Lo
         if field is not None:
             text = f"{field.number!r} {field.unit or ''}".strip()
             own = replace(own, constants={"field": text, **own.constants})
-            note = f"the field is {text} by the name of the recording{_beside(told, name)}"
+            beside = alone
+            if not alone and not field_set_in(name):
+                beside = ", which differs from the others in more than that"
+            note = f"the field is {text} by the name of the recording{beside}"
             table = replace(table, notes=(*table.notes, note))
         elif plan.is_of_a_log:
             silent.append(name)
@@ -146,13 +150,6 @@ def _with_fields_in_names(logs: list[Log], device: DeviceName | None) -> list[Lo
     for _, _, own in logs[:1]:
         ask_about_specimens([*told], own)
     return with_fields if told else logs
-
-
-def _beside(told: Mapping[str, StatedLevel], name: str) -> str:
-    """What else tells a recording's name from those of the others."""
-    if differ_by_field([*told]):
-        return ", which differs from the others in that alone"
-    return "" if field_set_in(name) else ", which differs from the others in more than that"
 
 
 def _ask_for_each_field(names: Sequence[str], stated: Mapping[str, StatedLevel]) -> None:

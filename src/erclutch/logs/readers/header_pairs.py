@@ -59,8 +59,12 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
     """``Key: value`` lines of a header block as texts, the first 200; a number and its unit may stand in two cells."""
     pairs: dict[str, str] = {}
     for line in lines:
-        # The line, and behind it the parts of a remark that say ``dt = 0.002 s`` among other words.
-        for text in (*_statements_in(line), *_ASSIGNMENT.findall(line)):
+        # The parts of a line, where each of them states something; else the line itself.
+        parts = _BETWEEN_STATEMENTS.split(line)
+        state_all = all(_STATEMENT.fullmatch(part) or _REMARK.fullmatch(part) for part in parts)
+        statements = parts if state_all else [line]
+        # Behind them the parts of a remark that say ``dt = 0.002 s`` among other words.
+        for text in (*statements, *_ASSIGNMENT.findall(line)):
             said = stated_across_a_mark(text)
             match = _QUOTED_KEY.fullmatch(text) or _PAIR.fullmatch(text)
             if said is None and match is None:
@@ -90,14 +94,6 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
                 value = f"{number} {unit.strip()}"
             pairs.setdefault(key.strip(), value.strip('"'))
     return pairs
-
-
-def _statements_in(line: str) -> list[str]:
-    """The parts of a line each of which states something; the line itself where one of them states nothing."""
-    parts = _BETWEEN_STATEMENTS.split(line)
-    if all(_STATEMENT.fullmatch(part) or _REMARK.fullmatch(part) for part in parts):
-        return parts
-    return [line]
 
 
 def is_called_a_rate(name: str) -> bool:

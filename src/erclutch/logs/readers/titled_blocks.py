@@ -111,18 +111,17 @@ def titled_blocks(lines: Sequence[str], is_row: Callable[[str], bool]) -> list[T
     if len(blocks) < 2:
         return []
     of_each = [block.title for block in blocks if block.title]
-    return blocks if all(map(_tells_a_test, of_each)) or _begin_anew(blocks) else []
-
-
-def _begin_anew(blocks: Sequence[TitledBlock]) -> bool:
-    """Whether the first number of each block is below the last one of the block before, as that of a time is."""
+    if all(map(_tells_a_test, of_each)):
+        return blocks
+    # A time begins anew: the first number of each block is below the last one of the block before.
     starts = [_first_number(block.rows[0]) for block in blocks]
     # Behind the last row of a block may stand empty lines and comments.
     ends = [
         next((number for row in reversed(block.rows) if (number := _first_number(row))), 0.0)
         for block in blocks
     ]
-    return all(start < end for start, end in zip(starts[1:], ends, strict=False))
+    begin_anew = all(start < end for start, end in zip(starts[1:], ends, strict=False))
+    return blocks if begin_anew else []
 
 
 def _first_number(row: str) -> float:
