@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
     from erclutch.signals.recording import Recording
 
-_NAME_PATTERN = re.compile(r"--name-pattern (\"[^\"]*\"|'[^']*'|\S+)")
+_NAME_PATTERN = re.compile(r"--name-pattern (\"[^\"]*\"|'[^']*'|\S+)|--constant \"(field=NUMBER )")
 _NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
 
 
@@ -202,9 +202,10 @@ def _asked_at_once(
 
     questions = [*([] if problem is None else [str(problem)]), *refused.values()]
     found = [_NAME_PATTERN.search(question) for question in questions]
-    logs_of = Counter(each[1] for each in found if each)
-    is_of_one_log = len(logs_of) > 1 and min(logs_of.values()) == 1
-    if kinds.found or not all(found) or not is_of_one_log:
+    logs_of = Counter(each[1] for each in found if each)  # None: a number for this log alone
+    is_of_one_log = bool(logs_of) and (None in logs_of or min(logs_of.values()) == 1)
+    is_one_pattern = len(logs) < 2 or (len(logs_of) < 2 and None not in logs_of)
+    if kinds.found or not all(found) or is_one_pattern or not is_of_one_log:
         return problem, refused
     return fields_in_unlike_names(logs), {}
 

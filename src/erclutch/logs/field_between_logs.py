@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import UnloggedFieldError, listed, shell_word
-from erclutch.logs.columns.levels_in_names import stated_in
+from erclutch.logs.columns.levels_in_names import open_field_in, stated_in
 from erclutch.logs.columns.name_pattern import constants_of, pattern_among
 from erclutch.logs.fields_beside_logs import fields_beside
 from erclutch.logs.mapping import TO_FILL_IN
@@ -248,9 +248,10 @@ def require_no_plan(notes: Sequence[str], paths: Sequence[Path]) -> None:
 
 def fields_in_unlike_names(paths: Sequence[Path]) -> UnloggedFieldError:
     """The question about fields that names of logs tell, where no pattern fits all of the names."""
-    stated = [(path.name, field) for path in paths if (field := stated_in(path.name)) is not None]
-    said = listed([f"{name} says {field.number:g} {field.unit}" for name, field in stated])
-    problem = f"no field is logged; of the names, for which there is no one pattern, {said}"
+    fields = {path.name: stated_in(path.name) for path in paths}
+    said = [f"{name} says {each.number:g} {each.unit}" for name, each in fields.items() if each]
+    said += [f"{path.name} says {text}" for path in paths if (text := open_field_in(path.name))]
+    problem = f"no field is logged; of the names, for which there is no one pattern, {listed(said)}"
     return UnloggedFieldError(problem, where=paths[0].name, remedy=_remedy_of_plan(paths))
 
 

@@ -317,7 +317,9 @@ def _tell_what_settles(
     first = shlex.quote(look.plan.path)
     plan = look.plan
     option = _OPTION.search(problem.remedy)
-    if plan.questions and not isinstance(problem, UnloggedFieldError):
+    # Of several logs in one file their names are asked about, and not what one of them alone leaves open.
+    is_of_all = isinstance(problem, UnloggedFieldError) or (reading.each and option is not None)
+    if plan.questions and not is_of_all:
         # A rheometer's points are for laws at one field.
         settled = flow_command(look) if is_of_a_rheometer(plan) else plan.command()
     elif "(--time none)" in problem.remedy and plan.signal("slip") is not None:

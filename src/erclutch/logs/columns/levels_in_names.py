@@ -8,7 +8,13 @@ from typing import NamedTuple
 
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.levels_in_words import place_of, word_of_level
-from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME, FIELD_UNITS, NUMBER, number_of
+from erclutch.logs.columns.name_pattern import (
+    FIELD_IN_A_NAME,
+    FIELD_UNITS,
+    NUMBER,
+    may_lack_its_point,
+    number_of,
+)
 from erclutch.logs.columns.names import spoken_name
 from erclutch.signals import units
 
@@ -25,6 +31,7 @@ _SPEED_IN_A_NAME = re.compile(
 #: A setting whose number has no unit behind it: ``current = 0.5``, ``I [A]: 0.5``, ``I<tab>0.5``.
 _SETTING_WITHOUT_UNIT = re.compile(rf"([^\W\d_][^:=\t\d]{{0,40}}?)\s*[:=\t]\s*({NUMBER})")
 _A_FIELD_ALONE = frozenset({"field"})
+_WHOLE_IN_FRONT = re.compile(r"\d_$")  # of 0_5A
 _COUNT = re.compile(r"\d+")
 #: What a position of a knob or a valve is counted in, by what the column of the positions is called.
 _COUNTED_IN = {
@@ -73,12 +80,23 @@ class StatedLevel(NamedTuple):
 
 
 def stated_in(name: str) -> StatedLevel | None:
-    """The field that a name such as ``F_0.5A`` or ``1 A`` holds; None for no or several numbers with such a unit."""
-    numbers = FIELD_IN_A_NAME.findall(name)
-    if len(numbers) != 1:
+    """The field that a name such as ``F_0.5A`` or ``1 A`` holds; None for no or several numbers with such a unit.
+
+    None as well where the number may lack its point, as that of ``F_05A``: see `open_field_in`.
+    """
+    numbers = [*FIELD_IN_A_NAME.finditer(name)]
+    if len(numbers) != 1 or may_lack_its_point(numbers[0]):
         return None
-    (number, _, letters), *_ = numbers
-    return StatedLevel(name, number_of(number), FIELD_UNITS[letters])
+    return StatedLevel(name, number_of(numbers[0][1]), FIELD_UNITS[numbers[0][3]])
+
+
+def open_field_in(name: str) -> str:
+    """The only number with a unit of a field in a name, where it may lack its point: ``05A``, ``0_5A``; else ""."""
+    numbers = [*FIELD_IN_A_NAME.finditer(name)]
+    if len(numbers) != 1 or not may_lack_its_point(numbers[0]):
+        return ""
+    whole = _WHOLE_IN_FRONT.search(name[: numbers[0].start(1)])
+    return f"{whole[0] if whole else ''}{numbers[0][1]}{numbers[0][3]}"
 
 
 def field_set_in(name: str) -> StatedLevel | None:
@@ -153,6 +171,13 @@ def differ_by_field(names: Sequence[str]) -> bool:
     """Whether names are the same but for the field that each of them holds."""
     fields = {each.number for each in map(stated_in, names) if each is not None}
     return 1 < len(fields) == len(names) and len({*map(without_field, names)}) == 1
+
+
+def are_at_fields(names: Sequence[str]) -> bool:
+    """Whether names are the same but for a field each, of which some may lack their point: ``F_0A`` and ``F_05A``."""
+    fields = {name: stated_in(name) is not None or bool(open_field_in(name)) for name in names}
+    bare = {without_field(name).rstrip("_0123456789") for name in names}
+    return 1 < len(fields) == len(names) and all(fields.values()) and len(bare) == 1
 
 
 def fields_told_by(names: Sequence[str]) -> dict[str, StatedLevel]:

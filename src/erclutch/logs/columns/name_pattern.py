@@ -43,6 +43,10 @@ _COUNTED = frozenset(
         "device unit versuch messung probe lauf essai ensayo"
     ).split()
 )
+#: In front of a number, these count logs: of ``run_1_5A`` the first is at 5 A, and ``F_1_5A`` may be at 1.5 A.
+_COUNTS_LOGS = _COUNTED - {"data", "v", "part", "rev", "cycle"}
+_WHOLE_BEHIND = re.compile(r"([A-Za-z]*)[ _=-]?(\d)_$")
+_ZERO_IN_FRONT = re.compile(r"0\d+")
 _OF_MOTION_OR_HEAT = frozenset(
     (
         "mm cm m um µm in Hz hz HZ kHz rpm RPM rps mps mms cms rads s ms min h C degC °C K F "
@@ -59,6 +63,21 @@ _QUANTITIES = {
     "C": "temperature",
     "Nm": "torque",
 }
+
+
+def may_lack_its_point(number: re.Match[str]) -> bool:
+    """Whether a number of `FIELD_IN_A_NAME` may be written without its decimal point: ``05A``, ``0_5A`` and ``1_5A``.
+
+    Names of variables and of many files hold no point, and ``05`` may be padded as well.
+    """
+    digits = number[1]
+    if _ZERO_IN_FRONT.fullmatch(digits):
+        return True
+    whole = _WHOLE_BEHIND.search(number.string[: number.start(1)])
+    if whole is None or not digits.isdigit():
+        return False
+    word, digit = whole.groups()
+    return digit == "0" or word.lower() not in _COUNTS_LOGS
 
 
 def names_a_folder(pattern: str) -> bool:
@@ -111,6 +130,10 @@ def pattern_among(names: Sequence[str], *, called_so: bool = False) -> str:
     others: list[int] = []
     for place, (before, _, after) in enumerate(words.pop()):
         texts = {numbers[place][3] for numbers in found}
+        has_field_unit = after in FIELD_UNITS or before in ("i", "I")
+        is_padded = any(map(_ZERO_IN_FRONT.fullmatch, texts))
+        if is_padded and (has_field_unit or len({*map(len, texts)}) > 1):
+            continue  # 05 A may be 0.5 A
         digits = max(sum(map(str.isdigit, text)) for text in texts)
         if len(texts) == 1 or after in _OF_MOTION_OR_HEAT or digits >= _DIGITS_OF_A_DATE:
             continue

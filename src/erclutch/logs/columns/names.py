@@ -66,7 +66,7 @@ _NO_TIMES = set_of(
 _SAYS_NOTHING = re.compile(
     r"[ _](?:(?:on|into)[ _](?:the[ _])?(?:sample|specimen|surface)|values)$"
     r"|(?<=[^\s@]) ?@ ?[+-]?\d[^@]*$"
-    r"|(?<=^[FMT])_\d+(?:[.,xp]\d+)?m?[ATV]$",
+    r"|(?<=^[FMT])_\d+(?:[.,xp_]\d+)?m?[ATV]$",
     re.IGNORECASE,
 )
 _TURNS_ALONE = re.compile(r"\W*(?:[Ur1]|tr)/min\W*")  # a unit of turns in place of a name

@@ -9,7 +9,7 @@ import numpy as np
 
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.labels import COUNTS, split_label
-from erclutch.logs.columns.levels_in_names import differ_by_field
+from erclutch.logs.columns.levels_in_names import are_at_fields
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import quotient_of
@@ -84,7 +84,7 @@ def settle_the_field(draft: Draft) -> None:
         return
     taken = [*draft.taken, *draft.table.truths]
     efforts, _ = candidates(draft.seen, "effort", taken)
-    if differ_by_field(efforts):  # F@0A and F@1A hold no field, they tell it
+    if are_at_fields(efforts):  # F@0A and F@1A hold no field, they tell it
         taken += efforts
     inputs: list[str] = []
     for choice in draft.told.inputs:

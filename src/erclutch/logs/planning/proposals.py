@@ -14,7 +14,7 @@ from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
 from erclutch.logs.columns.candidates import candidates, slips_in_percent
 from erclutch.logs.columns.labels import is_given_by_place, split_label
-from erclutch.logs.columns.levels_in_names import CALLED_BY_LEVEL, differ_by_field
+from erclutch.logs.columns.levels_in_names import CALLED_BY_LEVEL, are_at_fields
 from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
@@ -276,7 +276,7 @@ def _column_option(
     if of_a_sensor and len(named) < 2:  # the load of a bus in % is none of several torques
         return of_a_sensor
 
-    if signal == "effort" and differ_by_field(named):
+    if signal == "effort" and are_at_fields(named):
         return "--variable all"  # each is a log at its field
     likely = named or _less_likely(free, signal)
     if signal == "slip":

@@ -14,10 +14,17 @@ from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.levels_in_names import (
     StatedLevel,
     differ_by_field,
+    open_field_in,
     stated_in,
     without_field,
 )
-from erclutch.logs.columns.name_pattern import FIELD_IN_A_NAME, FIELD_UNITS, NUMBER, number_of
+from erclutch.logs.columns.name_pattern import (
+    FIELD_IN_A_NAME,
+    FIELD_UNITS,
+    NUMBER,
+    may_lack_its_point,
+    number_of,
+)
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.vocabulary import CURRENTS, OTHER, TOLD, set_of
 from erclutch.logs.mapping import ColumnMap
@@ -71,11 +78,17 @@ def take_stated_field(draft: Draft) -> bool:
     effort = draft.signals.get("effort")
     of_effort = None if effort is None else stated_in(effort.column)
     if effort is not None and of_effort is not None:
-        # The effort stands beside others whose names differ in that number alone.
+        # The effort stands beside others whose names differ in that number alone, and each has its point.
         bare = without_field(effort.column)
-        if differ_by_field([name for name in draft.table.columns if without_field(name) == bare]):
+        alike = [name for name in draft.table.columns if without_field(name) == bare]
+        if differ_by_field(alike) and not any(map(open_field_in, draft.table.columns)):
             _take(draft, of_effort, "by the name of the effort")
             return True
+    of_effort_or_recording = "" if effort is None else open_field_in(effort.column)
+    of_effort_or_recording = of_effort_or_recording or open_field_in(draft.told.variable or "")
+    if of_effort_or_recording:
+        _ask_about_an_open_number(draft, of_effort_or_recording, "the name of the log")
+        return True
     of_recording = stated_in(draft.told.variable or "")
     if of_recording is not None:  # 1A may be the first specimen of batch A
         text = f"{of_recording.number:g} {of_recording.unit}"
@@ -204,6 +217,10 @@ def _ask_about_the_name(draft: Draft) -> bool:
             beside = f"/{said}{beside}"
     if number is None:
         return False
+    if may_lack_its_point(number):
+        written = open_field_in(said) or f"{number[1]}{number[3]}"  # a supply may stand beside it
+        _ask_about_an_open_number(draft, written, f"the name of the {where}")
+        return True
 
     # The other numbers differ from file to file too.
     counted = (f"{{n{place}}}" for place in range(1, len(said + beside)))
@@ -221,6 +238,15 @@ def _ask_about_the_name(draft: Draft) -> bool:
         option,
     )
     return True
+
+
+def _ask_about_an_open_number(draft: Draft, written: str, where: str) -> None:
+    """Ask for the field that a name such as ``F_05A`` tells: 5 A or 0.5 A."""
+    unit = FIELD_UNITS[written.lstrip("+-0123456789_")]
+    option = f"--constant {shell_word(f'field=NUMBER {unit}')}"
+    problem = f"no column for field, and {where} says {written}, which may lack its decimal point"
+    remedy = f"If that is the field, give {option}; else --field none"
+    draft.ask("field", MappingError(problem, remedy=remedy), option)
 
 
 def _number_of_a_field(name: str) -> re.Match[str] | None:

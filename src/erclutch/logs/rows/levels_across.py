@@ -18,6 +18,7 @@ from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.levels_in_names import (
     CALLED_BY_LEVEL,
     StatedLevel,
+    open_field_in,
     setting_in,
     speed_in,
     stated_in,
@@ -143,7 +144,7 @@ def _is_a_sheet(
     table: Table, sheet: _Sheet, quantities: Sequence[str], shared: Sequence[str]
 ) -> bool:
     """Whether each quantity has a column at each of the same levels, in one unit, and none is of a rheometer."""
-    if not sheet:
+    if not sheet or any(map(open_field_in, shared)):
         return False
     levels = [set(by_level) for by_level in sheet.values()]
     are_alike = all(own == levels[0] for own in levels)

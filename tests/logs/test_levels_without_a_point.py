@@ -1,0 +1,78 @@
+"""Names of variables and files hold no decimal point: 05A may be 0.5 A or 5 A, and the user is asked. SYNTHETIC."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from erclutch.logs import ColumnMap, read_all, read_table
+from erclutch.logs.columns.levels_in_names import open_field_in, stated_in
+from tests.support.command import run
+
+TIME = np.arange(200) / 100
+SLIP = np.sin(9 * TIME)
+FIELDS = (0.0, 0.5, 1.0)
+
+
+def effort(field: float) -> np.ndarray:
+    return (50.0 + 200.0 * field) * SLIP
+
+
+@pytest.mark.parametrize("name", ["F_05A", "F_0_5A", "F_1_5A", "F 025 mA", "2Hz_10mm_2_5A"])
+def test_a_number_that_may_lack_its_point_states_no_field(name: str) -> None:
+    assert stated_in(name) is None
+    assert open_field_in(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "field"),
+    [("F_0A", 0.0), ("F_0.5A", 0.5), ("F_0p5A", 0.5), ("F_10A", 10.0), ("run_1_5A", 5.0)],
+)
+def test_other_numbers_state_it(name: str, field: float) -> None:
+    stated = stated_in(name)
+    assert stated is not None
+    assert stated.number == field
+    assert not open_field_in(name)
+
+
+@pytest.mark.parametrize("names", [("F_0A", "F_05A", "F_1A"), ("F_0A", "F_0_5A", "F_1A")])
+def test_variables_without_a_point_are_asked_about(tmp_path: Path, names: tuple[str, ...]) -> None:
+    # 5 A were taken, in silence.
+    efforts = dict(zip(names, map(effort, FIELDS), strict=True))
+    savemat(tmp_path / "log.mat", {"t": TIME, "v": SLIP, **efforts})
+    first = run("inspect", "log.mat", "--slip", "v [m/s]", cwd=tmp_path).out.splitlines()[-1]
+    assert "--variable all" in first
+    second = run(*shlex.split(first)[4:], cwd=tmp_path).out.splitlines()[-1]
+    assert '--constant "field=0, NUMBER, 1 A"' in second
+    words = shlex.split(second.replace("NUMBER", "0.5"))[4:]
+    assert "Understood." in run(*words, cwd=tmp_path).out.splitlines()[-1]
+    told = ColumnMap.from_options({"variable": "all", "slip": "v [m/s]"})
+    told = ColumnMap(told.columns, variable="all", constants={"field": "0, 0.5, 1 A"})
+    logs = read_all(tmp_path / "log.mat", told)
+    assert [float(log.signals["field"][0]) for log in logs] == [*FIELDS]
+
+
+def test_a_file_whose_name_lacks_the_point_is_asked_about(tmp_path: Path) -> None:
+    for name, field in zip(("b_0A", "b_05A", "b_1A"), FIELDS, strict=True):
+        rows = "".join(
+            f"{t},{v:.5g},{f:.5g}\n" for t, v, f in zip(TIME, SLIP, effort(field), strict=True)
+        )
+        (tmp_path / f"{name}.csv").write_text(f"t [s],v [m/s],F [N]\n{rows}", encoding="utf-8")
+    alone = run("inspect", "b_05A.csv", cwd=tmp_path).out.splitlines()[-1]
+    assert alone.endswith('--constant "field=NUMBER A"')
+    together = run("inspect", ".", cwd=tmp_path).out.splitlines()[-1]
+    assert together == 'What settles it: erclutch inspect . --write-mapping "erclutch.toml"'
+    run(*shlex.split(together)[4:], cwd=tmp_path)
+    written = (tmp_path / "erclutch.toml").read_text(encoding="utf-8")
+    assert '"b_05A.csv" = "?"\n"b_0A.csv" = "0 A"\n"b_1A.csv" = "1 A"' in written
+
+
+def test_points_at_a_level_without_a_point_are_not_put_under_another_level(tmp_path: Path) -> None:
+    path = tmp_path / "sheet.csv"
+    rows = "".join(f"{n},{n / 9},{n / 7},{n / 5}\n" for n in range(10, 200, 10))
+    path.write_text(f"speed [rpm],T_0A [Nm],T_05A [Nm],T_1A [Nm]\n{rows}", encoding="utf-8")
+    assert [*read_table(path).columns] == ["speed", "T_0A", "T_05A", "T_1A"]
