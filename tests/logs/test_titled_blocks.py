@@ -146,3 +146,21 @@ def test_a_remark_that_the_field_was_changed_is_asked_about(tmp_path: Path) -> N
         read_all(path, ColumnMap())
     logs = read_all(path, ColumnMap(constants={"field": "0, 0.5 A"}))
     assert [float(log.signals["field"][0]) for log in logs] == [0.0, 0.5]
+
+
+@pytest.mark.parametrize(
+    "title",
+    [
+        "--- {field} A ---",
+        "[I={field}A]",
+        ">> I_set={field}",
+        "Strom;{field};A",
+    ],
+)
+def test_titles_in_marks_and_in_cells_part_the_tests(tmp_path: Path, title: str) -> None:
+    path = tmp_path / "tests.csv"
+    text = f"{NAMES}\n" + "".join(
+        f"{title.format(field=field)}\n{rows_at(field)}\n" for field in FIELDS
+    )
+    path.write_text(text)
+    assert fields_of(path) == [*FIELDS]

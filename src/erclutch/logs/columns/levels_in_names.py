@@ -30,6 +30,9 @@ _SPEED_IN_A_NAME = re.compile(
 
 #: A setting whose number has no unit behind it: ``current = 0.5``, ``I [A]: 0.5``, ``I<tab>0.5``.
 _SETTING_WITHOUT_UNIT = re.compile(rf"([^\W\d_][^:=\t\d]{{0,40}}?)\s*[:=\t]\s*({NUMBER})")
+_TOLD_TO_A_SUPPLY = re.compile(
+    r"^(?:set|setting)[ _]|[ _](?:set|cmd|soll|setpoint)$", re.IGNORECASE
+)
 _A_FIELD_ALONE = frozenset({"field"})
 _WHOLE_IN_FRONT = re.compile(r"\d_$")  # of 0_5A
 _COUNT = re.compile(r"\d+")
@@ -106,7 +109,7 @@ def field_set_in(name: str) -> StatedLevel | None:
         return None
     key, number = setting.groups()
     called, unit = split_label(key)
-    if spoken_name(called).may_be != _A_FIELD_ALONE:
+    if spoken_name(_TOLD_TO_A_SUPPLY.sub("", called)).may_be != _A_FIELD_ALONE:
         return None
     return StatedLevel(key.strip(), number_of(number), unit)
 

@@ -34,7 +34,7 @@ from erclutch.logs.readers.side_by_side import read_side_by_side
 from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import decode
 from erclutch.logs.readers.text_table import read_text
-from erclutch.logs.readers.titled_blocks import may_hold_titles, titled_blocks
+from erclutch.logs.readers.titled_blocks import may_hold_titles, title_of, titled_blocks
 from erclutch.logs.table import Table
 from erclutch.signals import units
 
@@ -210,11 +210,11 @@ def _titled_in(data: bytes) -> Mapping[str, _Part]:
     titles = {block.title for block in blocks} - {""}
     shared: list[str] = []
     above = blocks[0].above
-    no_titles = [line for line in above if not any(title in line for title in titles)]
+    no_titles = [line for line in above if title_of(line) not in titles]
     first_names = next((line for line in no_titles if _names(line)), None)
     place_of_names = above.index(first_names) if first_names is not None else len(above)
     for place, line in enumerate(above):
-        is_of_the_first = _setting(line) in own or any(title in line for title in titles)
+        is_of_the_first = _setting(line) in own or title_of(line) in titles
         is_of_all = not is_of_the_first if place < place_of_names else _names(line) is not None
         if is_of_all:
             shared.append(line)

@@ -19,12 +19,14 @@ _FEWEST = 2  # titles
 _MOST = 1000  # lines that may be titles: with more they are rows that begin with words
 _FEWEST_ROWS = 3  # below each title, on average
 _MAY_BE_TITLE = re.compile(
-    rb"^[#%/;,=*\" \t-]*[A-Za-z\x80-\xff]|^[#%=*]+[^\r\n]*\d ?[A-Za-z]|^[\d.]{1,9} ?[A-Za-z]{1,3}\r?$",
+    rb"^[#%/;,=*<>\[(\" \t-]*[A-Za-z\x80-\xff]|^[#%=*<>\[(-]+[^\r\n]*\d ?[A-Za-z]|^[\d.]{1,9} ?[A-Za-z]{1,3}\r?$",
     re.M,
 )
 #: Marks of a comment and of an underlined head, stripped in one pass: a pattern takes the square of their length.
-_BEFORE_A_TITLE = '#%/=*"- \t\r\n\f\v'
-_BEHIND_A_TITLE = ',;"=*- \t\r\n\f\v'
+_BEFORE_A_TITLE = '#%/=*"-<>[( \t\r\n\f\v'
+_BEHIND_A_TITLE = ',;"=*-<>]) \t\r\n\f\v'
+#: Between the cells of a title: ``Strom;0,5;A``. A comma between digits is a decimal mark.
+_BETWEEN_CELLS = re.compile(r"\s*[;\t]\s*|(?<!\d),\s*|,\s*(?!\d)")
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _COUNTED = re.compile(r"([^\W\d_]+)[ _#.:-]*\d+\b")
 #: A setting and its number: ``current = 0.5``, ``speed: 100 rpm``, ``I<tab>0.5``.
@@ -76,7 +78,7 @@ def titled_blocks(lines: Sequence[str], is_row: Callable[[str], bool]) -> list[T
     for place, line in enumerate(lines):
         if not line.strip():
             continue
-        title = _title(line)
+        title = title_of(line)
         if not title:
             rows += is_row(line)
             continue
@@ -129,11 +131,13 @@ def _first_number(row: str) -> float:
     return float(first[1].replace(",", ".")) if first else 0.0
 
 
-def _title(line: str) -> str:
+def title_of(line: str) -> str:
     """The words of a line that may be the title of a test; "" for another line."""
     title = line.lstrip(_BEFORE_A_TITLE).rstrip(_BEHIND_A_TITLE)
     if not title or len(title) > 100 or not re.search(r"\d", title):
         return ""
+    if not _SETTING.fullmatch(title):
+        title = _BETWEEN_CELLS.sub(" ", title)
     if not re.match(r"[^\W\d_]|[-+]?\d+(?:[.,]\d+)? ?[^\W\d_]+$", title):
         return ""
     return title if _tells_a_test(title) or _SETTING.fullmatch(title) else ""
