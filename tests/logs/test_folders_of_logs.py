@@ -357,3 +357,21 @@ def test_a_log_whose_name_tells_nothing_has_its_field_filled_in(tmp_path: Path) 
     assert said.splitlines()[-1].startswith("Fill in 1 field in logs/erclutch.toml, then:")
     written = (tmp_path / "logs/erclutch.toml").read_text("utf-8")
     assert '"off.csv" = "?"\n"on_1A.csv" = "1 A"\n"on_500mA.csv" = "500 mA"' in written
+
+
+def test_stretches_of_one_file_are_held_against_each_other_too(tmp_path: Path) -> None:
+    # Logs at three currents that somebody put into one file: all were one log at one field.
+    blocks = [
+        brake(tmp_path / f"b{k}.csv", effort).read_text("utf-8")
+        for k, effort in enumerate((0.1, 0.6))
+    ]
+    names = blocks[0].splitlines()[0]
+    rows = ["\n".join(block.splitlines()[1:]) for block in blocks]
+    (tmp_path / "all.csv").write_text(f"{names}\n" + "\n\n".join(rows) + "\n", encoding="utf-8")
+    last = good("inspect", "all.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == 'What settles it: erclutch inspect all.csv --constant "field=NUMBER, NUMBER A"'
+    words = shlex.split(last.replace("NUMBER, NUMBER", "0, 0.5"))[4:]
+    assert "Understood." in good(*words, cwd=tmp_path).splitlines()[-1]
+    log = read(tmp_path / "all.csv", constant={"field": "0, 0.5 A"})
+    assert sorted({*log.signals["field"].tolist()}) == [0.0, 0.5]
+    assert "field=NUMBER, NUMBER A" in refused("fit", "all.csv", "--out", "run", cwd=tmp_path)

@@ -155,10 +155,12 @@ def look_at(
 
     problem, refused = _asked_at_once(problem, refused, [log, *others], kinds)
     rows: Dataset | None = None
-    if read:
-        rows = reading.dataset(read[:1])
+    try:
+        rows = reading.dataset(read[:1]) if read else None
+    except UnloggedFieldError as error:  # of stretches of this log
+        problem = error
     covered = rows
-    if read and len(read) + len(further) > 1:
+    if rows is not None and len(read) + len(further) > 1:
         try:
             covered = reading.dataset([*read, *further])
             require_no_plan(covered.notes, [log, *others])

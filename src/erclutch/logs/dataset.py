@@ -300,10 +300,14 @@ def refuse_twin(name: str, digest: str, seen: dict[str, str]) -> None:
 
 
 def refuse_unlogged_fields(logs: Sequence[Dataset]) -> None:
-    """UnloggedFieldError for logs without a field that differ as logs at several fields do."""
-    require_one_field(
-        [CourseOfLog(log.sources[0], log.notes, log.elements[0].slip, log.effort) for log in logs]
-    )
+    """UnloggedFieldError for logs, or stretches of one, without a field that differ as at several fields."""
+    courses: list[CourseOfLog] = []
+    for log in logs:
+        slip = log.elements[0].slip
+        courses.append(
+            CourseOfLog(log.sources[0], log.notes, slip, log.effort, None, log.clock.spans)
+        )
+    require_one_field(courses)
 
 
 def require_units(data: Dataset, first: Dataset, where: str) -> None:

@@ -17,11 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import UnloggedFieldError, listed, shell_word
+from erclutch.logs.clock.time_stamps import BEGINS_ANEW
 from erclutch.logs.columns.levels_in_names import open_field_in, stated_in
 from erclutch.logs.columns.name_pattern import constants_of, pattern_among
 from erclutch.logs.fields_beside_logs import fields_beside
 from erclutch.logs.mapping import TO_FILL_IN
 from erclutch.signals.array import Array
+from erclutch.signals.clock import Span
 from erclutch.signals.recording import NO_FIELD
 
 #: The mapping file of a folder.
@@ -30,19 +32,21 @@ _BINS = 8  # of the size of the slip
 _LEVELS = 16  # of the size of the field
 _RESTS = 0.1  # of the largest slip: slower rows may stick
 _FEWEST_ROWS = 5  # of a bin
+_MOST_STRETCHES = 20  # more are no logs that were put into one file
 _APART = 1.5  # times the effort: more than a warm fluid or another day makes
 _RISES = 1.02  # times the effort from one number in the names to the next: more than noise makes
 _RISES_OF_TWO = 1.1  # times the effort: by chance that of the larger of two numbers is larger, too
 
 
 class CourseOfLog(NamedTuple):
-    """The slip and the effort of a log, each (n,), with its name and its notes; and its field where that counts."""
+    """The slip and the effort of a log, each (n,), its name and notes; its field and its stretches if they count."""
 
     name: str
     notes: Sequence[str]
     slip: Array
     effort: Array
     field: Array | None = None
+    spans: Sequence[Span] = ()
 
 
 class EffortsApart(NamedTuple):
@@ -62,12 +66,16 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
     """Ask for the field where logs that have none have much more effort, one than another, at the same slip.
 
     A little more is enough where the names tell a number that is called like a field, or that the effort rises with.
-    Logs of which the user said that they have no field are not asked about.
+    Logs of which the user said that they have no field are not asked about. Stretches of a log are held against each
+    other where its time begins anew, as where logs were put into one file.
 
     Raises:
-        UnloggedFieldError: two such logs.
+        UnloggedFieldError: two such logs, or stretches.
     """
     without = [log for log in logs if any(note.startswith(f"{NO_FIELD}:") for note in log.notes)]
+    for log in without:
+        if any(BEGINS_ANEW in note for note in log.notes):
+            _require_one_field_throughout(log)
     if len(without) < 2:
         return
     courses = _courses(without)
@@ -88,6 +96,26 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
             return
         problem = f"no field is logged, and the effort rises with the number in the names: {listed(names)}"
     raise UnloggedFieldError(problem, where=names[0], remedy=_remedy(pattern, names[0]))
+
+
+def _require_one_field_throughout(log: CourseOfLog) -> None:
+    """Ask for the field of each stretch of a log, where two have much more effort, one than another, at one slip."""
+    if not 1 < len(log.spans) <= _MOST_STRETCHES:
+        return
+    stretches: list[CourseOfLog] = []
+    for span in log.spans:
+        rows = slice(span.start, span.stop)
+        stretches.append(log._replace(slip=log.slip[rows], effort=log.effort[rows]))
+    more, less, times = _furthest_apart(_courses(stretches))
+    if times > _APART:
+        problem = (
+            f"no field is logged, and at the same slip stretch {more + 1} has {times:.2g} times the effort of "
+            f"stretch {less + 1}: a field that no column holds may tell them apart"
+        )
+        numbers = ", ".join(["NUMBER"] * len(log.spans))
+        given = shell_word(f"field={numbers} A")
+        remedy = f"Give the field of each stretch: --constant {given}; else --field none"
+        raise UnloggedFieldError(problem, where=log.name, remedy=remedy)
 
 
 def efforts_of_two_devices(logs: Sequence[CourseOfLog]) -> EffortsApart | None:

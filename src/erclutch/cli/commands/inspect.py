@@ -49,7 +49,7 @@ COMMAND = {
 _WORD = r"""(?:'[^']+'|"[^"]+"|[^\s,;'"]+)"""
 _OPTION = re.compile(
     rf"--variable (?!out\b){_WORD}(?: --[a-z-]+(?: (?!--){_WORD})?)*|--decimal [.,]|--name-pattern {_WORD}|"
-    rf"--write-mapping {_WORD}"
+    rf"--write-mapping {_WORD}|--constant \"field=NUMBER[^\"]*\""
 )
 
 

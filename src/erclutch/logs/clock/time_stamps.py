@@ -18,6 +18,8 @@ from erclutch.logs.clock.timing import PAUSE, LogClock, first_few, require_rows
 from erclutch.signals.array import Array, Mask
 from erclutch.signals.percent import percent
 
+#: In a note, between the time and the rows in which it does so.
+BEGINS_ANEW = " begins anew in data row "
 _GAP = 1.5  # periods
 _JITTER = 1e-3  # share of the period that stamps may wander and still be called uniform
 _AROUND = 40  # rows on either side of a long step
@@ -150,7 +152,7 @@ def begun_anew(stamps: Array, column: str) -> tuple[Array, tuple[str, ...]]:
     if not np.all(pauses > 0.9 * pause):
         return stamps, ()  # stamps so large that a pause is lost in their rounding
     rows = first_few(back.tolist())
-    note = f"{column} begins anew in data row {rows}: a new stretch each time, {pause:.3g} s after the last"
+    note = f"{column}{BEGINS_ANEW}{rows}: a new stretch each time, {pause:.3g} s after the last"
     return joined, (note,)
 
 
