@@ -372,6 +372,6 @@ def test_stretches_of_one_file_are_held_against_each_other_too(tmp_path: Path) -
     assert last == 'What settles it: erclutch inspect all.csv --constant "field=NUMBER, NUMBER A"'
     words = shlex.split(last.replace("NUMBER, NUMBER", "0, 0.5"))[4:]
     assert "Understood." in good(*words, cwd=tmp_path).splitlines()[-1]
-    log = read(tmp_path / "all.csv", constant={"field": "0, 0.5 A"})
+    log = read(tmp_path / "all.csv", constant="field=0, 0.5 A")
     assert sorted({*log.signals["field"].tolist()}) == [0.0, 0.5]
     assert "field=NUMBER, NUMBER A" in refused("fit", "all.csv", "--out", "run", cwd=tmp_path)
