@@ -34,7 +34,6 @@ from erclutch.errors import (
     SettingError,
     did_you_mean,
     placed,
-    printable,
 )
 
 
@@ -431,7 +430,9 @@ def _others(group: str) -> tuple[Plugin, ...]:
             package, version = point.dist.name or package, point.dist.version or version
         source = point.value.partition("[")[0].strip()  # without the extras that it may name
         said = (point.name, source, package, version, part)
-        others.append(Plugin(group, *(printable(text)[:_LONGEST] for text in said)))
+        # A name may hold what commands a terminal.
+        shown = (text if text.isprintable() else ascii(text)[1:-1] for text in said)
+        others.append(Plugin(group, *(text[:_LONGEST] for text in shown)))
     return tuple(sorted(others, key=lambda plugin: (plugin.name, plugin.package)))
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable, Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -16,15 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
-from erclutch.logs.plain_file import (
-    State,
-    States,
-    changed,
-    opened_plainly,
-    readable,
-    states_of,
-    unchanged,
-)
+from erclutch.logs.plain_file import opened_plainly, readable
 from erclutch.logs.readers.budget import Budget, size_of, within_seconds
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
@@ -39,6 +32,11 @@ _LARGEST = 4 << 30  # bytes of a log
 HEAD = 1024  # bytes that a reader may look at to claim a file
 #: What `live --program learn` writes beside its logs: what each round taught. It is no log.
 LEARN_REPORT = "learn.json"
+
+
+State = tuple[int, int, int] | None
+#: What each file of a log was like when it was looked at.
+States = Mapping[Path, State]
 
 
 @dataclass(frozen=True)
@@ -284,6 +282,42 @@ def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:
     readers, failures = registry.sound(GROUP, LogReader)
     notes += [f"a reader was left out: {error}" for error in failures]
     return readers
+
+
+def states_of(files: Iterable[Path]) -> States:
+    """What changes when a file is written or replaced; None where there is none."""
+    states: dict[Path, State] = {}
+    for file in files:
+        try:
+            state = file.stat()
+            states[file] = (state.st_ino, state.st_size, state.st_mtime_ns)
+        except OSError:
+            states[file] = None
+    return states
+
+
+def changed() -> LogError:
+    """The error of a log that is not the log of an earlier look."""
+    # Half of the old log and half of the new are a log that nobody took.
+    problem = "the file was written while it was read"
+    return LogError(problem, remedy="Wait until it is whole, or give a copy of it")
+
+
+@contextmanager
+def unchanged(before: States) -> Generator[None]:
+    """What is read of files inside is of the files of an earlier look, and so is what is wrong with them.
+
+    Raises:
+        LogError: a file was written, replaced or taken away meanwhile.
+    """
+    try:
+        yield
+    except LogError as error:
+        if states_of(before) != before:
+            raise changed() from error
+        raise
+    if states_of(before) != before:
+        raise changed()
 
 
 def source_of(log: ReadableLog) -> LogSource:

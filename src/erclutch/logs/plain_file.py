@@ -1,10 +1,10 @@
-"""The files of a log are plain files, which have no holes and stay as they are while they are read."""
+"""The files of a log are plain files, all of whose bytes were written."""
 
 from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Generator, Iterable, Mapping
+from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
@@ -13,10 +13,6 @@ from erclutch.errors import LogError
 
 #: Bytes of a log that may never have been written. Such holes take no room on the disk, and are read as zeros.
 MOST_UNWRITTEN = 256 << 20
-
-State = tuple[int, int, int] | None
-#: What each file of a log was like when it was looked at.
-States = Mapping[Path, State]
 
 
 @contextmanager
@@ -27,42 +23,6 @@ def readable(file: Path) -> Generator[None]:
     except OSError as error:
         problem = f"the file cannot be read ({error.strerror})"
         raise LogError(problem, remedy="Check its permissions", where=str(file)) from error
-
-
-def states_of(files: Iterable[Path]) -> States:
-    """What changes when a file is written or replaced; None where there is none."""
-    states: dict[Path, State] = {}
-    for file in files:
-        try:
-            state = file.stat()
-            states[file] = (state.st_ino, state.st_size, state.st_mtime_ns)
-        except OSError:
-            states[file] = None
-    return states
-
-
-def changed() -> LogError:
-    """The error of a log that is not the log of an earlier look."""
-    # Half of the old log and half of the new are a log that nobody took.
-    problem = "the file was written while it was read"
-    return LogError(problem, remedy="Wait until it is whole, or give a copy of it")
-
-
-@contextmanager
-def unchanged(before: States) -> Generator[None]:
-    """What is read of files inside is of the files of an earlier look, and so is what is wrong with them.
-
-    Raises:
-        LogError: a file was written, replaced or taken away meanwhile.
-    """
-    try:
-        yield
-    except LogError as error:
-        if states_of(before) != before:
-            raise changed() from error
-        raise
-    if states_of(before) != before:
-        raise changed()
 
 
 def opened_plainly(file: Path) -> BufferedReader:

@@ -23,11 +23,14 @@ from erclutch.logs.log_file import group_of, recordings_in, tables_in
 from erclutch.logs.log_reader import (
     LogReader,
     LogSource,
+    States,
     Windows,
     log_at,
+    states_of,
+    unchanged,
 )
 from erclutch.logs.mapping import ColumnMap, file_mapping, map_over, told_of
-from erclutch.logs.plain_file import States, opened_plainly, readable, states_of, unchanged
+from erclutch.logs.plain_file import opened_plainly, readable
 from erclutch.logs.plan import Invalid
 from erclutch.logs.planning.recording_choice import table_of_log
 from erclutch.logs.planning.whole_plan import plan_of, sure_plan_of
@@ -77,8 +80,8 @@ def read(
         LogError: the file cannot be read as a table of finite numbers (TimingError: or its time cannot be put right).
         MappingError: signals without a column or with several (UnitError: with a unit that does not fit).
     """
+    repeated = all_options(mapping, options)  # so that the next logs may be read alike
     said = options_of(options)
-    repeated = all_options(mapping, said)  # so that the next logs may be read alike
     window, rate = window_and_rate(said)
     told = told_of(path, mapping, said, mapping_file)
     told = replace(told, variable=variable or told.variable)

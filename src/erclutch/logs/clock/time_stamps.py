@@ -22,6 +22,7 @@ from erclutch.signals.percent import percent
 BEGINS_ANEW = " begins anew in data row "
 _GAP = 1.5  # periods
 _JITTER = 1e-3  # share of the period that stamps may wander and still be called uniform
+_JITTER_IN_WORDS = percent(_JITTER, 1)
 _AROUND = 40  # rows on either side of a long step
 _FAR_APART = 10  # rows over which the period is told
 _LATE = 0.5  # periods by which a clock stays late behind a lost row
@@ -100,7 +101,7 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         moves = float(away.max()) > 1e-9 * period
         if moves and not even:
             coarsest = float(regular.grain.max())
-            how = f"wanders by less than {percent(_JITTER, 1)} of a period"
+            how = f"wanders by less than {_JITTER_IN_WORDS} of a period"
             if np.any(np.diff(stamps) == 0):
                 how = "is coarser than the sampling (stamps repeat)"
             elif coarsest > 0.75 * _JITTER * period:

@@ -16,8 +16,7 @@ from typing import Any, TypedDict
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.log_reader import LogSource
-from erclutch.logs.plain_file import states_of, unchanged
+from erclutch.logs.log_reader import LogSource, states_of, unchanged
 from erclutch.logs.readers import child_process
 from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import ALL, EACH, RecordingNames, SeveralTables

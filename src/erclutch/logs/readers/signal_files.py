@@ -26,9 +26,10 @@ from erclutch.logs.log_reader import (
     may_be_log,
     read_by,
     reader_of,
+    unchanged,
 )
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.plain_file import opened_plainly, unchanged
+from erclutch.logs.plain_file import opened_plainly
 from erclutch.logs.planning.clock_planning import clock_plan
 from erclutch.logs.planning.whole_plan import is_log, signals_of
 from erclutch.logs.readers.found_recordings import JOINT, NO_NAME, Found, joined_by_time
