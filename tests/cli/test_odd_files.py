@@ -9,9 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from erclutch import files
 from erclutch.errors import LogError, RunError
-from erclutch.files import file_digest, small_file, small_json, small_text, toml_of
+from erclutch.files import given_files
+from erclutch.files.given_files import file_digest, small_file, small_json, small_text, toml_of
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.runs import kept_columns
 from erclutch.runs.run_folder import read_run
@@ -49,7 +49,7 @@ def test_json_that_is_nested_without_end_is_told(tmp_path: Path) -> None:
 
 
 def test_a_small_file_is_small(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(files, "MOST_BYTES", 2 << 20)
+    monkeypatch.setattr(given_files, "MOST_BYTES", 2 << 20)
     (tmp_path / "large").write_bytes(bytes(2 << 20))
     assert len(small_file(tmp_path / "large")) == 2 << 20
     (tmp_path / "larger").write_bytes(bytes((2 << 20) + 1))

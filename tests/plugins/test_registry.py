@@ -174,9 +174,13 @@ def test_a_law_of_another_package_is_fitted_only_where_it_is_named(install: Inst
     ],
 )
 def test_a_name_that_is_none_is_not_used_and_that_is_said(
-    name: str, install: Install, capsys: pytest.CaptureFixture[str]
+    name: str,
+    install: Install,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """It went to the terminal as it was: the page of all commands had 20 MB, or emptied the screen."""
+    monkeypatch.setenv("COLUMNS", "300")  # no sentence of the table is broken
     points = "".join(f"[{group}]\n{name} = odd_names:X\n" for group in GROUPS)
     install("odd-names", points, "raise RuntimeError\n")
     assert all(plugin.own for group in GROUPS for plugin in plugins(group))

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch import files
 from erclutch.errors import RunError
+from erclutch.files.given_files import file_digest
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.logs import read
 from erclutch.logs.dataset import build_dataset
@@ -177,7 +177,7 @@ def test_a_column_that_holds_no_numbers_is_one_line(run: Path) -> None:
     table = pq.read_table(path)
     lists = pa.array([[1.0]] * table.num_rows)
     pq.write_table(table.set_column(table.column_names.index("slip"), "slip", lists), path)
-    body["files"]["predictions.parquet"] = files.file_digest(path)
+    body["files"]["predictions.parquet"] = file_digest(path)
     del body["digest"]
     (run / "run.json").write_text(json.dumps({**body, "digest": digest_of(body)}))
     with pytest.raises(RunError, match=r"does not fit run\.json"):

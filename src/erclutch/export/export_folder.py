@@ -18,7 +18,7 @@ from erclutch._version import __version__
 from erclutch.errors import ErclutchError, ExportError
 from erclutch.export.exported_step import ExportedStep, ExportOptions
 from erclutch.export.step_record import step_of
-from erclutch.files import file_digest, plain_words, small_json
+from erclutch.files.given_files import file_digest, plain_words, small_json
 from erclutch.models.load import load_model
 from erclutch.models.model_file import UNFIT, number_of, pair_of, require_schema, truth_of
 from erclutch.registry import Plugin, require

@@ -8,20 +8,13 @@ from __future__ import annotations
 
 import errno
 import functools
-import hashlib
-import json
 import os
-import re
 import secrets
 import shutil
-import stat
-import tomllib
 from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager, suppress
-from json import JSONDecodeError
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, cast
 
 from erclutch.errors import ErclutchError, RunError
 from erclutch.files.groups import move_later
@@ -38,10 +31,6 @@ from erclutch.files.places import (
     unheard,
 )
 
-#: Of a file that is read whole though it is no log.
-MOST_BYTES = 64 << 20
-#: Bytes that a file of rows in a run may have: a run keeps some 10^6 rows at most.
-MOST_OF_ROWS = 4 << 30
 LOG_ENDINGS = (".csv", ".parquet", ".mat")  # of the logs that are written
 
 
@@ -53,89 +42,6 @@ def cache_folder() -> Path:
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "erclutch"
 
 
-def plain_words(error: Exception) -> str:
-    """What is wrong with a file that cannot be read, without the words of Python."""
-    if isinstance(error, UnicodeDecodeError):
-        return "it is no UTF-8 text"
-    if isinstance(error, JSONDecodeError):
-        return f"it is no JSON from line {error.lineno} on"
-    if isinstance(error, RecursionError):
-        return "it is nested too deep"
-    if "integer string conversion" in str(error):  # what Python says of thousands of digits
-        return "a whole number in it has too many digits"
-    missing = isinstance(error, FileNotFoundError)
-    return "there is no such file" if missing else getattr(error, "strerror", None) or str(error)
-
-
-_LONG_KEY = re.compile(
-    rb"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){100}"""
-)
-
-
-def small_file(path: Path) -> bytes:
-    """The bytes of a file that is never large: a rig, a mapping, a model, what a run or an export says of itself.
-
-    Raises:
-        OSError: there is no such file, or it has more than `MOST_BYTES`; or it is a pipe, which may never be filled, or
-            a device, which may never end.
-    """
-    _require_plain(path)
-    with path.open("rb") as file:
-        content = file.read(MOST_BYTES + 1)
-    if len(content) > MOST_BYTES:
-        raise OSError(errno.EFBIG, f"it has more than {MOST_BYTES >> 20} MiB", str(path))
-    return content
-
-
-def small_text(path: Path) -> str:
-    """The text of such a file, which is UTF-8.
-
-    Raises:
-        OSError, UnicodeDecodeError: see `small_file`; `plain_words` says why.
-    """
-    return small_file(path).decode()
-
-
-def small_json(path: Path) -> Any:
-    """What such a file of JSON holds.
-
-    Raises:
-        OSError, ValueError: it cannot be read, or is no JSON; `plain_words` says why.
-    """
-    try:
-        return json.loads(small_text(path))
-    except RecursionError as error:
-        raise ValueError("it is nested too deep") from error
-
-
-def _require_plain(path: Path) -> None:
-    mode = path.stat().st_mode
-    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):  # of a folder the system tells itself
-        raise OSError(errno.EINVAL, "it is a pipe or a device and no plain file", str(path))
-
-
-def toml_of(content: bytes) -> dict[str, Any]:
-    """What a TOML file holds; its whole numbers have 64 bits at most, so that each can be a float and be printed.
-
-    Raises:
-        ValueError, RecursionError: it is no such file; `plain_words` says why.
-    """
-    if _LONG_KEY.search(content):  # the library takes the square of the time for it
-        raise ValueError("a name in it has more than 100 parts with points between them")
-    body = tomllib.loads(content.decode("utf-8-sig"))
-    if not _fits(body):
-        raise ValueError("a whole number in it has more than 64 bits")
-    return body
-
-
-def _fits(value: object) -> bool:
-    if isinstance(value, dict):
-        return all(map(_fits, cast(dict[str, object], value).values()))
-    if isinstance(value, list):
-        return all(map(_fits, cast(list[object], value)))
-    return not isinstance(value, int) or -(2**63) <= value < 2**63
-
-
 def unwritable(
     path: Path,
     error: OSError,
@@ -145,23 +51,6 @@ def unwritable(
 ) -> ErclutchError:
     """The error of a file or folder that cannot be written."""
     return kind(f"{problem}: {error.strerror or error}", where=str(path), remedy=remedy)
-
-
-def file_digest(path: Path, most: int = MOST_OF_ROWS) -> str:
-    """SHA-256 of a file's bytes, hexadecimal.
-
-    Args:
-        path: of the file.
-        most: bytes that it may have; a sparse file of terabytes costs nothing to make, and days to read.
-
-    Raises:
-        OSError: the file cannot be read, or has more bytes; or it is a pipe or a device.
-    """
-    _require_plain(path)
-    with path.open("rb") as file:
-        if os.fstat(file.fileno()).st_size > most:
-            raise OSError(errno.EFBIG, f"it has more than {most >> 20} MiB", str(path))
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 # --- the look before any work, which also reserves the name -----------------------------------------------------------

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from erclutch import registry
 from erclutch.errors import LogError, PluginError, placed, printable
-from erclutch.logs.plain_file import opened_plainly, readable
+from erclutch.files.given_files import UnfitFileError, opened_plainly
 from erclutch.logs.readers.budget import Budget, size_of, within_seconds
 from erclutch.logs.table import Table
 from erclutch.registry import Plugin
@@ -282,6 +282,18 @@ def _readers(notes: list[str]) -> list[tuple[Plugin, LogReader]]:
     readers, failures = registry.sound(GROUP, LogReader)
     notes += [f"a reader was left out: {error}" for error in failures]
     return readers
+
+
+@contextmanager
+def readable(file: Path) -> Generator[None]:
+    """What the system says against reading a file is a LogError."""
+    try:
+        yield
+    except UnfitFileError as error:
+        raise LogError(error.problem, remedy=error.remedy) from error
+    except OSError as error:
+        problem = f"the file cannot be read ({error.strerror})"
+        raise LogError(problem, remedy="Check its permissions", where=str(file)) from error
 
 
 def states_of(files: Iterable[Path]) -> States:

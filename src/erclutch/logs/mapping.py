@@ -43,7 +43,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import MappingError, UnitError, placed
-from erclutch.files import plain_words, small_file, toml_of
+from erclutch.files.given_files import plain_words, small_file, toml_of
 from erclutch.logs.columns.name_pattern import FIELD
 from erclutch.signals.recording import NAMED_COLUMNS, SIGNALS
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from erclutch.errors import LogError, keywords_checked, placed
+from erclutch.files.given_files import opened_plainly
 from erclutch.logs.applied import apply
 from erclutch.logs.arrays import table_of_arrays
 from erclutch.logs.batches import WHOLE_FILE, Batch, RowRange, one_batch, windowed_batches
@@ -26,11 +27,11 @@ from erclutch.logs.log_reader import (
     States,
     Windows,
     log_at,
+    readable,
     states_of,
     unchanged,
 )
 from erclutch.logs.mapping import ColumnMap, file_mapping, map_over, told_of
-from erclutch.logs.plain_file import opened_plainly, readable
 from erclutch.logs.plan import Invalid
 from erclutch.logs.planning.recording_choice import table_of_log
 from erclutch.logs.planning.whole_plan import plan_of, sure_plan_of

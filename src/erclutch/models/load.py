@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from erclutch import registry
 from erclutch.errors import PluginError, RunError
-from erclutch.files import plain_words, small_json
+from erclutch.files.given_files import plain_words, small_json
 from erclutch.models import residual_model
 from erclutch.models.law_model import KIND as LAW_KIND
 from erclutch.models.law_model import model_from_dict

@@ -20,7 +20,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from erclutch.errors import RunError
-from erclutch.files import file_digest
+from erclutch.files.given_files import file_digest
 from erclutch.fit.choice.scoring import BinSums, Score, score_of_bins
 from erclutch.logs.batches import RowRange, blocks_of, chained, neighbours, one_batch
 from erclutch.logs.dataset import Dataset

@@ -21,7 +21,8 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import RunError
-from erclutch.files import plain_words, small_json, unwritable, whole_file
+from erclutch.files import unwritable, whole_file
+from erclutch.files.given_files import plain_words, small_json
 from erclutch.logs.any_size import Cut
 from erclutch.models.model_file import digest_of, keeps_digest
 from erclutch.runs.every_row import KIND, SCHEMA, EveryRow, PartSums, require_same_bytes

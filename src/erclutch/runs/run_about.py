@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import RunError, SettingError
-from erclutch.files import plain_words, small_json, unwritable, whole_file
+from erclutch.files import unwritable, whole_file
+from erclutch.files.given_files import plain_words, small_json
 
 FILE = "about.json"
 _LONGEST = 2000  # letters of a text

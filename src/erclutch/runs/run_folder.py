@@ -26,7 +26,13 @@ import numpy as np
 
 from erclutch.errors import RunError
 from erclutch.export.c_names import named_after
-from erclutch.files import MOST_BYTES, MOST_OF_ROWS, file_digest, plain_words, small_json
+from erclutch.files.given_files import (
+    MOST_BYTES,
+    MOST_OF_ROWS,
+    file_digest,
+    plain_words,
+    small_json,
+)
 from erclutch.fit.choice.standing import Standing, standing_of_run
 from erclutch.models.load import load_model
 from erclutch.models.model import Model

@@ -17,7 +17,8 @@ import numpy as np
 from erclutch import files
 from erclutch._version import __version__
 from erclutch.errors import keywords_checked
-from erclutch.files import file_digest, whole_folder
+from erclutch.files import whole_folder
+from erclutch.files.given_files import file_digest
 from erclutch.logs.keywords import told_alike
 from erclutch.models.model import Model
 from erclutch.models.model_file import digest_of

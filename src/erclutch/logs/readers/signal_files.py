@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from erclutch.errors import ErclutchError, LogError, printable
+from erclutch.files.given_files import opened_plainly
 from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.log_reader import (
     HEAD,
@@ -25,11 +26,11 @@ from erclutch.logs.log_reader import (
     log_suffixes,
     may_be_log,
     read_by,
+    readable,
     reader_of,
     unchanged,
 )
 from erclutch.logs.mapping import ColumnMap
-from erclutch.logs.plain_file import opened_plainly
 from erclutch.logs.planning.clock_planning import clock_plan
 from erclutch.logs.planning.whole_plan import is_log, signals_of
 from erclutch.logs.readers.found_recordings import JOINT, NO_NAME, Found, joined_by_time
@@ -181,7 +182,7 @@ def _read(source: LogSource) -> Table:
     tables: dict[str, Table] = {}
     with unchanged(source.states):
         for part in parts:
-            with opened_plainly(part) as content:
+            with readable(part), opened_plainly(part) as content:
                 data = content.read()
             plugin, _ = reader_of(data[:HEAD], part.suffix)
             digest = hashlib.sha256(data).hexdigest()

@@ -19,7 +19,8 @@ from markupsafe import Markup
 
 from erclutch.arithmetic.operand import Operand
 from erclutch.errors import RunError
-from erclutch.files import cache_folder, small_json
+from erclutch.files import cache_folder
+from erclutch.files.given_files import small_json
 from erclutch.models.laws import Law, law_from_name
 from erclutch.models.stages import slip_stages
 from erclutch.report.plots.paper_style import placed

@@ -18,7 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from erclutch.errors import ErclutchError, printable
-from erclutch.files import small_json, whole_file
+from erclutch.files import whole_file
+from erclutch.files.given_files import small_json
 from erclutch.files.places import put_beside, put_new
 from erclutch.runs.run_about import RunAbout, about_with
 
@@ -231,7 +232,7 @@ class Workspace:
         Raises:
             WorkspaceError: no such name is taken, the file is larger than 4 GiB, empty, or cannot be written.
         """
-        from erclutch.files import file_digest
+        from erclutch.files.given_files import file_digest
 
         stem, suffix = os.path.splitext(plain_name(name))
         numbered = re.compile(re.escape(stem) + r"-\d+" + re.escape(suffix))

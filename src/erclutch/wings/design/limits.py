@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import SettingError
-from erclutch.files import plain_words, small_file, toml_of
+from erclutch.files.given_files import plain_words, small_file, toml_of
 from erclutch.signals.array import Array, largest_size
 
 if TYPE_CHECKING:

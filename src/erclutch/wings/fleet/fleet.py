@@ -26,7 +26,8 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import ErclutchError, RunError, SettingError, keywords_checked
-from erclutch.files import file_digest, may_fill, may_write, plain_words, small_json, whole_file
+from erclutch.files import may_fill, may_write, whole_file
+from erclutch.files.given_files import file_digest, plain_words, small_json
 from erclutch.files.groups import together
 from erclutch.files.places import nothing, release, reserve
 from erclutch.fit.comparison import Settings, compare

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from erclutch.errors import RunError
-from erclutch.files import small_text
+from erclutch.files.given_files import small_text
 from erclutch.runs.cluster import TaskPool, finished, saying_kept
 
 T = TypeVar("T")

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from erclutch.errors import SettingError
-from erclutch.files import plain_words, small_file, toml_of
+from erclutch.files.given_files import plain_words, small_file, toml_of
 from erclutch.wings.live.command_line.chosen_rig import PERIOD
 from erclutch.wings.live.command_line.live_options import DEFAULTS, ControlOptions, RigOptions
 from erclutch.wings.live.motion_limits import MOTION

@@ -16,7 +16,8 @@ from cyclopts import Parameter
 
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import ErclutchError, RunError, SettingError
-from erclutch.files import plain_words, small_file, whole_file
+from erclutch.files import whole_file
+from erclutch.files.given_files import plain_words, small_file
 from erclutch.signals.percent import percent
 from erclutch.wings.live.command_line.live_options import LEARN
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from erclutch.errors import SettingError
-from erclutch.files import plain_words, small_file, toml_of
+from erclutch.files.given_files import plain_words, small_file, toml_of
 
 SECTIONS = (
     "supply",

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from erclutch.errors import LogError
-from erclutch.logs import plain_file
+from erclutch.files import given_files
+from erclutch.files.given_files import has_large_holes
 from erclutch.logs.log_file import read_table
-from erclutch.logs.plain_file import has_large_holes
 from tests.support.log_formats import FORMATS, small_log
 
 MIB = 1 << 20
@@ -50,7 +50,7 @@ def test_what_was_never_written_is_counted(
 def test_a_large_file_that_is_written_has_no_holes(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(plain_file, "MOST_UNWRITTEN", MIB)
+    monkeypatch.setattr(given_files, "MOST_UNWRITTEN", MIB)
     (tmp_path / "log").write_bytes(b"1" * 3 * MIB)
     with (tmp_path / "log").open("rb") as file:
         assert not has_large_holes(file.fileno())
