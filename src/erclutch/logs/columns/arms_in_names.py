@@ -7,9 +7,11 @@ import re
 from erclutch.errors import UnitError
 from erclutch.signals import units
 
+# Blanks and brackets are run through once from where they begin: a name may have thousands.
 _ARM = re.compile(
-    r"[\s_(\[]*(?:(?<![^\W\d_])(?:am|at|auf|an|à|a|@)?\s*(?:r|radius|arm|lever|hebel(?:arm)?|bras|brazo|braccio|半径|力臂)"
-    r"\s*(?:r|of|von|de)?\s*=?|@|\bat)\s*(\d+(?:[.,]\d+)?)\s?(mm|cm|m|in|inch)(?![^\W\d_])[)\]]*",
+    r"(?<![\s_(\[])[\s_(\[]*+(?:(?<![^\W\d_])(?:am|at|auf|an|à|a|@)?\s*+"
+    r"(?:r|radius|arm|lever|hebel(?:arm)?|bras|brazo|braccio|半径|力臂)"
+    r"\s*+(?:r|of|von|de)?\s*+=?|@|\bat)\s*+(\d+(?:[.,]\d+)?)\s?(mm|cm|m|in|inch)(?![^\W\d_])[)\]]*",
     re.IGNORECASE,
 )
 

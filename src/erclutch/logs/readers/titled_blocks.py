@@ -19,7 +19,7 @@ _FEWEST = 2  # titles
 _MOST = 1000  # lines that may be titles: with more they are rows that begin with words
 _FEWEST_ROWS = 3  # below each title, on average
 _MAY_BE_TITLE = re.compile(
-    rb"^[#%/;,=*<>\[(\" \t-]*[A-Za-z\x80-\xff]|^[#%=*<>\[(-]+[^\r\n]*\d ?[A-Za-z]|^[\d.]{1,9} ?[A-Za-z]{1,3}\r?$",
+    rb"^[#%/;,=*<>\[(\" \t-]*+[A-Za-z\x80-\xff]|^[#%=*<>\[(-]++[^\r\n]*\d ?[A-Za-z]|^[\d.]{1,9} ?[A-Za-z]{1,3}\r?$",
     re.M,
 )
 #: Marks of a comment and of an underlined head, stripped in one pass: a pattern takes the square of their length.
