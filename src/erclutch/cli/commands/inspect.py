@@ -7,6 +7,7 @@ import shlex
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
+from itertools import pairwise
 from json import dumps
 from math import isnan
 from pathlib import Path
@@ -47,6 +48,8 @@ COMMAND = {
 #: An option in the remedy of an error that says how a file is read, with the options behind it; none that is to be left
 #: out (``--variable ''``, "leave --variable out").
 _WORD = r"""(?:'[^']+'|"[^"]+"|[^\s,;'"]+)"""
+#: Options that say which log of a file is meant, and not how its columns are read.
+_WHICH_LOG = ("--variable", "--decimal")
 _OPTION = re.compile(
     rf"--variable (?!out\b){_WORD}(?: --[a-z-]+(?: (?!--){_WORD})?)*|--decimal [.,]|--name-pattern {_WORD}|"
     rf"--write-mapping {_WORD}|--constant \"field=NUMBER[^\"]*\""
@@ -222,8 +225,11 @@ def _tell(look: LogLook, mapping: Path | None, asked: LogOptions) -> None:
         place = "" if read else f". It is read once it lies beside the log as {look.log}.toml"
         terminal.say(f"Mapping written: {mapping}{missing}{place}")
     elif look.missing:
-        # With the options so far, such as the sheet: without them another log would be looked at.
-        command = ["erclutch", "inspect", str(look.log), *asked.words()]
+        # With the sheet that was asked for: without it another log would be looked at.
+        given = asked.words()
+        pairs = pairwise(given)
+        which = [word for pair in pairs if pair[0] in _WHICH_LOG for word in pair]
+        command = ["erclutch", "inspect", str(look.log), *which]
         command += ["--write-mapping", f"{look.log}.toml"]
         terminal.say(f"A mapping file to fill in: {shlex.join(command)}")
 

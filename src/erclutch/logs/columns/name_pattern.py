@@ -45,7 +45,7 @@ _COUNTED = frozenset(
 )
 #: In front of a number, these count logs: of ``run_1_5A`` the first is at 5 A, and ``F_1_5A`` may be at 1.5 A.
 _COUNTS_LOGS = _COUNTED - {"data", "v", "part", "rev", "cycle"}
-_WHOLE_BEHIND = re.compile(r"([A-Za-z]*)[ _=-]?(\d)_$")
+_WHOLE_BEHIND = re.compile(r"(?:([A-Za-z]*)[ _=-]|^)(\d)_$")
 _ZERO_IN_FRONT = re.compile(r"0\d+")
 _OF_MOTION_OR_HEAT = frozenset(
     (
@@ -76,7 +76,7 @@ def may_lack_its_point(number: re.Match[str]) -> bool:
     whole = _WHOLE_BEHIND.search(number.string[: number.start(1)])
     if whole is None or not digits.isdigit():
         return False
-    word, digit = whole.groups()
+    word, digit = whole.groups("")
     return digit == "0" or word.lower() not in _COUNTS_LOGS
 
 
