@@ -153,7 +153,7 @@ def test_remarks_between_the_names_and_the_rows_hide_no_name(tmp_path: Path) -> 
     assert '--scale "effort=0.12 N*m/N"' in plan_of(table, ColumnMap()).command()
 
 
-@pytest.mark.parametrize("name", ["load cell [g]", "load_cell_g", "Load Cell (g)"])
+@pytest.mark.parametrize("name", ["load cell [g]", "load_cell_g", "Load Cell (g)", "Load [grams]"])
 def test_a_weight_at_a_stated_arm_is_offered_as_a_torque(tmp_path: Path, name: str) -> None:
     grams = TORQUE / 0.12 / 9.80665 * 1e3
     said = command(tmp_path, "# arm length: 12 cm", {"speed [rad/s]": SPEED, name: grams})
@@ -178,3 +178,11 @@ def test_a_weight_that_is_asked_about_gets_the_stated_arm(tmp_path: Path) -> Non
         tmp_path / "log.csv", effort="Load [kgf]", scale="effort=0.2 N*m/N", slip="speed [rpm]"
     )
     np.testing.assert_allclose(log.signals["effort"], TORQUE, rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("unit", ["kg", "Kg", "KG"])
+def test_a_load_in_kilograms_in_any_letters_is_offered_as_a_weight(
+    tmp_path: Path, unit: str
+) -> None:
+    said = command(tmp_path, "", {"speed [rad/s]": SPEED, f"Load ({unit})": TORQUE})
+    assert said.endswith('--effort "Load [kgf]"')

@@ -288,6 +288,8 @@ def test_power_is_no_slip(written: Written) -> None:
     [
         ("oz-in", 0.00706155),
         ("kgf-cm", 0.0980665),
+        ("Kg-cm", 0.0980665),
+        ("Kgf.cm", 0.0980665),
         ("gf-cm", 0.0000980665),
         ("dyn-cm", 1e-7),
         ("ozf·in", 0.00706155),

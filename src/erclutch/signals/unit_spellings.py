@@ -109,6 +109,9 @@ SPELLINGS = (
     ),
     (re.compile(r"(?<![\w.])(?:SEC|Sec)(?!\w)"), "s"),
     (re.compile(r"(?<![\w.])KN(?!\w)"), "kN"),
+    (re.compile(r"(?<![\w.])K[Gg](f?)(?!\w)"), r"kg\1"),  # kelvin times gram is nothing
+    (re.compile(r"(?<![\w.])K[Pp]a(?!\w)"), "kPa"),
+    (re.compile(r"(?<![\w.])Mpa(?!\w)"), "MPa"),
     # A dot may stand for the line of the fraction.
     (re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"), "rad/s"),
     (re.compile(r"(?<![\w.])([mk]?)(?:[Nn]ewton|N)[-. ]?[Mm]et(?:er|re)s?(?!\w)"), r"\1N*m"),

@@ -25,7 +25,7 @@ _RAW = ("raw", "adc", "pulse", "pulses", "impulse", "impulses", "inc", "incremen
 #: The speed of a motor's field, which is that of its shaft times the pairs of poles.
 ELECTRICAL = ("erpm", "electricalrpm", "rpmelectrical")
 #: Of a scale or load cell that shows a mass: the force that pulls at it. A pound is read as a force already.
-_WEIGHTS = {"g": "gf", "kg": "kgf"}
+_WEIGHTS = {"g": "gf", "kg": "kgf", "Kg": "kgf", "KG": "kgf", "grams": "gf"}
 _SCALES = frozenset({"weight", "loadcellweight", "gewicht", "poids", "peso"})
 #: What a sensor is called whose output is logged as it is.
 _SENSORS = {
