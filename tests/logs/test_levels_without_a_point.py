@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from erclutch.errors import MappingError
 from erclutch.logs import ColumnMap, read_all, read_table
 from erclutch.logs.columns.levels_in_names import open_field_in, stated_in
 from tests.support.command import run
@@ -76,3 +78,17 @@ def test_points_at_a_level_without_a_point_are_not_put_under_another_level(tmp_p
     rows = "".join(f"{n},{n / 9},{n / 7},{n / 5}\n" for n in range(10, 200, 10))
     path.write_text(f"speed [rpm],T_0A [Nm],T_05A [Nm],T_1A [Nm]\n{rows}", encoding="utf-8")
     assert [*read_table(path).columns] == ["speed", "T_0A", "T_05A", "T_1A"]
+
+
+def test_numbers_in_two_units_are_all_left_to_the_user(tmp_path: Path) -> None:
+    # The unit behind the last of them would be that of all.
+    fields = {"off": 0.0, "on_500mA": 0.5, "on_1A": 1.0}
+    runs = {
+        name: {"t": TIME.tolist(), "v_m_s": SLIP.tolist(), "F_N": effort(field).tolist()}
+        for name, field in fields.items()
+    }
+    many = {name: {**run_of, "x_m": TIME.tolist()} for name, run_of in runs.items()}
+    (tmp_path / "log.json").write_text(json.dumps(many), encoding="utf-8")
+    told = ColumnMap.from_options({"variable": "all", "slip": "v_m_s [m/s]"})
+    with pytest.raises(MappingError, match="field=NUMBER, NUMBER, NUMBER mA"):
+        read_all(tmp_path / "log.json", told)

@@ -162,7 +162,10 @@ def _ask_for_each_field(names: Sequence[str], stated: Mapping[str, StatedLevel])
         f"{name!r} says {field.number:g} {field.unit}" for name, field in stated.items()
     )
     unit = next(iter(stated.values())).unit or ""
-    numbers = [f"{stated[name].number:g}" if name in stated else "NUMBER" for name in names]
+    # The unit stands behind the last number and is that of all: 500 mA beside 1 A is for the user to write.
+    of_one_unit = len({field.unit for field in stated.values()}) == 1
+    known = stated if of_one_unit else {}
+    numbers = [f"{known[name].number:g}" if name in known else "NUMBER" for name in names]
     given = shell_word(f"field={', '.join(numbers)} {unit}".strip())
     option = f"--constant {given}"
     problem = f"no log has a column for field, and of their names {quoted}"
