@@ -13,6 +13,7 @@ from scipy.io import savemat
 from erclutch.errors import MappingError
 from erclutch.logs import ColumnMap, read_all, read_table
 from erclutch.logs.columns.levels_in_names import open_field_in, stated_in
+from erclutch.signals.array import Array
 from tests.support.command import run
 
 TIME = np.arange(200) / 100
@@ -20,7 +21,7 @@ SLIP = np.sin(9 * TIME)
 FIELDS = (0.0, 0.5, 1.0)
 
 
-def effort(field: float) -> np.ndarray:
+def effort(field: float) -> Array:
     return (50.0 + 200.0 * field) * SLIP
 
 

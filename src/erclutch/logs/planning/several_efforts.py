@@ -164,8 +164,10 @@ def _ask_for_each_field(names: Sequence[str], stated: Mapping[str, StatedLevel])
     unit = next(iter(stated.values())).unit or ""
     # The unit stands behind the last number and is that of all: 500 mA beside 1 A is for the user to write.
     of_one_unit = len({field.unit for field in stated.values()}) == 1
-    known = stated if of_one_unit else {}
-    numbers = [f"{known[name].number:g}" if name in known else "NUMBER" for name in names]
+    numbers: list[str] = []
+    for name in names:
+        is_known = of_one_unit and name in stated
+        numbers.append(f"{stated[name].number:g}" if is_known else "NUMBER")
     given = shell_word(f"field={', '.join(numbers)} {unit}".strip())
     option = f"--constant {given}"
     problem = f"no log has a column for field, and of their names {quoted}"
