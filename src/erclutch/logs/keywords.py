@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import nextafter
 from typing import Any, NamedTuple, cast
 
-from erclutch.errors import MappingError, SettingError, UnitError, did_you_mean, listed
+from erclutch.errors import MappingError, SettingError, UnitError, did_you_mean
 from erclutch.logs.clock.timing import LATEST
 from erclutch.signals import units
 from erclutch.signals.recording import NAMED_COLUMNS, LogFacts, Recording
@@ -47,7 +47,7 @@ def options_of(keywords: Mapping[str, Any]) -> dict[str, Any]:
         name = keyword.lower()
         if name not in _KNOWN:
             hint = did_you_mean(keyword, _KNOWN.values())
-            remedy = f"{hint}Known are {listed(_KNOWN.values(), len(_KNOWN))}"
+            remedy = f"{hint}Known are {', '.join(_KNOWN.values())}"
             raise MappingError(f"{keyword!r} is no signal and no option of reading", remedy=remedy)
         if value is None:
             continue
@@ -62,20 +62,17 @@ def options_of(keywords: Mapping[str, Any]) -> dict[str, Any]:
     return options
 
 
-def all_options(mapping: object, keywords: Mapping[str, Any]) -> dict[str, Any]:
+def all_options(mapping: object, said: Mapping[str, Any]) -> dict[str, Any]:
     """What was said of the columns, as options; a mapping with the keys of a mapping file has no options for all.
 
     Args:
         mapping: see `erclutch.read`.
-        keywords: its keywords, which win.
-
-    Raises:
-        MappingError, SettingError: see `options_of`.
+        said: options, which win.
     """
     labels = cast("Mapping[str, Any]", mapping if isinstance(mapping, Mapping) else {})
     known = {name.lower() for name in NAMED_COLUMNS}
     columns = {name.lower(): label for name, label in labels.items() if name.lower() in known}
-    return {**columns, **options_of(keywords)}
+    return {**columns, **said}
 
 
 def told_alike(logs: Sequence[LogFacts]) -> dict[str, Any]:

@@ -81,8 +81,8 @@ def read(
         LogError: the file cannot be read as a table of finite numbers (TimingError: or its time cannot be put right).
         MappingError: signals without a column or with several (UnitError: with a unit that does not fit).
     """
-    repeated = all_options(mapping, options)  # so that the next logs may be read alike
     said = options_of(options)
+    repeated = all_options(mapping, said)  # so that the next logs may be read alike
     window, rate = window_and_rate(said)
     told = told_of(path, mapping, said, mapping_file)
     told = replace(told, variable=variable or told.variable)
