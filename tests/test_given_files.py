@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from erclutch.errors import LogError
 from erclutch.files import given_files
-from erclutch.files.given_files import has_large_holes
+from erclutch.files.given_files import UnfitFileError, file_digest, has_large_holes, small_file
 from erclutch.logs.log_file import read_table
 from tests.support.log_formats import FORMATS, small_log
 
@@ -65,3 +66,14 @@ def test_a_log_of_4_gb_with_nothing_in_it_is_refused_at_once(name: str, tmp_path
     os.truncate(next(path.glob("*.mcap")) if path.is_dir() else path, 4_000 * MIB)
     with pytest.raises(LogError, match="more than 256 MiB of the file were never written"):
         read_table(path)
+
+
+@pytest.mark.parametrize("read", [small_file, file_digest])
+def test_a_file_that_became_a_pipe_behind_the_look_at_it_is_refused(
+    read: Callable[[Path], object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The opening of a pipe that nobody fills has no end."""
+    monkeypatch.setattr(given_files, "_require_plain", lambda path: None)
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(UnfitFileError, match="was replaced while it was read"):
+        read(tmp_path / "pipe")

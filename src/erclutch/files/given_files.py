@@ -45,17 +45,27 @@ def opened_plainly(file: Path) -> BufferedReader:
         UnfitFileError: it is no plain file any more, or has holes of more than `MOST_UNWRITTEN`.
         OSError: it cannot be opened.
     """
+    opened = _opened(file)
+    if has_large_holes(opened.fileno()):
+        opened.close()
+        problem = f"more than {MOST_UNWRITTEN >> 20} MiB of the file were never written"
+        remedy = "Copy the file again, or cut it where its rows end"
+        raise UnfitFileError(problem, remedy, file)
+    return opened
+
+
+def _opened(file: Path) -> BufferedReader:
+    """A plain file of any holes, opened without a wait.
+
+    Raises:
+        UnfitFileError: it is no plain file any more. OSError: it cannot be opened.
+    """
     opened = open(  # noqa: SIM115  the caller closes it
         file, "rb", opener=lambda path, flags: os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
     )
     if not stat.S_ISREG(os.fstat(opened.fileno()).st_mode):
         opened.close()
         raise UnfitFileError("the file was replaced while it was read", "Give a plain file", file)
-    if has_large_holes(opened.fileno()):
-        opened.close()
-        problem = f"more than {MOST_UNWRITTEN >> 20} MiB of the file were never written"
-        remedy = "Copy the file again, or cut it where its rows end"
-        raise UnfitFileError(problem, remedy, file)
     return opened
 
 
@@ -176,7 +186,7 @@ def file_digest(path: Path, most: int = MOST_OF_ROWS) -> str:
         OSError: the file cannot be read, or has more bytes; or it is a pipe or a device.
     """
     _require_plain(path)
-    with path.open("rb") as file:
+    with _opened(path) as file:
         if os.fstat(file.fileno()).st_size > most:
             raise OSError(errno.EFBIG, f"it has more than {most >> 20} MiB", str(path))
         return hashlib.file_digest(file, "sha256").hexdigest()
