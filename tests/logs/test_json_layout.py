@@ -115,6 +115,22 @@ def test_of_two_signals_or_runs_with_one_name_none_is_lost(tmp_path: Path) -> No
     np.testing.assert_array_equal(read_table(path, variable="runs.brake (1)").columns["F"], 1)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"t": 0.0, "torque": 1, "torque": 2}\n{"t": 0.1, "torque": 1, "torque": 2}\n',
+        '[{"t": 0.0, "torque": 1, "torque": 2}, {"t": 0.1, "torque": 1, "torque": 2}]',
+        '{"t": [0, 0.1, 0.2],\n "torque": [1, 2, 3],\n "torque": [4, 5, 6]}',
+    ],
+)
+def test_two_values_of_one_name_are_refused(tmp_path: Path, text: str) -> None:
+    """The last of them was the torque."""
+    log = tmp_path / "log.json"
+    log.write_text(text, encoding="utf-8")
+    with pytest.raises(LogError, match="two values of one name: 'torque' stands in it twice"):
+        read_table(log)
+
+
 def test_of_two_objects_of_a_run_with_times_of_their_own_none_is_lost(tmp_path: Path) -> None:
     time = list(range(20))
     motor = {"t": time, "speed": [3] * 20}

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +17,10 @@ from erclutch.errors import CheckError, RunError, SettingError
 from erclutch.models import model_file as mf
 from erclutch.models.band import MOST_EDGES
 from erclutch.models.laws import law_from_name
-from erclutch.models.load import load_model
+from erclutch.models.load import _READERS, load_model
 from erclutch.models.model import CELLS
 from erclutch.models.networks import base_inputs, is_network, network_from_name
+from tests.support.exported_models import MODELS
 
 BAND: dict[str, Any] = {
     "level": 0.95,
@@ -168,9 +172,19 @@ def test_another_schema(found: Any, newer: bool) -> None:
         mf.require_schema(found, 1, "f", error=CheckError)
 
 
+@dataclass(frozen=True)
+class Kept:
+    """A model whose file has one number."""
+
+    n: int
+
+    def to_dict(self) -> dict[str, Any]:
+        return mf.sealed({"kind": "k", "schema": 1, "n": self.n}, None)
+
+
 def test_what_a_reader_of_models_refuses() -> None:
-    body = mf.sealed({"kind": "k", "schema": 1, "n": 3}, None)
-    assert mf.read_model(body, "k", "f", lambda b: b["n"]) == 3
+    body = Kept(3).to_dict()
+    assert mf.read_model(body, "k", "f", lambda b: Kept(b["n"])) == Kept(3)
     for wrong, said in (
         ({**body, "kind": "other"}, "this is no model but 'other'"),
         ({**body, "schema": 2}, "schema 2, of a newer version"),
@@ -182,6 +196,52 @@ def test_what_a_reader_of_models_refuses() -> None:
         mf.read_model(body, "k", "f", lambda b: b["m"])
     with pytest.raises(RunError, match="unfit entry: n is 3, not true or false"):
         mf.read_model(body, "k", "f", lambda b: mf.truth_of(b["n"], "n"))
+
+
+def test_an_entry_of_a_model_that_nobody_reads_is_refused() -> None:
+    """A gain of a newer version, or a term whose name was changed, was left out of the torque in silence."""
+    body = {"kind": "k", "schema": 1, "n": 3}
+    with pytest.raises(RunError, match="unfit entry: 'm' is 4, and no such entry is read"):
+        mf.read_model(mf.sealed({**body, "m": 4}, None), "k", "f", lambda b: Kept(b["n"]))
+    with pytest.raises(RunError, match="unfit entry: n is 3, and is read as 4"):
+        mf.read_model(mf.sealed(body, None), "k", "f", lambda b: Kept(b["n"] + 1))
+
+
+@pytest.mark.parametrize(
+    "label", ["bingham, single", "fnn-3+rise-fall, single", "bingham+fnn-3, single"]
+)
+def test_no_part_of_a_model_has_an_entry_that_nobody_reads(label: str) -> None:
+    """Gains, weights, units, references, a unit of a further input: each part took entries of any name."""
+    whole = MODELS[label].to_dict()
+    parts: list[tuple[str, ...]] = [()]
+    for path in parts:
+        inside = part_of(whole, path)
+        parts += [(*path, key) for key, value in inside.items() if isinstance(value, dict)]
+    for path in parts:
+        if path[-1:] == ("about",):  # remarks, of any name
+            continue
+        body = copy.deepcopy(whole)
+        part_of(body, path)["T_more"] = 1.5
+        for above in range(len(path), -1, -1):  # the digests of the parts, then that of all
+            part = part_of(body, path[:above])
+            if "digest" in part:
+                part["digest"] = mf.digest_of({k: v for k, v in part.items() if k != "digest"})
+        with pytest.raises(RunError, match="T_more"):
+            _READERS[body["kind"]](body, "f")
+
+
+def part_of(body: dict[str, Any], path: tuple[str, ...]) -> dict[str, Any]:
+    return reduce(lambda part, key: part[key], path, body)
+
+
+@pytest.mark.parametrize("name", ["kind", "gains"])
+def test_an_entry_that_stands_twice_is_refused(tmp_path: Path, name: str) -> None:
+    """The last of two gains of one name was the torque, and the digest fitted."""
+    path = tmp_path / "m.json"
+    text = json.dumps(MODELS["bingham, single"].to_dict())
+    path.write_text(text.replace(f'"{name}"', f'"{name}": 0, "{name}"', 1), encoding="utf-8")
+    with pytest.raises(RunError, match=f"'{name}' stands in it twice"):
+        load_model(path)
 
 
 def test_files_that_are_no_model(tmp_path: Path) -> None:

@@ -142,9 +142,27 @@ def small_json(path: Path) -> Any:
         OSError, ValueError: it cannot be read, or is no JSON; `plain_words` says why.
     """
     try:
-        return json.loads(small_text(path))
+        return json.loads(small_text(path), object_pairs_hook=with_different_names)
     except RecursionError as error:
         raise ValueError("it is nested too deep") from error
+
+
+class NameTwiceError(ValueError):
+    """Two values of one name in an object of JSON, of which the last would be taken in silence."""
+
+
+def with_different_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """An object of JSON, for `json.loads`.
+
+    Raises:
+        NameTwiceError: two of its entries have one name.
+    """
+    entries = dict(pairs)
+    if len(entries) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in entries if names.count(name) > 1)
+        raise NameTwiceError(f"{twice!r:.60} stands in it twice")
+    return entries
 
 
 def _require_plain(path: Path) -> None:

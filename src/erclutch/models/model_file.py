@@ -34,6 +34,9 @@ _LARGEST = 1e18
 SMALLEST = 1e-18
 _LONGEST_TEXT = 1000  # characters
 _SPECIFICATION = re.compile(r"[\w.+/ -]{1,200}", re.ASCII)
+#: Entries that a model may write in other words: a stage may have several names, and another version of a plug-in may
+#: be installed than the file was written with.
+_IN_OTHER_WORDS = ("digest", "dynamics", "form", "law", "network", "plugins")
 
 #: What an entry of the wrong type, size or name ends in.
 UNFIT = (
@@ -142,14 +145,36 @@ def read_model(
         raise RunError("the numbers do not match their digest", where=where, remedy=_REMEDY)
     try:
         model: Any = make(body)
-        if body.get("band") is None:
-            return model
-        return replace(model, band=band_of(body["band"]))
+        if body.get("band") is not None:
+            model = replace(model, band=band_of(body["band"]))
+        _require_taken(dict(body), model.to_dict())
+        return model
     except (PluginError, RunError):
         raise
     except UNFIT as error:
         reason = f"no {error}" if isinstance(error, KeyError) else str(error)
         raise RunError(f"unfit entry: {reason:.200}", where=where, remedy=_REMEDY) from error
+
+
+def _require_taken(entry: Any, taken: Any, name: str = "") -> None:
+    """That a model took up all that its file says, entry by entry.
+
+    What nobody takes up would be ignored in silence: a gain of a newer version, an entry whose name was changed.
+
+    Raises:
+        ValueError: an entry is not in the model, or is another there.
+    """
+    if isinstance(entry, dict) and isinstance(taken, dict):
+        of_model = cast("dict[str, Any]", taken)
+        for key, value in cast("dict[str, Any]", entry).items():
+            if key in _IN_OTHER_WORDS and not isinstance(value, dict):
+                continue
+            path = f"{name}.{key}" if name else key
+            if key not in of_model:
+                raise ValueError(f"{path!r:.100} is {value!r:.40}, and no such entry is read")
+            _require_taken(value, of_model[key], path)
+    elif entry != taken:
+        raise ValueError(f"{name} is {entry!r:.40}, and is read as {taken!r:.40}")
 
 
 # --- entries: each raises ValueError with the entry's name and value -------------------------------------------------

@@ -18,6 +18,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.errors import LogError, printable
+from erclutch.files.given_files import NameTwiceError, with_different_names
 from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.columns.word_columns import names_of_rows, parting_columns, parting_note
 from erclutch.logs.log_reader import LogReader, LogSource
@@ -38,6 +39,7 @@ _IN_JSON = {
 }
 _LARGEST = 10**300
 _NONE = "the file holds no rows of numbers"
+_NAMES = "Give each signal a name of its own"
 
 #: A row: where it stands, and its values by their names.
 _Row = tuple[str, Mapping[str, Any]]
@@ -59,7 +61,11 @@ def _read(source: LogSource) -> Table:
         if line.strip():
             lines[f"line {number}"] = line
     try:
-        document: Any = json.loads(content)
+        document: Any = json.loads(content, object_pairs_hook=with_different_names)
+    except NameTwiceError as error:
+        raise LogError(
+            f"two values of one name: {error}", remedy=_NAMES, where=source.name
+        ) from error
     except (ValueError, RecursionError):
         document = None  # a file with an object a line is no single value
     fields = cast("dict[str, Any]", document) if isinstance(document, dict) else {}
@@ -104,10 +110,14 @@ def _read(source: LogSource) -> Table:
 def _row_in(line: str, where: str) -> Mapping[str, Any]:
     """The object that a line is."""
     try:
-        row: Any = json.loads(line)
+        row: Any = json.loads(line, object_pairs_hook=with_different_names)
     except (ValueError, RecursionError) as error:
-        problem = f"the line is no JSON ({error})"
-        raise LogError(problem, remedy="Mend or delete the line", where=where) from error
+        is_twice = isinstance(error, NameTwiceError)
+        problem = (
+            f"two values of one name: {error}" if is_twice else f"the line is no JSON ({error})"
+        )
+        remedy = _NAMES if is_twice else "Mend or delete the line"
+        raise LogError(problem, remedy=remedy, where=where) from error
     if not isinstance(row, dict):
         remedy = 'Write rows such as {"t [s]": 0.1}'
         raise LogError("the line is no JSON object", remedy=remedy, where=where)
