@@ -23,12 +23,17 @@ _DAY = 86_400.0  # s
 #: Times without a date, and the seconds after which each begins anew. Spreadsheets show minutes and seconds alone.
 _TIMES = {"%H:%M:%S.%f": _DAY, "%I:%M:%S.%f %p": _DAY, "%H:%M": _DAY, "%M:%S.%f": 3600.0}
 _LIKELY = re.compile(r".*\d:\d\d.*")
-_WHOLE = re.compile(r"(:\d\d:\d\d)(?![.\d])")  # a time of day in whole seconds
+_WHOLE = re.compile(r"(:\d\d?:\d\d?)(?![.\d])")  # a time of day in whole seconds
 #: What stands between a date and a time of day in place of a blank: 2024-05-01T10:00, 2024/05/01/10:00:00.
 _JOINT = re.compile(r"\S*?\d(T(?=\d)|[/_-](?=\d{1,2}:\d\d:\d\d))")
 #: What pandas writes for a time from a start: 0 days 00:00:00.010000, or P0DT0H0M0.01S.
 _DURATION = r"-?\d+ days?(?: \+?\d\d:\d\d:\d\d(?:\.\d+)?)?|P\d+DT\d+H\d+M\d+(?:\.\d+)?S"
 _FINER = re.compile(r"(\.\d{6})\d+")
+#: Times of day with milliseconds behind a colon, or with points between their parts: 12:00:05:250, 12.00.05,250.
+_BEHIND_A_COLON = r"(?P<day>.*\b\d\d?:\d\d?:\d\d?):(?P<milliseconds>\d{1,3})"
+_BETWEEN_POINTS = r"(?P<hour>\d\d)\.(?P<minute>\d\d)\.(?P<second>\d\d\.\d+)"
+_DIGITS_OF_A_MILLISECOND = 3
+_FRACTION = re.compile(r"(?<=\.)\d{1,3}$")
 
 
 def clock_of_dates(texts: Mapping[str, pd.Series[Any]]) -> tuple[str, Array | None]:
@@ -68,16 +73,52 @@ def seconds(cells: pd.Series[Any]) -> Array | None:
 
     first = str(cells.iloc[0]).strip()
     is_duration = re.fullmatch(_DURATION, first) is not None
-    if cells.isna().any() or len(first) > 40 or not (is_duration or _LIKELY.match(first)):
+    if cells.isna().any() or len(first) > 40:
         return None
     texts = cells.astype(str).str.strip()
+    if not is_duration:
+        texts = _with_colons_and_a_point(texts)
+        first = texts.iloc[0]
+        if not _LIKELY.match(first):
+            return None
     if is_duration:
         if not texts.str.fullmatch(_DURATION).all():
             return None
         lasted: Any = pd.to_timedelta(texts)
         return np.asarray((lasted - lasted.iloc[0]).dt.total_seconds(), dtype=np.float64)
-    texts = texts.str.replace(",", ".", regex=False)
     texts = texts.str.replace(_WHOLE, r"\1.0", regex=True)
+    likeliest, runs_back = _likeliest(texts)
+    if likeliest is not None and runs_back:
+        # Some loggers write 7 milliseconds as ".7": as a share of a second they run back.
+        padded, runs_back_too = _likeliest(
+            texts.str.replace(_FRACTION, _of_three_digits, regex=True)
+        )
+        if padded is not None and not runs_back_too:
+            return padded
+    return likeliest
+
+
+def _with_colons_and_a_point(texts: pd.Series[Any]) -> pd.Series[Any]:
+    """Times of day as 12:00:05.250, where all of them have other signs between their parts."""
+    texts = texts.str.replace(",", ".", regex=False)
+    parts = texts.str.extract(f"^{_BEHIND_A_COLON}$")
+    milliseconds = parts["milliseconds"]
+    # Two digits alone may be pictures or hundredths of a second.
+    if not milliseconds.isna().any() and (milliseconds.str.len() == _DIGITS_OF_A_MILLISECOND).any():
+        return parts["day"] + "." + milliseconds.str.zfill(_DIGITS_OF_A_MILLISECOND)
+    parts = texts.str.extract(f"^{_BETWEEN_POINTS}$")
+    if not parts["second"].isna().any():
+        return parts["hour"] + ":" + parts["minute"] + ":" + parts["second"]
+    return texts
+
+
+def _of_three_digits(fraction: re.Match[str]) -> str:
+    return fraction[0].zfill(_DIGITS_OF_A_MILLISECOND)
+
+
+def _likeliest(texts: pd.Series[Any]) -> tuple[Array | None, bool]:
+    """Seconds since the first row by the likeliest pattern, None if no pattern reads all; whether they run back."""
+    import pandas as pd
 
     first, last = texts.iloc[0], texts.iloc[-1]
     zone = "%z" if re.search(r"(?:Z|[+-]\d\d:?\d\d)$", first) else ""
@@ -107,7 +148,7 @@ def seconds(cells: pd.Series[Any]) -> Array | None:
         if likeliest is None or unlikely < least_unlikely:
             likeliest = since
             least_unlikely = unlikely
-    return likeliest
+    return likeliest, least_unlikely[0]
 
 
 def _reads(cell: str, pattern: str) -> bool:
