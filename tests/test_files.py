@@ -280,6 +280,7 @@ def reserved_elsewhere(place: Path) -> str:
     return done.stdout.strip() or done.stderr.strip().splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_a_place_is_reserved_until_it_is_written(tmp_path: Path) -> None:
     may_write_run(tmp_path / "run", False)
     assert "another program is writing it" in reserved_elsewhere(tmp_path / "run")
@@ -626,6 +627,7 @@ def interrupted_at(number: int, work: Callable[[], None]) -> bool:
     return lines >= number
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("over_an_old_one", [False, True])
 @pytest.mark.parametrize("kind", ["file", "folder", "files together"])
 def test_wherever_control_c_comes_nothing_half_made_stays(

@@ -171,6 +171,7 @@ def test_inspect_offers_what_two_shafts_differ_by_as_a_column(tmp_path: Path) ->
     assert made["max"] == pytest.approx(2.0, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_inspect_of_a_folder_shows_each_log_and_what_all_of_them_cover(tmp_path: Path) -> None:
     (tmp_path / "logs").mkdir()
     for k, seconds in enumerate((2.0, 3.0)):
@@ -401,6 +402,7 @@ def test_fit_prints_eight_models_and_all_of_them_where_asked(log: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_fit_keeps_a_run(log: Path) -> None:
     said = good("fit", log, *QUICK, "--out", "run", cwd=log.parent)
     assert "fitted on 1,400 rows, scored on 600 rows held out" in said

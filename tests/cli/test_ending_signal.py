@@ -205,6 +205,7 @@ def test_a_signal_beside_the_look_whether_a_folder_takes_files_leaves_nothing(
 HELD_BY_A_LOCK = frozenset({"session.py"})
 
 
+@pytest.mark.slow
 def test_every_temporary_folder_is_made_where_no_signal_can_leave_it() -> None:
     """Python makes a folder and notes it in two steps; a signal between them left the folder of a compiler's work."""
     package = Path(cli.__file__).parents[1]

@@ -74,6 +74,7 @@ def test_names_of_logs_and_runs(said: Said, tmp_path: Path) -> None:
     assert SHOWN in said("export", runs[0], "--to", "c", "--out", f"written{HOSTILE}")
 
 
+@pytest.mark.slow
 def test_texts_of_a_run(said: Said, tmp_path: Path) -> None:
     write_synthetic_log(tmp_path / "log.csv", 2.0)
     said("fit", "log.csv", *_QUICK, "--out", "first")

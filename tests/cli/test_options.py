@@ -68,6 +68,7 @@ def element(hint: Any) -> str:
     return element(inner[0]) if inner and getattr(hint, "__name__", "") != "Literal" else str(hint)
 
 
+@pytest.mark.slow
 def test_an_option_means_one_thing_in_all_commands() -> None:
     kinds = {
         name: {element(each.hint) for each in used.values()} for name, used in options().items()
@@ -209,6 +210,7 @@ def test_a_list_that_has_taken_the_log_says_so(
     )
 
 
+@pytest.mark.slow
 def test_score_and_compare_as_json_hold_the_numbers_of_their_tables(bench: Path) -> None:
     write_synthetic_log(bench / "other.csv", 2.0, seed=1)
     scored = json.loads(good("score", "other.csv", "--run", "run", "--json", cwd=bench))

@@ -42,6 +42,7 @@ def bench(folder: Path, file: str, rows: list[list[Any]], *, sheet_of_notes: boo
     book.save(folder / file)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "rows", "sheet_of_notes"),
     [

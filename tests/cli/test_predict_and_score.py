@@ -242,6 +242,7 @@ def test_score_of_several_logs_shows_which_of_them_has_changed(place: Path, tmp_
     assert logs[1]["rmse"] > logs[0]["rmse"]
 
 
+@pytest.mark.slow
 def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_path: Path) -> None:
     code, said, _ = run(
         "predict", place / "several", "--run", place / "run", "--out", "p", cwd=tmp_path
@@ -330,6 +331,7 @@ def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_p
     assert "field above 1826 V" in wider["where"][0]
 
 
+@pytest.mark.slow
 def test_python_reads_a_log_as_the_run_did(place: Path, tmp_path: Path) -> None:
     how = (
         "--time",
@@ -371,6 +373,7 @@ def _without_bands(run: Path) -> None:
     (run / "run.json").write_text(json.dumps({**body, "digest": digest_of(body)}))
 
 
+@pytest.mark.slow
 def test_a_run_without_bands_still_predicts_scores_and_is_reported(
     place: Path, tmp_path: Path
 ) -> None:
@@ -460,6 +463,7 @@ def test_a_log_that_moves_otherwise_is_told(place: Path, tmp_path: Path) -> None
     assert "than every training log" not in said + warned
 
 
+@pytest.mark.slow
 def test_a_sheet_of_points_with_a_stage_is_predicted_scored_reported_and_exported(
     tmp_path: Path,
 ) -> None:

@@ -55,6 +55,7 @@ def test_the_package_alone_brings_nothing() -> None:
     assert imported_by("import erclutch; erclutch.__version__") & set(HEAVY) == set()
 
 
+@pytest.mark.slow
 def test_a_name_of_the_package_brings_what_it_needs() -> None:
     found = imported_by("import erclutch; erclutch.ErclutchError")
     assert found & set(HEAVY) == set()
@@ -63,6 +64,7 @@ def test_a_name_of_the_package_brings_what_it_needs() -> None:
     assert found & {"pandas", "sympy", "rich", "cyclopts", "h5py", "pyarrow"} == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arguments", [(), ("--help",), ("--version",)])
 def test_help_brings_no_numbers(arguments: tuple[str, ...]) -> None:
     found = imported_by(command(*arguments))
@@ -71,6 +73,7 @@ def test_help_brings_no_numbers(arguments: tuple[str, ...]) -> None:
         assert found & {"cyclopts", "rich"} == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("given", "taken"), [("", "1"), ("3", "3")])
 def test_a_command_has_one_thread_of_blas_where_the_user_asks_for_no_others(
     given: str, taken: str
@@ -98,6 +101,7 @@ def test_help_of_no_command_brings_numbers() -> None:
     )
 
 
+@pytest.mark.slow
 def test_an_export_brings_nothing_that_only_a_fit_or_a_log_needs(tmp_path: Path) -> None:
     """Half of its time is Python's and sympy's start; each of these takes as long again."""
     model = tmp_path / "model.json"

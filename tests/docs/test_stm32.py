@@ -38,6 +38,7 @@ def made(export: Path, build: Path, *more: str) -> subprocess.CompletedProcess[s
     return subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
 
 
+@pytest.mark.slow
 @needs_board
 def test_the_timer_interrupt_gives_the_bits_of_the_vectors(export: Path, tmp_path: Path) -> None:
     done = made(export, tmp_path)

@@ -101,6 +101,7 @@ def test_c_and_record_have_the_same_bits_on_hostile_streams_and_keep_the_budget(
     assert adapted > ROWS
 
 
+@pytest.mark.slow
 def test_a_gain_is_followed_and_a_reset_restores_the_model(
     models: dict[str, Model], need: Callable[..., None]
 ) -> None:

@@ -174,6 +174,7 @@ def test_a_network_with_dynamics_needs_a_period(network: Callable[..., NetworkMo
         step_of(network("fnn-3", "coaxial", "lag"))
 
 
+@pytest.mark.slow
 def test_a_memory_at_another_period_is_told(
     law: Callable[..., TorqueModel], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

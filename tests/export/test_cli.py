@@ -36,6 +36,7 @@ def test_export_writes_the_folder(saved: Path, tmp_path: Path) -> None:
     assert f"erclutch verify {out}" in said.replace("\n", "")
 
 
+@pytest.mark.slow
 def test_angles_of_a_slow_loop_need_no_cutoff(saved: Path, tmp_path: Path) -> None:
     """The usual 150 Hz are beyond what a loop at 100 Hz carries, and nobody had asked for them."""
     out = tmp_path / "out"

@@ -478,6 +478,7 @@ def test_a_bad_row_has_no_field_for_the_next_step(models: dict[str, Model]) -> N
 # --- names -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_names_of_the_state_are_names_in_c(models: dict[str, Model]) -> None:
     from erclutch.export.step_record import step_record
 

@@ -206,6 +206,7 @@ def test_an_exponent_that_would_overflow(
         load_model(path)
 
 
+@pytest.mark.slow
 def test_mutated_files(bodies: list[dict[str, Any]], tmp_path: Path) -> None:
     loaded, _ = _attack(bodies, 300, 10**9, tmp_path / "m.json")
     assert loaded < 100
@@ -218,6 +219,7 @@ def test_ten_thousand_mutated_files(bodies: list[dict[str, Any]], tmp_path: Path
     assert used > 50
 
 
+@pytest.mark.slow
 def test_mutated_descriptions_of_an_export(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
     folder, rng, refused = tmp_path / "out", random.Random(3), 0
     export_model(law("bingham", "single", "lag"), folder, "c", ExportOptions(name="m"))

@@ -86,6 +86,7 @@ int main(void)
         assert printed == said if said else printed.startswith("0 ") and " 2" not in printed
 
 
+@pytest.mark.slow
 def test_a_library_with_changed_arithmetic_is_not_loaded(
     models: dict[str, Model],
     need: Callable[..., None],

@@ -179,6 +179,7 @@ def test_richer_models_never_fit_the_training_rows_worse(auto: Comparison) -> No
     assert train["hem"] <= train["bingham"] * (1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_progress_says_how_much_is_done_and_how_far_each_model_is_off(data: Dataset) -> None:
     steps: list[FitStep] = []
     result = compare(data, Settings(models=("quadratic", "bingham"), lag="none"), steps.append)

@@ -78,6 +78,7 @@ def rows() -> tuple[np.ndarray, np.ndarray, Any]:
     return np.column_stack(columns), data.effort, data
 
 
+@pytest.mark.slow
 def test_a_law_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
     from erclutch.estimators import LawRegressor
 
@@ -129,6 +130,7 @@ def test_a_network_is_that_of_the_comparison(rows: tuple[np.ndarray, np.ndarray,
     )
 
 
+@pytest.mark.slow
 def test_columns_of_a_frame_are_taken_by_name(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
     from erclutch.estimators import FnnRegressor, LawRegressor
 

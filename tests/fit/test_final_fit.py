@@ -51,6 +51,7 @@ def test_a_law_is_fitted_to_all_rows_and_keeps_the_band_of_the_judged_one(
     assert final.model.band == entry.outcome.model.band
 
 
+@pytest.mark.slow
 def test_a_network_is_fitted_to_all_rows_too(judged: tuple[Comparison, Recording]) -> None:
     comparison = replace(judged[0], recommended="fnn-2")
     final = with_final_fit(comparison).final
@@ -107,6 +108,7 @@ def test_force_without_a_run_to_replace_is_refused(tmp_path: Path) -> None:
     assert "Give --out RUN too" in said
 
 
+@pytest.mark.slow
 def test_commands_take_a_run_with_a_model_of_all_rows(
     judged: tuple[Comparison, Recording], tmp_path: Path
 ) -> None:

@@ -188,6 +188,7 @@ def test_a_slip_of_one_sign_leaves_laws_eligible() -> None:
     assert chosen.test.rmse.value == pytest.approx(0.01, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_term_that_cannot_be_told_is_taken_out() -> None:
     """A field that turns but never changes its strength: friction at zero field is the yield effort once more."""
     field = np.where(np.sin(40 * TIME) < 0, -1.0, 1.0)

@@ -56,6 +56,7 @@ def of_a_wrong_law(data: Dataset) -> Array:
     return data.effort - columns @ np.linalg.lstsq(columns, data.effort, rcond=None)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lag", [0.0, 0.02])
 def test_a_wrong_law_or_a_lag_is_not_taken_for_memory(lag: float) -> None:
     fired = [
@@ -65,6 +66,7 @@ def test_a_wrong_law_or_a_lag_is_not_taken_for_memory(lag: float) -> None:
     assert not any(fired)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("memory", "inertia", "stage"), [(0.6, 0.0, "dahl/field"), (0.0, 0.005, "inertia")]
 )
@@ -78,6 +80,7 @@ def test_memory_is_found_and_named(memory: float, inertia: float, stage: str) ->
     assert named.count(stage) >= 8
 
 
+@pytest.mark.slow
 def test_a_model_that_remembers_has_nothing_left() -> None:
     data = made(3, memory=1.0)
     plain = compare(data, Settings(models=("bingham",), lag="none"))

@@ -124,6 +124,7 @@ def test_a_column_of_zeros_and_a_target_of_zeros() -> None:
     assert c.tolist() == [0.0, 0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_a_coefficient_that_was_dropped_comes_back() -> None:
     """Two steep opposite columns: dropping all that is negative at first leaves one too few."""
     rng = np.random.default_rng(0)

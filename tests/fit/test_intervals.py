@@ -92,6 +92,7 @@ def test_coverage_of_a_mean(rho: float, least: float) -> None:
     assert least <= hits / len(noise) <= 0.985
 
 
+@pytest.mark.slow
 def test_what_few_rows_tell_has_a_wider_interval() -> None:
     """Two bursts of ten rows tell the slope; all 1500 rows tell the mean."""
     rng = np.random.default_rng(11)
@@ -125,6 +126,7 @@ def test_rows_that_tell_one_parameter_badly_take_no_freedom_from_the_others() ->
     assert both.quantile[1] == pytest.approx(alone.quantile[0], abs=0.01)
 
 
+@pytest.mark.slow
 def test_noise_that_resonates_at_the_pace_of_the_motion_widens_what_it_hides() -> None:
     """A resonance of 260 rows lies on a sine of the slip; before, a constant was held in 63 % of the runs."""
     rng = np.random.default_rng(12)

@@ -125,6 +125,7 @@ def test_a_law_that_the_rows_cannot_make_is_left_out(monkeypatch: pytest.MonkeyP
     ]
 
 
+@pytest.mark.slow
 def test_of_two_fits_with_one_name_the_better_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     """A run that keeps two models of one name could not be read."""
     from erclutch.fit.candidate import Grown

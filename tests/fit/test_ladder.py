@@ -54,6 +54,7 @@ def test_a_memory_is_told_from_noise_at_the_pace_of_the_motion(seed: int, swings
     assert rung.structure.dynamics == "dahl/field"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("late", "stages"), [(0.0, "dahl/field"), (0.03, "lag+dahl/field")])
 def test_a_lag_stays_only_where_the_rows_tell_it_beside_the_memory(
     late: float, stages: str
@@ -85,6 +86,7 @@ def test_what_numbers_take_off_by_chance_is_by_the_rows_that_are_independent() -
     assert by_chance(Rung(richer, 1.0, {}, 4.0), Rung(BASE, 0.9, {}, 4.0)) == 0.0
 
 
+@pytest.mark.slow
 def test_a_memory_that_holds_without_a_field_too_has_the_field_behind_it() -> None:
     """With the field ahead of it the share without a field is none, and lags or iron stand in for what is missing."""
     data = log(0, swings=False)
@@ -111,6 +113,7 @@ def test_a_memory_without_rows_at_no_field_keeps_the_field_ahead() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_yield_effort_that_saturates_is_told_by_one_log() -> None:
     """Without it false stages stand in for the bend."""
     data = log(0, swings=False)

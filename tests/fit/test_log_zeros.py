@@ -77,6 +77,7 @@ def test_one_log_and_wild_predictions_say_nothing() -> None:
     assert log_differences(data, np.full(data.rows, np.nan)) == ()
 
 
+@pytest.mark.slow
 def test_the_chance_is_that_of_the_f_test() -> None:
     """Of equal logs with white noise, chances are spread evenly over 0 to 1."""
     rng = np.random.default_rng(0)

@@ -179,6 +179,7 @@ def test_a_field_beyond_those_of_the_logs_lies_inside() -> None:
     assert np.mean(((low <= data.effort) & (data.effort <= high))[compared.test]) < 0.6
 
 
+@pytest.mark.slow
 def test_two_fields_do_not_tell_how_the_yield_effort_rises() -> None:
     """Without a third of three fields a fit kept the exponent that all three had told, so it seemed to err by little.
 
@@ -231,6 +232,7 @@ def test_at_two_fields_a_law_may_rise_as_the_square_of_the_field_or_saturate(for
     assert candidate.refits_in_doubt(data, field != 0.7, outcome) == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [0, 1])
 def test_the_file_of_a_model_holds_the_edges(more: int, tmp_path: Path) -> None:
     data = device((*FIELDS, 1.2))

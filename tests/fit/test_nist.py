@@ -71,6 +71,7 @@ def test_the_command() -> None:
     assert done.stderr == ""
 
 
+@pytest.mark.slow
 def test_the_command_without_its_files(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, SCRIPT, tmp_path], capture_output=True, text=True, timeout=60

@@ -30,6 +30,7 @@ def points(rows: int = 1200) -> Dataset:
     return replace(data, notes=(*data.notes, *of_points(rows, 1.0).notes))
 
 
+@pytest.mark.slow
 def test_no_lag_is_offered_and_a_line_says_why() -> None:
     comparison = compare(points(), Settings(models=("bingham",)))
     assert [entry.outcome.model.structure.dynamics for entry in comparison.entries] == ["none"]

@@ -54,6 +54,7 @@ def test_friction_is_there_when_asked_for_and_where_the_slip_turns() -> None:
     assert "T_f" in {e.name for e in compare(turns, named).entry("bingham").outcome.estimates}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fields", "told"), [((0.2, 1.0), False), ((0.0, 0.3, 0.6, 1.0), True)])
 def test_friction_goes_where_the_fields_are_fewer_than_the_numbers(
     fields: tuple[float, ...], told: bool

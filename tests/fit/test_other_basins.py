@@ -71,6 +71,7 @@ def data() -> Dataset:
     return recording(CHAIN, TRUTH)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("travels", [(0.006, 10.0), (0.08, 10.0), (1e-4, 0.02), (10.0, 10.0)])
 def test_a_state_at_its_bound_is_brought_back(data: Dataset, travels: tuple[float, float]) -> None:
     few, rough = (problem(data, CHAIN, slice(None, None, k)) for k in (4, 2))

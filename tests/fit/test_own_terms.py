@@ -61,6 +61,7 @@ def test_without_a_field_two_gains_of_a_stage_are_one(stages: str, twins: set[st
     assert twin_gains(structure(stages, device="coaxial")) == of_pair
 
 
+@pytest.mark.slow
 def test_a_power_of_the_slip_is_sound_without_a_field() -> None:
     outcome = fit_structure(joint(0.02), structure("dahl/field+viscous"))
     assert outcome.model.gains["T_vy"] == 0.0
@@ -70,6 +71,7 @@ def test_a_power_of_the_slip_is_sound_without_a_field() -> None:
     assert outcome.rank + len(outcome.idle) == outcome.unknowns
 
 
+@pytest.mark.slow
 def test_a_term_that_the_memory_says_better_is_left_out_and_the_law_is_sound() -> None:
     data = joint(0.02)
     outcome = LawCandidate(structure("dahl/field+viscous")).fit(data, [], 1)

@@ -120,6 +120,7 @@ def test_an_offset_is_found(kind: str) -> None:
     assert rmse(found.model, new) < (0.7 if kind in NETWORKS else 0.3) * rmse(base_of(kind), new)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["law", "law with a lag"])
 def test_what_helps_nothing_keeps_the_base_and_says_so(kind: str) -> None:
     outcomes = [recalibrate(base_of(kind), made(seed, rows=1000)) for seed in range(1, 11)]

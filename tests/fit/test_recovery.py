@@ -107,6 +107,7 @@ def test_intervals_hold_the_truth_beside_a_bound() -> None:
     assert min(found.inside.values()) / found.repetitions >= 0.8, found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", [stage for stage in STAGES if not stage.startswith(MANY_STEPS)])
 def test_a_known_stage_is_found_again(stage: str) -> None:
     """A log with correlated noise; numbers that a log tells badly may be off, but then their intervals say so.

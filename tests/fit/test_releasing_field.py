@@ -77,6 +77,7 @@ def test_a_field_that_says_nothing_releases_nothing() -> None:
     assert not field_releases(replace(data, elements=(replace(element, field=mixed),)))
 
 
+@pytest.mark.slow
 def test_laws_without_a_form_of_their_own_take_the_one_that_falls() -> None:
     settings = Settings(models=("bingham", "casson", "bingham/tanh", "quadratic"), lag="none")
     comparison = compare(brake(), settings)

@@ -43,6 +43,7 @@ def points_of(field: Array, slip: Array, effort: Array) -> Dataset:
     return replace(data, notes=(*data.notes, *of_points(data.rows, 1.0).notes))
 
 
+@pytest.mark.slow
 def test_a_law_is_found_in_three_dozen_points() -> None:
     comparison = compare(sheet(), Settings(models=("bingham", "quadratic")))
     assert comparison.recommended == "bingham"
@@ -128,6 +129,7 @@ def test_points_left_out_lie_between_others_of_their_field(fields: int, speeds: 
         assert not (at_field[1:] & at_field[:-1]).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fields", [(0.0, 0.8, 1.6), (0.0, 0.4, 0.8, 1.2, 1.6)])
 def test_rebound_unlike_compression_is_found_in_a_sheet(fields: tuple[float, ...]) -> None:
     comparison = compare(both_ways(0.6, fields), Settings(models=("bingham",)))
@@ -142,6 +144,7 @@ def test_rebound_unlike_compression_is_found_in_a_sheet(fields: tuple[float, ...
             assert estimate.low <= truth[estimate.name] <= estimate.high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "asked", [Settings(models=("bingham+sides",)), Settings(models=("bingham",), lag="sides")]
 )

@@ -88,6 +88,7 @@ def with_a_better_row(sound: bool) -> Comparison:
     return replace(comparison, entries=tuple(entries), best="on-off")
 
 
+@pytest.mark.slow
 def test_a_row_that_is_no_better_is_not_told() -> None:
     comparison = compared()
     assert comparison.recommended == "bingham"

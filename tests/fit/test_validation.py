@@ -222,6 +222,7 @@ def test_states_run_through_the_windows_of_a_log() -> None:
     assert np.count_nonzero(np.diff(folds[0].scored.astype(int))) == 11  # twelve windows of 50 rows
 
 
+@pytest.mark.slow
 def test_a_memory_longer_than_a_window_is_found_in_a_short_log() -> None:
     """10 s at 200 Hz, SYNTHETIC: cut out of the log, each window would begin at rest and say nothing of a travel."""
     t = PERIOD * np.arange(2000)

@@ -53,6 +53,7 @@ def memory_for(rows: int, columns: int = 4) -> float:
     return any_size._FOR_EACH_BYTE * 8.0 * columns * rows + 1.0  # pyright: ignore[reportPrivateUsage]
 
 
+@pytest.mark.slow
 def test_logs_that_fit_are_the_data_set_of_all_rows(tmp_path: Path) -> None:
     paths = [written(tmp_path / f"{seed}.parquet", log_columns(seed=seed)) for seed in (1, 2)]
     how = Reading()
@@ -65,6 +66,7 @@ def test_logs_that_fit_are_the_data_set_of_all_rows(tmp_path: Path) -> None:
     assert [log.name for log in rows.logs] == ["1.parquet", "2.parquet"]
 
 
+@pytest.mark.slow
 def test_kept_stretches_are_rows_of_the_whole_log(tmp_path: Path) -> None:
     """Speeds at their edges too: they are differentiated before anything is cut."""
     paths = [written(tmp_path / f"{seed}.parquet", log_columns(seed=seed)) for seed in (1, 2)]
@@ -117,6 +119,7 @@ def test_tasks_begin_behind_gaps(tmp_path: Path) -> None:
     assert len(windowed.cuts) == 1  # the window counts from the log's first row
 
 
+@pytest.mark.slow
 def test_logs_of_which_nothing_is_kept_are_no_sources(tmp_path: Path) -> None:
     paths = [written(tmp_path / f"{seed}.parquet", log_columns(10_000, seed)) for seed in range(12)]
     rows = read_rows(paths, Reading(), memory=memory_for(30_000))
@@ -140,6 +143,7 @@ def test_a_format_that_is_read_whole_is_kept_in_stretches_too(tmp_path: Path) ->
     assert faster.in_blocks[0].period == pytest.approx(2e-3)
 
 
+@pytest.mark.slow
 def test_what_logs_in_blocks_cannot_have(tmp_path: Path) -> None:
     path = written(tmp_path / "a.parquet", log_columns())
     few = memory_for(20_000)

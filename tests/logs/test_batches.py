@@ -223,6 +223,7 @@ def test_a_text_is_read_in_blocks_as_it_is_read_whole(tmp_path: Path, name: str)
         assert batches[0].rows[0] == max(first - MARGIN, 0)
 
 
+@pytest.mark.slow
 def test_comments_and_blank_lines_of_a_text_are_no_rows(tmp_path: Path) -> None:
     path = as_text(tmp_path / "a.csv", columns())
     lines = path.read_text().splitlines()
@@ -231,6 +232,7 @@ def test_comments_and_blank_lines_of_a_text_are_no_rows(tmp_path: Path) -> None:
     assert [batch.stop for batch in read_batches(path, rows=10_000)] == [10_000, N]
 
 
+@pytest.mark.slow
 def test_errors_in_a_later_block_of_a_text_name_its_rows(tmp_path: Path) -> None:
     path = as_text(tmp_path / "a.csv", columns())
     lines = path.read_text().splitlines()

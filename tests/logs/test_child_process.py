@@ -78,6 +78,7 @@ def reader(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return "own_reader"
 
 
+@pytest.mark.slow
 def test_it_answers_within_its_limits(reader: str, tmp_path: Path) -> None:
     (limits, more), texts = child_process.run(
         reader, tmp_path / "a.mat", "limits", memory=2 << 30, seconds=7.2

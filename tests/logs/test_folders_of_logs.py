@@ -203,6 +203,7 @@ def test_a_short_log_is_no_other_table(tmp_path: Path) -> None:
     assert tables_beside_logs(sorted(tmp_path.iterdir())) == []
 
 
+@pytest.mark.slow
 def test_a_run_at_rest_beside_logs_with_a_field_in_their_names_has_its_own_field(
     tmp_path: Path,
 ) -> None:
@@ -263,6 +264,7 @@ def test_one_log_without_a_field_beside_others_with_a_column_is_settled_by_one_c
     )
 
 
+@pytest.mark.slow
 def test_logs_of_two_devices_are_told_and_each_has_its_command(tmp_path: Path) -> None:
     for device, times in (("A", 1.0), ("B", 3.0)):
         names = {f"brake{device}_{field}A": times * (0.1 + field) for field in (0, 0.5, 1)}
@@ -324,6 +326,7 @@ def test_files_of_settings_that_are_called_like_logs_tell_their_fields(tmp_path:
     assert "a_meta.json says a.csv 0 A, b.csv 0.5 A" in said.out
 
 
+@pytest.mark.slow
 def test_a_mapping_file_names_the_logs_whose_fields_nothing_says(tmp_path: Path) -> None:
     logs = folder_of(tmp_path / "logs", {"low": 0.1, "high": 0.6})
     last = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()[-1]
@@ -359,6 +362,7 @@ def test_a_log_whose_name_tells_nothing_has_its_field_filled_in(tmp_path: Path) 
     assert '"off.csv" = "?"\n"on_1A.csv" = "1 A"\n"on_500mA.csv" = "500 mA"' in written
 
 
+@pytest.mark.slow
 def test_stretches_of_one_file_are_held_against_each_other_too(tmp_path: Path) -> None:
     # Logs at three currents that somebody put into one file: all were one log at one field.
     blocks = [

@@ -92,6 +92,7 @@ def test_fit_gives_the_same_numbers_for_each_format_as_for_csv(tmp_path: Path) -
         assert fitted(written(tmp_path, name)) == wanted, name
 
 
+@pytest.mark.slow
 @every
 @pytest.mark.filterwarnings(
     "ignore::pytest.PytestUnraisableExceptionWarning"
@@ -522,6 +523,7 @@ def test_a_topic_of_long_lists_beside_one_of_numbers_is_left_out(tmp_path: Path,
         read_table(tmp_path / "bag", variable=f"/{kind}")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_a_topic_whose_messages_nobody_defines_is_left_out(tmp_path: Path) -> None:
     pytest.importorskip("rosbags")

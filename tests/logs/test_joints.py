@@ -401,6 +401,7 @@ def test_the_interval_of_a_scope_is_its_sampling_period(tmp_path: Path, name: st
     assert clock.period == 0.01
 
 
+@pytest.mark.slow
 def test_a_bag_of_ros_1_is_read_and_lists_beside_names_are_columns_of_joints(
     tmp_path: Path,
 ) -> None:

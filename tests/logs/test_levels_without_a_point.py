@@ -42,6 +42,7 @@ def test_other_numbers_state_it(name: str, field: float) -> None:
     assert not open_field_in(name)
 
 
+@pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("names", [("F_0A", "F_05A", "F_1A"), ("F_0A", "F_0_5A", "F_1A")])
 def test_variables_without_a_point_are_asked_about(tmp_path: Path, names: tuple[str, ...]) -> None:
     # 5 A were taken, in silence.

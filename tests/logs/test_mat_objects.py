@@ -136,6 +136,7 @@ def test_durations_in_a_table_are_seconds(tmp_path: Path, save: Save) -> None:
     check(save(tmp_path / "a.mat", {"log": table(columns, ["", "A", "rad/s", "N*m"])}))
 
 
+@pytest.mark.slow
 @versions
 def test_a_column_of_texts_in_a_table_is_left_out_with_a_word(tmp_path: Path, save: Save) -> None:
     columns = {

@@ -226,6 +226,7 @@ def test_arrays_of_learning_are_offered_by_their_numbers(
     assert shlex.join(words[3:]) == wanted
 
 
+@pytest.mark.slow
 def test_two_inputs_and_an_output_are_no_places_of_a_motion(tmp_path: Path) -> None:
     path = tmp_path / "log.npz"
     np.savez(path, X=np.column_stack([SPEED, CURRENT]), y=FORCE)

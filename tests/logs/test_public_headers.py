@@ -54,6 +54,7 @@ def test_headers_of_public_data_are_understood(held_out: bool, least: float) -> 
     assert len(other) <= 0.2 * (len(cells) - len(known))
 
 
+@pytest.mark.slow
 def test_no_column_is_guessed_for_another_signal() -> None:
     """Whole rows of headers: a guess is right, or there is a question."""
     asked = right = 0

@@ -85,6 +85,7 @@ def test_a_gear_between_signals_of_one_side_is_no_matter(tmp_path: Path) -> None
     good("inspect", "log.csv", cwd=tmp_path)
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from(["NetID", "Kt", "Encoder", "Gear ratio", "sensitivity", "PPR"]),
     st.from_regex(r"[0-9.:/eE+-]{1,12} ?(counts/rev|Nm/A|N/V|)", fullmatch=True),

@@ -151,6 +151,7 @@ def test_what_stands_against_one_sheet_stands_against_no_other(tmp_path: Path) -
     assert [isinstance(table, Exception) for table in tables.values()] == [False, True, False]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_inspect_of_a_workbook_of_logs_takes_all(tmp_path: Path) -> None:
     workbook(tmp_path / "runs.xlsx", 7)

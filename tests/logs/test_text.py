@@ -517,6 +517,7 @@ def test_a_small_gzip_takes_little_memory(tmp_path: Path) -> None:
     assert peak < 50e6
 
 
+@pytest.mark.slow
 def test_a_gzip_that_unpacks_to_far_more_than_a_log_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "bomb.csv.gz"
     squeeze = zlib.compressobj(6, zlib.DEFLATED, 31)

@@ -124,6 +124,7 @@ def test_titles_part_rows_between_blanks_too(
     assert fields_of(path) == [*FIELDS]
 
 
+@pytest.mark.slow
 def test_a_setting_without_a_unit_is_a_title_and_a_status_is_none(tmp_path: Path) -> None:
     path = tmp_path / "tests.csv"
     blocks = [f"# current = {field}\n{rows_at(field)}\n" for field in FIELDS]

@@ -201,6 +201,7 @@ def test_a_slip_that_is_logged_beside_two_shafts_is_taken(other: str) -> None:
         assert slip.column == other
 
 
+@pytest.mark.slow
 def test_a_log_in_blocks_has_the_difference_of_a_log_read_whole(tmp_path: Path) -> None:
     rows = 25_000
     time = np.arange(rows) / 1000

@@ -63,6 +63,7 @@ def test_two_flow_rates_are_proposed_as_nothing() -> None:
     assert "L/min" not in plan.command()
 
 
+@pytest.mark.slow
 def test_a_valve_has_the_numbers_that_it_was_made_with(tmp_path: Path) -> None:
     path = tmp_path / "valve.csv"
     lines = ["t [s],HV [kV],Flow rate [l/min],p in [bar],p out [bar]"]

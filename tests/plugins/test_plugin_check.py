@@ -69,6 +69,7 @@ def test_a_hostile_package_harms_its_own_process_only(
     assert said in found if said else found == "", found
 
 
+@pytest.mark.slow
 def test_a_law_with_a_name_of_ours_is_never_loaded(
     install: Install, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -240,6 +240,7 @@ def test_a_list_of_stages_names_the_one_that_fails(
     assert "the stage 'odd' of bench-odd 1.5" in done.error
 
 
+@pytest.mark.slow
 def test_what_a_plugin_prints_while_it_works_is_no_part_of_the_answer(
     broken: Callable[..., None], tmp_path: Path
 ) -> None:

@@ -161,6 +161,7 @@ def test_a_law_of_another_package_is_fitted_only_where_it_is_named(install: Inst
     assert "mine" in names("erclutch.laws")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -228,6 +229,7 @@ def test_what_a_package_says_of_itself_is_short_and_only_shown(
     assert len(page) < 10_000
 
 
+@pytest.mark.slow
 def test_a_library_that_stumbles_over_another_package_is_told_in_a_line(
     install: Install,
     tmp_path: Path,

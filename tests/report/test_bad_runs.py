@@ -142,6 +142,7 @@ def test_a_folder_that_cannot_be_written(run: Path, monkeypatch: pytest.MonkeyPa
         may_write_report(run / "report.html")
 
 
+@pytest.mark.slow
 def test_a_disk_that_fills_up(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from erclutch.report.html.report_page import write_report
 

@@ -55,6 +55,7 @@ def test_the_same_log_gives_the_same_bytes(tmp_path: Path) -> None:
         assert first == second, suffix
 
 
+@pytest.mark.slow
 def test_what_cannot_be_drawn(tmp_path: Path) -> None:
     log = pair_log(1.0)
     with pytest.raises(RunError, match=r"cannot end in '.gif'"):

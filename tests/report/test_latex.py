@@ -65,6 +65,7 @@ def test_nothing_in_a_text_is_a_command_of_latex(text: str) -> None:
     assert all(c.isascii() or ord(c) < 0x180 for c in shown)
 
 
+@pytest.mark.slow
 def test_a_pgf_without_latex_is_refused(
     material: Material, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

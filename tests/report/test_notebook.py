@@ -44,6 +44,7 @@ def test_single_settings_may_stand_in_the_call(shown: dict[str, Any]) -> None:
     assert found.settings.test == erclutch.Settings().test
 
 
+@pytest.mark.slow
 def test_a_model_is_exported_and_verified_from_the_top(
     shown: dict[str, Any], tmp_path: Path
 ) -> None:

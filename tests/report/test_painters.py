@@ -199,6 +199,7 @@ def test_the_page_shows_the_panels_of_the_figures(material: Material) -> None:
             assert str(svg(panel)) in html, name
 
 
+@pytest.mark.slow
 def test_panels_of_a_row_name_their_axis_alike() -> None:
     """One of them stands over another axis, so both keep their numbers."""
     time, rate = Axis("time", "s", 0.0, 1.0), Axis("rate", "Hz", 0.0, 1.0)
@@ -218,6 +219,7 @@ def test_panels_of_a_row_name_their_axis_alike() -> None:
         ]
 
 
+@pytest.mark.slow
 def test_titles_below_narrow_panels_do_not_meet_and_the_badge_stands_once() -> None:
     x, y = Axis("field", "units as logged", 0.0, 1.0), Axis("value")
     plot = Plot(

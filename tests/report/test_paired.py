@@ -79,6 +79,7 @@ def test_only_rows_that_all_held_out_count(
     assert "no pictures of them together" in path.read_text()
 
 
+@pytest.mark.slow
 def test_another_log_is_refused(
     recording: Recording, runs: tuple[Run, Run], tmp_path: Path
 ) -> None:
@@ -106,6 +107,7 @@ def test_the_page_holds_all_runs(runs: tuple[Run, Run], tmp_path: Path) -> None:
         assert words in text
 
 
+@pytest.mark.slow
 def test_the_paired_interval_is_narrower_and_holds_the_truth() -> None:
     """Two models share most of their error: pairing takes it out. 95 % of intervals hold the true difference."""
     rng = np.random.default_rng(0)
@@ -141,6 +143,7 @@ def test_what_changed_is_said_and_a_lag_gets_no_credit_for_a_network(
     assert "past samples (none there, 5 and 20 here)" in text
 
 
+@pytest.mark.slow
 def test_a_lag_alone_gets_its_credit(
     recording: Recording, runs: tuple[Run, Run], tmp_path: Path
 ) -> None:

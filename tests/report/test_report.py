@@ -446,6 +446,7 @@ def test_the_error_over_rows_in_motion(still: float, tmp_path: Path) -> None:
     ) == (still > 0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mass", [0.05, -0.05])
 def test_a_negative_inertia_is_explained(mass: float, tmp_path: Path) -> None:
     from erclutch.fit.comparison import Settings, compare

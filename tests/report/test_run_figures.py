@@ -52,6 +52,7 @@ def test_three_files_each(name: str, material: Material, tmp_path: Path) -> None
     assert all(len(row) == len(header) for row in rows)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["trace", "residual", "ranking", "parity"])
 def test_no_text_is_cut_off_or_left_as_tex(name: str, material: Material) -> None:
     nothing_is_cut_off(FIGURES[name][1](material))
@@ -99,6 +100,7 @@ def nothing_is_cut_off(plot: Plot) -> None:
         assert all(axis.get_position().width > 0.3 for axis in figure.axes)
 
 
+@pytest.mark.slow
 def test_the_title_of_a_panel_does_not_lie_on_its_legend(material: Material) -> None:
     plot = FIGURES["model"][1](material)
     with style():
@@ -143,6 +145,7 @@ def test_the_same_bytes_again(material: Material, tmp_path: Path) -> None:
     assert [p.read_bytes() for p in first] == [p.read_bytes() for p in second]
 
 
+@pytest.mark.slow
 def test_a_trace_holds_the_rows_that_were_asked_for(material: Material, tmp_path: Path) -> None:
     header, rows = numbers(write_figure("trace", material, tmp_path, start=1.0, seconds=0.1)[2])
     time = np.array([float(row[0]) for row in rows])
@@ -156,6 +159,7 @@ def test_a_trace_holds_the_rows_that_were_asked_for(material: Material, tmp_path
         write_figure("trace", material, tmp_path, start=50.0)
 
 
+@pytest.mark.slow
 def test_what_a_run_cannot_give_is_said(tmp_path: Path) -> None:
     network = material_from(tmp_path, ("fnn-2",), "none")
     with pytest.raises(CheckError, match="the run holds no law"):

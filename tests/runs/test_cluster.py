@@ -173,6 +173,7 @@ def fetched(task: Coroutine[Any, Any, bytes]) -> object:
     return answer.result(0.0)
 
 
+@pytest.mark.slow
 def test_an_answer_of_a_worker_that_nobody_can_read_is_an_error() -> None:
     """Dask's client waited for it without end."""
 

@@ -167,6 +167,7 @@ def test_rows_are_read_without_pandas(run: Path, compared: Comparison) -> None:
     assert int(done.stdout) == compared.test.sum()
 
 
+@pytest.mark.slow
 def test_a_column_that_holds_no_numbers_is_one_line(run: Path) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -407,6 +408,7 @@ def test_run_json_that_is_no_text(tmp_path: Path) -> None:
     assert "not a run" in error_of(lambda: read_run(tmp_path))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_a_run_written_from_python_keeps_how_its_log_was_read(tmp_path: Path) -> None:
     """The next log with these columns needs no second word, in Python or a shell; no command claims to repeat it."""

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import erclutch
 from erclutch.logs.synthetic import write_synthetic_log
@@ -28,6 +29,7 @@ def test_a_flow_curve_shows_itself() -> None:
     pyplot.close("all")
 
 
+@pytest.mark.slow
 def test_a_fleet_shows_its_devices(tmp_path: Path) -> None:
     for seed, name in enumerate(("one", "two")):
         write_synthetic_log(tmp_path / f"{name}.csv", 1.2, seed)

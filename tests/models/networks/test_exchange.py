@@ -23,6 +23,7 @@ def _target(rng: np.random.Generator, rows: int = 600) -> tuple[np.ndarray, np.n
     return x, np.tanh(20.0 * x[1]) * x[0] ** 2 + 0.3 * np.sin(3.0 * x[0])
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(15), deadline=None)
 @given(
     seed=st.integers(0, 999),

@@ -122,6 +122,7 @@ def test_a_further_input_beyond_its_range_calls_the_law_too() -> None:
     assert effort[2] == beside[2]
 
 
+@pytest.mark.slow
 def test_a_lone_row_has_the_bits_of_many() -> None:
     network, _ = trained("single")
     rng = np.random.default_rng(1)

@@ -61,6 +61,7 @@ def single(rows: int = 2000, seed: int = 0) -> Dataset:
 # --- slopes and solver ------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(20), deadline=None)
 @given(
     hidden=st.lists(st.integers(1, 6), min_size=1, max_size=3),
@@ -151,6 +152,7 @@ def test_transitions_start_where_a_slip_is_zero(name: str, device: DeviceName) -
     assert np.abs(w[:, own:]).min() > 0.0  # a further input shifts each of them
 
 
+@pytest.mark.slow
 def test_a_known_network_is_found_again() -> None:
     rng = np.random.default_rng(1)
     sizes = (2, 3, 1)
@@ -227,6 +229,7 @@ def bumps() -> tuple[Any, Any, Any]:
     return x, forward_rbfn(tables, x), centres
 
 
+@pytest.mark.slow
 def test_refined_centres_reach_a_known_network() -> None:
     x, y, _ = bumps()
     cells = compress(x, y, 2)
@@ -414,6 +417,7 @@ def test_a_network_file_that_was_changed(body: dict[str, Any], change: str) -> N
         network_from_dict(changed)
 
 
+@pytest.mark.slow
 def test_a_network_of_another_device(data: Dataset) -> None:
     model = fit_network(data, network_from_name("fnn-2")).model
     with pytest.raises(ErclutchError, match="for a model of coaxial"):

@@ -57,6 +57,7 @@ def test_the_other_weights_make_up_for_a_neuron_that_has_a_twin() -> None:
     assert np.sort(np.abs(output)) == pytest.approx([1.5, 1.6], rel=5e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hidden", [(1,), (4,), (3, 2)])
 def test_what_is_left_has_the_size_asked_for_even_with_few_rows(hidden: tuple[int, ...]) -> None:
     rng = np.random.default_rng(0)

@@ -63,6 +63,7 @@ def test_known_numbers_are_found() -> None:
         assert found[name].value == pytest.approx(value, rel=0.02), name
 
 
+@pytest.mark.slow
 def test_the_data_ask_for_it_only_where_there_are_knees() -> None:
     among = ("dahl/field", "viscous", "sides", "knees")
     asked = grown(damper(-1800.0, -2500.0), structure("none"), among=among)

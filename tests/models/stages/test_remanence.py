@@ -133,6 +133,7 @@ def test_known_numbers_are_found_in_the_unit_of_the_field() -> None:
     assert found["r_h"].high - found["r_h"].low < 0.1 * 0.3
 
 
+@pytest.mark.slow
 def test_the_data_ask_for_it_on_iron_of_another_model_and_not_without() -> None:
     command = ramps()
     base = Structure(
@@ -147,6 +148,7 @@ def test_the_data_ask_for_it_on_iron_of_another_model_and_not_without() -> None:
     assert all("remanence" not in rung.structure.dynamics for rung in without)
 
 
+@pytest.mark.slow
 def test_iron_that_keeps_a_field_saturates_too() -> None:
     """By itself either shows little: with a power of the field a third of what the iron does would stay."""
     command = ramps()
@@ -227,6 +229,7 @@ def test_a_play_within_the_noise_of_a_measured_current_is_no_remanence() -> None
     assert [rung.structure.dynamics for rung in grown(train, law, among=["remanence"])] == ["none"]
 
 
+@pytest.mark.slow
 def test_remanence_is_told_through_the_noise_of_a_measured_current() -> None:
     true = ramps()
     field = behind("remanence", true, r_h=0.3, s_h=0.7)

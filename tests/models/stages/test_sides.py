@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from erclutch.fit.choice.ladder import grown
 from erclutch.fit.laws.fit_law import fit_structure
@@ -63,6 +64,7 @@ def test_the_ways_change_places_where_the_slip_and_the_effort_turn_round() -> No
     assert found["T_ay"].low < -60.0 < found["T_ay"].high
 
 
+@pytest.mark.slow
 def test_the_data_ask_for_it_only_where_the_ways_differ() -> None:
     among = ("dahl/field", "viscous", "sides")
     asked = grown(damper(-300.0, 60.0), structure("none"), among=among)

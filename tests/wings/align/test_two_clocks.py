@@ -43,6 +43,7 @@ def _b(rate: float = 1000.0, seed: int = 0, *, offset: float = OFFSET) -> pd.Dat
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [1000.0, 200.0])
 def test_a_made_up_offset_and_drift_are_found(rate: float) -> None:
     found = erclutch.align(_a(), _b(rate), on=("slip", "rpm"))
@@ -55,6 +56,7 @@ def test_a_made_up_offset_and_drift_are_found(rate: float) -> None:
     assert found.joined.units["torque"] == "N*m"
 
 
+@pytest.mark.slow
 def test_either_log_may_be_first() -> None:
     there, back = (
         erclutch.align(_a(), _b(200.0), on=("slip", "rpm")),
@@ -87,6 +89,7 @@ def _sine(shift: float) -> pd.DataFrame:
     return pd.DataFrame({"time [s]": _TIME, "x [mm]": np.sin(4 * np.pi * (_TIME + shift)) + noise})
 
 
+@pytest.mark.slow
 def test_what_cannot_be_matched_is_refused() -> None:
     a = _a()
     for other, on, said in (
@@ -120,6 +123,7 @@ def test_a_periodic_signal_needs_to_be_told_about_where() -> None:
             erclutch.align(_sine(0.0), slower, near=0.03)
 
 
+@pytest.mark.slow
 def test_a_slow_signal_is_matched_about_where_the_user_says() -> None:
     """A position that wanders: too few independent samples to find it anywhere, enough to find it near a place."""
     time = 1e-3 * np.arange(20_000)
@@ -144,6 +148,7 @@ def test_a_slow_signal_is_matched_about_where_the_user_says() -> None:
         erclutch.align(a, b, near=6.0)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("ending", ["csv", "parquet", "mat"])
 def test_what_is_written_is_read_again(ending: str, tmp_path: Path) -> None:

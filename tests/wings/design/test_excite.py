@@ -179,6 +179,7 @@ def test_the_papers_draws_keep_the_limits_too() -> None:
     assert broken(commands, DAMPER, 1000.0) == []
 
 
+@pytest.mark.slow
 def test_a_small_effort_without_field_lets_a_rig_of_limited_power_turn_faster() -> None:
     limited = replace(BRAKE, heat=10.0, effort=5.0)
     idle = replace(limited, idle_effort=0.5)
@@ -249,6 +250,7 @@ def test_a_log_without_a_weak_field_counts_the_largest_effort() -> None:
     assert known["idle_effort"] == known["effort"] == 3.0
 
 
+@pytest.mark.slow
 def test_the_heat_that_a_rig_may_take_is_used() -> None:
     """A stretch is paid by what it takes of the heat that is left: so little is left at the end."""
     limited = RigLimits(
@@ -265,6 +267,7 @@ def test_the_heat_that_a_rig_may_take_is_used() -> None:
     assert np.mean(counted * np.abs(commands.speed)) > 0.8 * limited.heat
 
 
+@pytest.mark.slow
 def test_a_sequence_has_rests_zero_fields_switches_and_slow_turns() -> None:
     commands = chosen_sequence(BRAKE, 1000.0, 20.0, np.random.default_rng(2))
     moving = np.abs(commands.speed) > 0.0
@@ -307,6 +310,7 @@ def test_what_is_written_keeps_the_limits(tmp_path: Path, device: Any, suffix: s
     assert broken(read, limits, 1000.0, signed=device == "pair") == []
 
 
+@pytest.mark.slow
 def test_a_table_of_c_has_the_numbers(tmp_path: Path) -> None:
     path = tmp_path / "commands.h"
     excite(out=path, seconds=2, largest=1, speed=5, acceleration=100, field_unit="A")
@@ -441,6 +445,7 @@ def test_the_command_says_what_it_covers(tmp_path: Path) -> None:
 # --- the paper's sequence ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mat"])
 def test_a_command_sequence_is_what_section_3b_asks_for(tmp_path: Path, suffix: str) -> None:

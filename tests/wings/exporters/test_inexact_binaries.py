@@ -34,6 +34,7 @@ def fast_math(
     c_source.source.cache_clear()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [2, 3])
 def test_no_fmu_is_instantiated(
     law: Callable[..., TorqueModel],

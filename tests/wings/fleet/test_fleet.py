@@ -133,6 +133,7 @@ def test_a_changed_mapping_beside_the_logs_fits_them_again(logs: Path, tmp_path:
     assert (again.taken, again.failed) == (0, {})
 
 
+@pytest.mark.slow
 def test_logs_of_a_folder_are_one_device(logs: Path, tmp_path: Path) -> None:
     for name, log in (("b/1.csv", "unit1.csv"), ("b/2.csv", "unit3.csv"), ("a/1.csv", "unit5.csv")):
         (tmp_path / "logs" / name).parent.mkdir(parents=True, exist_ok=True)

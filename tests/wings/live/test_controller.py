@@ -169,6 +169,7 @@ def test_an_estimate_that_the_inverse_has_said_has_the_bits_of_the_model(
     assert printed[:3] == printed[3:]
 
 
+@pytest.mark.slow
 def test_a_single_device_may_turn_fast_while_it_hardly_slips(
     models: Mapping[str, Any], tmp_path: Path
 ) -> None:
@@ -191,6 +192,7 @@ def test_a_single_device_may_turn_fast_while_it_hardly_slips(
     assert told[1] == pytest.approx(told[0], rel=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", [2, 3])
 def test_a_speed_that_jumps_is_told_and_asks_for_no_field(
     column: int, models: Mapping[str, Any], tmp_path: Path

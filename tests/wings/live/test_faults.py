@@ -40,6 +40,7 @@ def test_injected_into_the_core(name: str) -> None:
     assert found.passed, found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("control", [name for name in CONTROLS if name != "equation 23"])
 def test_injected_into_the_core_under_torque_and_motion_control(control: str) -> None:
     with under(control):

@@ -92,6 +92,7 @@ def test_with_an_estimate_that_is_right_the_observer_takes_away_what_its_filter_
     assert np.max(np.abs(1.0 / (1.0 + loop) - (1.0 - passed))) < 1e-6
 
 
+@pytest.mark.slow
 def test_the_largest_bandwidth_is_where_the_sensitivity_is_two() -> None:
     def loop(bandwidth: float) -> lm.LinearLoop:
         return lm.motion_loop(path(), bandwidth, bandwidth, SPEED)

@@ -110,6 +110,7 @@ def of_attack(pair: LiveModel, control: str, sensor: str, kind: str, seed: int) 
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["stuck", "late"])
 @pytest.mark.parametrize("seed", [2, 4])
 def test_no_command_is_held_once_nothing_takes_a_doubt_back(
@@ -152,6 +153,7 @@ def test_a_meter_that_cannot_be_stops_a_program_that_does_not_ask_for_it(
     assert "torque-doubted" in fault.said
 
 
+@pytest.mark.slow
 def test_with_no_meter_needed_a_program_that_asks_for_none_goes_on(pair: LiveModel) -> None:
     settings = study.settings_of("equation 23", pair, RIG)
     goes_on = replace(settings, meter_needed=0.0)
@@ -221,6 +223,7 @@ def test_under_impedance_a_meter_whose_sign_turns_is_held(seed: int, pair: LiveM
     assert fault.held, fault
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("control", "kind", "begin"),
     [("impedance", "doubled", 1000), ("computed torque", "reversed", 1548)],
@@ -453,6 +456,7 @@ def test_a_wrong_meter_keeps_no_brake_at_rest_shut(kind: str) -> None:
         assert 0 <= fault.zero <= 300, (seed, fault)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["reversed", "doubled"])
 def test_a_meter_that_jumps_while_a_brake_rests_is_wrong(kind: str) -> None:
     """What holds a drive at rest does not jump. Its torque stayed within the dry friction: 29 and 161 ms passed."""
@@ -468,6 +472,7 @@ def test_a_meter_that_jumps_while_a_brake_rests_is_wrong(kind: str) -> None:
     assert fault.zero < 12
 
 
+@pytest.mark.slow
 def test_an_encoder_that_is_wrong_while_its_drive_rests_reads_as_in_health() -> None:
     """No check can tell a fault whose samples have the bits of a healthy device: the loop goes on as in health."""
     brake = study.model_of(RIG, "bingham", "single")

@@ -94,6 +94,7 @@ def collected(session: Session) -> Any:
     return np.concatenate(frames)
 
 
+@pytest.mark.slow
 def test_replay_estimates_what_the_model_says(tmp_path: Path, bingham: Path) -> None:
     """The estimate made live is the offline one, sample for sample: fields of the recording with its own speeds."""
     rows = 600
@@ -285,6 +286,7 @@ def test_library_rig_and_its_fault() -> None:
         Session(LibraryRig("mine", library, "0"), LoopSettings(), None)
 
 
+@pytest.mark.slow
 def test_a_model_of_another_digest_is_refused(tmp_path: Path, bingham: Path) -> None:
     rig, _ = replayed(tmp_path, 10)
     with pytest.raises(LiveError, match="has digest"):
@@ -293,6 +295,7 @@ def test_a_model_of_another_digest_is_refused(tmp_path: Path, bingham: Path) -> 
         Session(rig, LoopSettings(device="single"), LiveModel(bingham, "bingham", DIGEST))
 
 
+@pytest.mark.slow
 def test_orders_and_end(tmp_path: Path) -> None:
     rig, _ = replayed(tmp_path, 60_000)
     with Session(rig, LoopSettings(programs=(PUSH, REST), late_trip=60.0), None) as session:
@@ -478,6 +481,7 @@ def test_a_compiler_that_fails_is_said(tmp_path: Path, monkeypatch: pytest.Monke
         build("wrong", [wrong])
 
 
+@pytest.mark.slow
 def test_a_compiler_that_does_not_answer_is_passed_over(tmp_path: Path) -> None:
     """As cc on a Mac without its tools: it is there, and says only how to get them."""
     (tmp_path / "cc").write_text("#!/bin/sh\nexit 1\n")

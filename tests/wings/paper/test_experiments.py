@@ -45,6 +45,7 @@ def silent(done: int, total: int, what: str) -> None:
     assert what
 
 
+@pytest.mark.slow
 def test_a_table_scores_what_it_fitted(runs: dict[str, Dataset]) -> None:
     rows = table(runs, models=("bingham/forward", "rbfm-5/forward", "fnn-4"))
     assert [r.name for r in rows] == ["bingham/forward", "rbfm-5/forward", "fnn-4"]
@@ -220,6 +221,7 @@ def test_requests_that_cannot_be(tmp_path: Path, words: tuple[str, ...], said: s
     assert "Traceback" not in done.error
 
 
+@pytest.mark.slow
 def test_the_kept_points_are_plain_json(threads: TaskPool, tmp_path: Path) -> None:
     fnn_sweep(
         RECIPE, threads, Points(tmp_path / "p.jsonl", {}), 1, silent, neurons=(1,), restarts=1

@@ -105,6 +105,7 @@ def test_temperatures_are_no_fields(tmp_path: Path) -> None:
     assert {unit for _, unit in fields(path)} == {""}
 
 
+@pytest.mark.slow
 def test_the_yield_stress_grows_as_it_was_made(tmp_path: Path) -> None:
     curves = read_flow_curves(
         tidy(tmp_path / "f.csv", "E [kV/mm],Shear rate [1/s],Shear stress [Pa]")
@@ -121,6 +122,7 @@ def test_the_yield_stress_grows_as_it_was_made(tmp_path: Path) -> None:
     assert growth.factor == pytest.approx(285.0, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_law_that_hides_the_yield_stress_of_a_curve_is_not_that_of_all_curves() -> None:
     """Casson is as near and has a number less, but at 0.1 T it identifies no yield stress, and at 0 T a wrong value."""
     rates = np.logspace(-1.0, 3.0, 31)

@@ -95,6 +95,7 @@ def test_intervals_hold_the_truth(name: str) -> None:
     assert hits / count >= 0.85
 
 
+@pytest.mark.slow
 def test_intervals_are_no_wider_than_they_must_be() -> None:
     """The width of Bingham's yield stress against the spread of its estimate over 200 curves."""
     values, halves = [], []

@@ -17,6 +17,7 @@ if not FLOW.is_dir():
     pytest.skip(f"needs the measured data beside the project: {FLOW}", allow_module_level=True)
 
 
+@pytest.mark.slow
 def test_herschel_bulkley_on_every_volume_fraction_of_dekker() -> None:
     curves = read_flow_curves(FLOW / "Fig2_Dekker2018.csv").curves
     assert [curve.label for curve in curves] == [

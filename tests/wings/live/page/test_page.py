@@ -474,6 +474,7 @@ def test_commands_go_through_and_nothing_else(site: Site) -> None:
         assert site.commands == [PageCommand("program", 2.0), PageCommand("zero")]
 
 
+@pytest.mark.slow
 def test_fuzzed_messages_never_reach_the_loop(site: Site) -> None:
     """1,500 messages over real sockets; the server answers each with a refusal or hangs up."""
     random = np.random.default_rng(5)
@@ -576,6 +577,7 @@ def test_recordings_from_the_page(site: Site) -> None:
     assert any("is complete" in note for note in site.observers.notes)
 
 
+@pytest.mark.slow
 def test_the_server_comes_back_at_the_same_address(own_site: Site) -> None:
     os.kill(own_site.page.pid, signal.SIGKILL)
     assert wait_for(lambda: own_site.page.restarts == 1)
@@ -617,6 +619,7 @@ def test_the_server_ends_with_its_session(tmp_path: Path, start_loop: Callable[.
     assert len(list(tmp_path.glob("*.mcap"))) == 1
 
 
+@pytest.mark.slow
 def test_a_port_that_is_taken(start_loop: Callable[..., Any]) -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

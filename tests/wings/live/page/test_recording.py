@@ -76,6 +76,7 @@ def test_a_recording_says_units_model_and_origin(tmp_path: Path, frames: Any) ->
         assert np.array_equal(table.columns[name], frames[name].astype(float), equal_nan=True)
 
 
+@pytest.mark.slow
 def test_a_recording_of_one_device_is_a_log_of_one_device(tmp_path: Path, ring_writer: Any) -> None:
     """One field, one slip, one effort, in the device's units: read without a word about columns."""
     channels = channels_of("single", Units("N", "V", "m/s"), motor=False)
@@ -600,6 +601,7 @@ def test_another_recorder_goes_on_where_one_was_killed(
     assert not list(tmp_path.glob("*.partial"))
 
 
+@pytest.mark.slow
 def test_a_recording_that_ends_at_once_is_whole(
     tmp_path: Path, start_loop: Callable[..., Any]
 ) -> None:
