@@ -54,7 +54,9 @@ UNDERSTOOD, SECOND, FILLED, ASKED, REFUSED, MISREAD = (
     "refused",
     "misread",
 )
-_PLACE = re.compile(r"COLUMN|RATE Hz|NAME|\[UNIT\]")
+_PLACE = re.compile(r"COLUMN|RATE Hz|NAME|NUMBER|\[UNIT\]")
+#: Options that may be given several times, each with a signal and its number.
+_OF_SIGNALS = ("constant", "scale", "zero")
 #: What stands for an answer that only the user knows: a rate, the unit of a viscosity.
 _ANSWERS = {"RATE Hz": "100 Hz", "[UNIT]": "[mPa*s]"}
 FIT_MODELS = (
@@ -122,8 +124,10 @@ def _is_right(words: list[str], path: Path, truth: dict[str, Any]) -> str:
     """The fault of a reading by a command, one sentence; "" for none."""
     if words[0] == "flowcurve":
         return _flow_fault(path, truth, words[2:])
-    options = dict(zip(words[2::2], words[3::2], strict=False))
-    told = {name.removeprefix("--").replace("-", "_"): value for name, value in options.items()}
+    told: dict[str, Any] = {}
+    for option, value in zip(words[2::2], words[3::2], strict=False):
+        name = option.removeprefix("--").replace("-", "_")
+        told[name] = [*told.get(name, []), value] if name in _OF_SIGNALS else value
     variable = told.pop("variable", None)
     device = told.pop("device", None)
     invalid: Any = told.pop("invalid", None)
