@@ -1,9 +1,8 @@
-"""Plug-ins are found by name: commands, kinds of model, laws, readers, stages, targets, rigs, advice; ours and others'.
+"""Plug-ins are found by name: commands, kinds of model, laws, readers, stages, targets, rigs, advice, points.
 
 Our own and others' are found by the same functions and keep the same contract. One of ours is a file in its group's
 folder, or in a folder of that name in a wing, that assigns the group's `mark` at its top level (``LAW = ...`` in
-``models/laws/casson.py`` is the law ``casson``, ``COMMAND = ...`` in ``wings/align/commands/align.py`` the command
-``align``); there is no list of them. One of another package is an entry point of the group that names such a value::
+``models/laws/casson.py`` is the law ``casson``). One of another package is an entry point that names such a value::
 
     [project.entry-points."erclutch.laws"]
     robertson-stiff = "erclutch_law_robertson_stiff:LAW"
@@ -55,6 +54,7 @@ _GROUPS: Mapping[str, _Group] = {
     "erclutch.targets": _Group("target", "export", "TITLE", value="module"),
     "erclutch.rigs": _Group("rig", "", "RIG"),
     "erclutch.advice": _Group("advice", "", "ADVICE", value="function"),
+    "erclutch.points": _Group("reading of points", "", "POINTS", value="function"),
 }
 GROUPS = tuple(_GROUPS)
 #: In each thread how many calls of plug-ins of other packages are under way.

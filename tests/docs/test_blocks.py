@@ -198,6 +198,7 @@ _NO_MODULES = {
     "erclutch.kinds",
     "erclutch.toml",
     "erclutch.laws",
+    "erclutch.points",
     "erclutch.readers",
     "erclutch.stages",
     "erclutch.targets",

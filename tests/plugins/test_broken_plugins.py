@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from erclutch.cli.log_advice import advice_on
+from erclutch.cli.rheometer_points import tried_flow_command
 from erclutch.errors import PluginError, SettingError
 from erclutch.fit.candidate import kind_of, kinds
 from erclutch.logs.log_file import read_table
@@ -136,6 +137,20 @@ def test_broken_advice_costs_its_own_lines(text: str, broken: Callable[..., None
     broken("advice", text)
     (said,) = [line for line in advice_on(pair_rows(0.5)) if "left out" in line]
     assert "the advice 'odd' of bench-odd 1.5" in said
+
+
+@pytest.mark.parametrize(
+    "text", [*BROKEN, "def THING(path, given): return 5", "def THING(path, given): 1 / 0"]
+)
+def test_a_broken_reading_of_points_stops_no_other(
+    text: str, broken: Callable[..., None], tmp_path: Path
+) -> None:
+    rates = [0.1 * 2**k for k in range(12)]
+    points = tmp_path / "flow.csv"
+    rows = "".join(f"{rate},{5 + rate}\n" for rate in rates)
+    points.write_text(f"Shear rate [1/s],Shear stress [Pa]\n{rows}", encoding="utf-8")
+    broken("points", text)
+    assert tried_flow_command(str(points), {}) == f"erclutch flowcurve {points}"
 
 
 @pytest.mark.parametrize(

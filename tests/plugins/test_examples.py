@@ -22,8 +22,8 @@ EXAMPLES = sorted(path.parent for path in (ROOT / "examples").glob("erclutch-*/p
 
 TARGETS = (*names("erclutch.targets"), "arduino")
 PACKAGES = {path.name for path in EXAMPLES}
-#: Advice has one file of ours and no how-to page yet.
-WITHOUT_EXAMPLE = {"erclutch.advice"}
+#: Advice and points have one file of ours each and no how-to page yet.
+WITHOUT_EXAMPLE = {"erclutch.advice", "erclutch.points"}
 MODEL = "robertson-stiff+slew-rate"
 #: Another order of operations, by ONNX Runtime and Octave: as for our own laws.
 OTHER_ORDER = ("ONNX Runtime", "GNU Octave")

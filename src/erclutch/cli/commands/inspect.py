@@ -23,7 +23,10 @@ from erclutch.cli.rheometer_points import (
     UNIT_TO_FILL_IN,
     flow_command,
     is_of_a_rheometer,
-    viscosities_without_a_unit,
+    may_be_flow_curves,
+    points_command,
+    tried_flow_command,
+    without_their_unit,
 )
 from erclutch.errors import (
     AlikeRecordingsError,
@@ -162,7 +165,10 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
             by_name = tables_in(log, recordings_in(log))
             tables = [table for table in by_name.values() if not isinstance(table, LogError)]
             if any(tells_a_flow_curve(table.columns) for table in tables):
-                settled = shlex.join(["erclutch", "flowcurve", str(log)])
+                settled = tried_flow_command(str(log), {})
+                settled = settled or shlex.join(["erclutch", "flowcurve", str(log)])
+            elif may_be_flow_curves(tables) and (flow := tried_flow_command(str(log), {})):
+                settled = flow
             else:
                 swings = {name: None for table in tables for name in of_oscillation(table.columns)}
                 settled = _with_answers(settled, by_name, log, reading)
@@ -302,7 +308,9 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         terminal.say(f"Understood. Fit {them}: {command} --out RUN")
     is_understood = look.problem is None and not look.plan.doubts and not look.refused
     if is_understood and not reading.words() and tells_a_flow_curve(look.plan.labels):
-        terminal.say(f"Or as a flow curve: {flow_command(look)}")
+        flow = flow_command(look)
+        if flow.startswith("erclutch flowcurve"):
+            terminal.say(f"Or as a flow curve: {flow}")
 
 
 def _tell_what_settles(
@@ -317,7 +325,6 @@ def _tell_what_settles(
         reading: how the user said that they are read.
     """
     from erclutch.logs.columns.rheometer_names import of_oscillation
-    from erclutch.logs.columns.rheometer_units import without_a_unit
 
     alike = look.refused_alike
     first = shlex.quote(look.plan.path)
@@ -325,9 +332,11 @@ def _tell_what_settles(
     option = _OPTION.search(problem.remedy)
     # Of several logs in one file their names are asked about, and not what one of them alone leaves open.
     is_of_all = isinstance(problem, UnloggedFieldError) or (reading.each and option is not None)
-    if plan.questions and not is_of_all:
-        # A rheometer's points are for laws at one field.
-        settled = flow_command(look) if is_of_a_rheometer(plan) else plan.command()
+    settled = "" if is_of_all else points_command(look, is_told=bool(reading.words()))
+    if settled:
+        pass
+    elif plan.questions and not is_of_all:
+        settled = plan.command()
     elif "(--time none)" in problem.remedy and plan.signal("slip") is not None:
         settled = f"{plan.command().rstrip()} --time none"
     elif "--invalid drop" in problem.remedy:
@@ -342,8 +351,8 @@ def _tell_what_settles(
         same = [plan.path, *(str(look.log.parent / name) for name in alike)]
         settled = settled.replace(first, shlex.join(same))
     why = str(problem)
-    if settled.endswith(f"[{UNIT_TO_FILL_IN}]'"):
-        why = f"{look.log.name}: {without_a_unit(viscosities_without_a_unit(look.raw))}"
+    if f"[{UNIT_TO_FILL_IN}]" in settled:
+        why = f"{look.log.name}: {without_their_unit(look.raw)}"
     elif settled and len(look.plan.questions) > 1:
         # The remedy of several questions is that command, which is printed once.
         why = f"{problem.where}: {problem.problem}"

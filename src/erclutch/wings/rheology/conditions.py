@@ -45,6 +45,9 @@ _WIDEST_IN_KELVIN = 3.0  # which one regulated temperature spans at most
 RATES_OF_A_SWEEP = 3  # at least
 _ANEW = 0.5  # of the range of ln(rate): a larger step back begins another sweep
 _ONE_WAY = 0.8  # mean sign of the steps of a sweep, at least
+_FEWEST_STEPS = 10  # of a level, and rows without: for the changes of the stress to be compared
+_OFTEN = 0.25  # share of the rows before which a level steps that wobbles, at least
+_UNMOVED = 1.5  # times the usual change of the stress: at most so much where a level means nothing
 _SAME_RATE = 0.02  # ln of the ratio of two rates that are meant to be the same
 
 
@@ -225,6 +228,9 @@ def _parting(table: Table, plan: FlowPlan) -> dict[str, NDArray[np.intp]]:
             continue
         if all(_flickers(levels, rate) for rate in rates):
             continue  # such as 0 and 0.0001 T by turns, where the last digit of a sensor wobbles
+        stresses = [table.columns[curve.stress.name] for curve in plan.curves]
+        if meaning == "unknown" and all(_wobbles(levels, stress) for stress in stresses):
+            continue
         if meaning == "unknown":
             known = values[np.isfinite(values)]
             are_whole = bool(np.all(known == np.round(known)))
@@ -338,3 +344,18 @@ def _flickers(levels: NDArray[np.intp], rate: Array) -> bool:
     for number, own in zip(level, log_rate, strict=True):
         nearest.append(float(np.abs(log_rate[level != number] - own).min(initial=np.inf)))
     return float(np.median(nearest)) > _SAME_RATE
+
+
+def _wobbles(levels: NDArray[np.intp], stress: Array) -> bool:
+    """Whether a column steps to and fro between its levels and the stress takes no note of it: a sensor's last digits.
+
+    A condition parts the stresses: where it changes, they jump.
+    """
+    known = (levels >= 0) & np.isfinite(stress) & (stress != 0)
+    is_step = np.diff(levels[known]) != 0
+    changes = np.abs(np.diff(np.log(np.abs(stress[known]))))  # ln of the ratio of two rows
+    fewest = max(_FEWEST_STEPS, _OFTEN * is_step.size)
+    if is_step.sum() < fewest or (~is_step).sum() < _FEWEST_STEPS:
+        return False
+    usual = float(np.median(changes[~is_step]))
+    return float(np.median(changes[is_step])) <= _UNMOVED * usual

@@ -289,7 +289,7 @@ def _planned(
     except MappingError as error:
         if tests or '"' not in error.remedy:
             raise
-        parting = list(table.words)
+        parting = [name for name in table.words if name != table.clock_name]
         if not parting:
             # Columns of numbers that would part the points, whatever the unit of the viscosities is.
             nameless = [
@@ -319,6 +319,8 @@ def _parting_words(plan: FlowPlan, table: Table) -> tuple[str, WordColumn, bool]
     """
     rate = table.columns[plan.curves[0].rate.name]
     for name, column in table.words.items():
+        if name == table.clock_name:
+            continue  # times, of which an instrument may count few, such as its intervals
         ends: list[tuple[float, float]] = []  # [1/s], of each sweep
         for number in range(len(column.words)):
             sweep = rate[(column.of_row == number) & np.isfinite(rate)]

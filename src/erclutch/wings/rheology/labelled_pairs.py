@@ -11,7 +11,11 @@ from erclutch.errors import MappingError, UnitError
 from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.columns.rheometer_units import said_by_unit, unit_of
 from erclutch.logs.table import Table
+from erclutch.signals.array import Array
 from erclutch.signals.units import parse
+
+#: Decades of the stress in a decade of the rate, at most: a fluid that thins or has a yield stress has below 1.
+_STEEPEST = 1.2
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ class CurvePlan:
 def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
     """Curves of a file with a label over the rates of each pair and nothing over the stresses; none for others.
 
+    So is a table of two columns that are called X and Y, as a program writes them that reads points off a picture.
+
     Args:
         table: of the file.
         unit: of the second columns, a stress's or a viscosity's; "": Pa, if they rise with the rate as stresses do.
@@ -61,15 +67,21 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
     names = list(table.columns)
     if len(names) % 2 or not names:
         return ()
+    has_units = any(table.units.values())
+    are_axes = [name.lower() for name in names] == ["x", "y"] and not has_units
+    if are_axes and _is_steeper_than_flow(*table.columns.values()):
+        return ()
     unnamed: list[bool] = []
     for name in names:
         is_numbered = re.fullmatch(r"c\d+", name) is not None
         unnamed.append(is_numbered and table.units.get(name) is None)
-    if not all(unnamed[1::2]):
+    if not all(unnamed[1::2]) and not are_axes:
         return ()
     over_rates = names[::2]
     labels: list[str] = []
-    if all(unnamed):
+    if are_axes:
+        labels = [names[1]]  # a test's only curve is called after the test
+    elif all(unnamed):
         # Labels that are numbers, such as volume fractions, stand in the first row of the table.
         first_row = [table.columns[name][0] for name in names]
         numbers = first_row[::2]
@@ -86,6 +98,8 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
                 return ()  # names of columns, and no labels
             labels.append(f"curve {number}" if is_unnamed else name)
     reason = "a label stands over its pair of columns"
+    if are_axes:
+        reason = "they are called by their axes alone"
     quantity = said_by_unit(unit or "Pa")
     if quantity not in ("stress", "viscosity"):
         raise UnitError(
@@ -103,8 +117,17 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
         falls_all_the_way = known.sum() > 2 and np.all(np.diff(values[known][by_rate]) < 0)
         if not unit and falls_all_the_way:
             falls = "falls as the first grows, as a viscosity does and no shear stress"
-            problem = f"pairs of columns without units: behind {label!r} the second {falls}"
+            of_pair = "" if are_axes else f"behind {label!r} "
+            problem = f"pairs of columns without units: {of_pair}the second {falls}"
             remedy = "Say its unit, such as --stress '[mPa*s]', or --stress '[Pa]' if it is a stress all the same"
             raise MappingError(problem, where=table.name, remedy=remedy)
         pairs.append(CurvePlan(label, rate, stress, times_rate=quantity == "viscosity"))
     return tuple(pairs)
+
+
+def _is_steeper_than_flow(across: Array, up: Array) -> bool:
+    """Whether the second column spans more decades than the first: the axes of a flow curve are the other way round."""
+    known = np.isfinite(across) & np.isfinite(up) & (across > 0) & (up > 0)
+    if not known.any():
+        return True
+    return float(np.ptp(np.log(up[known]))) > _STEEPEST * float(np.ptp(np.log(across[known])))
