@@ -3,7 +3,7 @@
 import os
 import signal
 import sys
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 #: Matrices are small here: more threads of BLAS would wait for each other, and take CPU time from all else meanwhile.
 _ONE_THREAD = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -17,16 +17,31 @@ def main() -> int:
     """
     for pool in _ONE_THREAD:
         os.environ.setdefault(pool, "1")  # before NumPy is imported, which makes its threads then
+    code: Any
     try:
         from erclutch.cli import main as run
 
         code = run()
+        _end_at_once(code)
     except KeyboardInterrupt:
         sys.stderr.write("error: interrupted; nothing was left half-written\n")
         code = 130
+    except SystemExit as ended:  # by another signal
+        code = ended.code
+    _end_at_once(code)
     _forget_interrupt()
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is done: Control-C changes nothing any more
     return code
+
+
+def _end_at_once(code: int) -> None:
+    """A signal ends this process at once and with its code: the command is done, and nothing of it is left to clear up.
+
+    Python waits for each thread, and a plug-in's may never end; Control-C there would make a traceback.
+    """
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # as nohup has it
+            signal.signal(number, lambda *_: os._exit(code))
 
 
 def _forget_interrupt() -> None:

@@ -73,14 +73,50 @@ def test_who_does_not_end_in_time_hears_the_next_signal(
         signal.raise_signal(signal.SIGTERM)
 
 
-def test_after_its_end_a_command_hears_nothing_and_control_c_is_the_callers_again(
-    usual: None,
+@pytest.mark.parametrize("number", _ALL)
+def test_after_its_end_a_command_hears_nothing_and_signals_are_the_callers_again(
+    usual: None, number: int
 ) -> None:
+    """A program that went on behind a command could be ended by Control-C alone."""
+    before = signal.getsignal(number)
     ending = EndingSignal()
     ending.begin()
     ending.end()
-    signal.raise_signal(signal.SIGTERM)
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    signal.raise_signal(number)
+    ending.give_back()
+    assert signal.getsignal(number) == before
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("number", _ALL)
+@pytest.mark.parametrize("ends", ["return 0", "return 2", "raise SystemExit(143)"])
+def test_a_command_that_is_done_can_be_ended_though_a_thread_never_ends(
+    tmp_path: Path, number: int, ends: str
+) -> None:
+    """A plug-in's thread held the process for good, and no signal but SIGKILL was heard."""
+    lines = [
+        "import os, signal, sys, threading, time",
+        "import erclutch.cli",
+        "from erclutch.__main__ import main",
+        "def command():",
+        "    threading.Thread(target=time.sleep, args=(60,)).start()",
+        f"    threading.Timer(0.2, os.kill, (os.getpid(), {int(number)})).start()",
+        f"    {ends}",
+        "signal.signal(signal.SIGINT, signal.default_int_handler)",
+        "erclutch.cli.main = command",
+        "sys.exit(main())",
+    ]
+    (tmp_path / "held.py").write_text("\n".join(lines), encoding="utf-8")
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        [sys.executable, "held.py"],
+        cwd=tmp_path,
+        env=env,
+        capture_output=True,
+        check=False,
+        timeout=30.0,
+    )
+    assert (done.returncode, done.stderr) == (int(re.findall(r"\d+", ends)[0]), b"")
 
 
 def test_what_is_ignored_stays_ignored(usual: None) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
+from erclutch.cli.early_end import no_early_end
 from erclutch.cli.ending_signal import EndingSignal
 from erclutch.cli.failed import failed
 from erclutch.cli.standard_output import standard_output
@@ -57,9 +58,12 @@ def main(words: Sequence[str] | None = None) -> int:
         problem = f"this process may have {allowed >> 20} MiB of address space, and needs {_LEAST_MEMORY >> 20}"
         return failed(f"{problem}. Raise it: ulimit -v", 2)
     _ENDING.begin()
-    with standard_output() as output, for_a_shell():
-        code = _code_of(words)
-        output.flush()
+    try:
+        with standard_output() as output, for_a_shell(), no_early_end():
+            code = _code_of(words)
+            output.flush()
+    finally:
+        _ENDING.give_back()
     if output.failure is None or output.unheard:
         return code
     return failed(f"the output cannot be written ({output.failure.strerror})", code or 2)

@@ -12,6 +12,12 @@ from typing import Any
 _CLEARS_UP = 5.0
 #: s after which a signal comes again that was lost.
 _COMES_AGAIN = 0.05
+#: What Python does with the signals that end a program.
+_USUAL = {
+    "SIGINT": signal.default_int_handler,
+    "SIGTERM": signal.SIG_DFL,
+    "SIGHUP": signal.SIG_DFL,
+}
 
 
 class EndingSignal:
@@ -42,12 +48,7 @@ class EndingSignal:
         if sys.unraisablehook != self._hear_again:
             self._unraisable = sys.unraisablehook
             sys.unraisablehook = self._hear_again
-        usual = {
-            "SIGINT": signal.default_int_handler,
-            "SIGTERM": signal.SIG_DFL,
-            "SIGHUP": signal.SIG_DFL,
-        }
-        for name, handler in usual.items():
+        for name, handler in _USUAL.items():
             number = getattr(signal, name, None)
             try:
                 if number is not None and signal.getsignal(number) is handler:
@@ -56,15 +57,20 @@ class EndingSignal:
                 return  # not in the main thread: whoever started this one decides
 
     def end(self) -> None:
-        """The command is done: what comes now changes nothing of its result, and Control-C is the caller's again."""
+        """The command is done: what comes now changes nothing of its result, and finds nobody clearing up."""
         self._over = True
         if sys.unraisablehook == self._hear_again:
             sys.unraisablehook = self._unraisable
-        try:
-            if signal.getsignal(signal.SIGINT) == self._hear:
-                signal.signal(signal.SIGINT, signal.default_int_handler)
-        except ValueError:
-            return
+
+    def give_back(self) -> None:
+        """Each signal is the caller's again: a program that goes on behind a command can be ended."""
+        for name, handler in _USUAL.items():
+            number = getattr(signal, name, None)
+            try:
+                if number is not None and signal.getsignal(number) == self._hear:
+                    signal.signal(number, handler)
+            except ValueError:
+                return
 
     def _hear(self, number: int, frame: object) -> None:
         now = time.monotonic()
