@@ -38,10 +38,14 @@ def _end_at_once(code: int) -> None:
 
     Python waits for each thread, and a plug-in's may never end; Control-C there would make a traceback.
     """
+
+    def end(number: int, frame: object) -> None:
+        os._exit(code)
+
     for name in ("SIGINT", "SIGTERM", "SIGHUP"):
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # as nohup has it
-            signal.signal(number, lambda *_: os._exit(code))
+            signal.signal(number, end)
 
 
 def _forget_interrupt() -> None:
