@@ -11,6 +11,7 @@ from subprocess import PIPE
 
 import pytest
 
+from erclutch.cli import main
 from erclutch.cli.standard_output import StandardOutput
 from erclutch.logs.synthetic import write_synthetic_log
 from tests.support.slow_params import slow_but
@@ -63,6 +64,24 @@ def test_a_run_is_kept_whatever_becomes_of_the_output(output: str, tmp_path: Pat
     assert done.returncode == (0 if output == "unheard" else 2), done.stderr
     assert "Traceback" not in done.stderr
     assert (tmp_path / "run" / "run.json").is_file()
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="the system has no full device")
+@pytest.mark.parametrize(("words", "code"), [(("fit", "none.csv"), 2), (("--nope",), 2)])
+@pytest.mark.parametrize("streams", [("stderr",), ("stdout", "stderr")])
+def test_an_error_that_cannot_be_told_keeps_its_exit_code(
+    words: tuple[str, ...],
+    code: int,
+    streams: tuple[str, ...],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It was 1, which says that a question is open."""
+    monkeypatch.chdir(tmp_path)
+    with open("/dev/full", "w", buffering=1) as full:
+        for stream in streams:
+            monkeypatch.setattr(sys, stream, full)
+        assert main(words) == code
 
 
 @pytest.mark.slow

@@ -62,11 +62,12 @@ def main(words: Sequence[str] | None = None) -> int:
         with standard_output() as output, for_a_shell(), no_early_end():
             code = _code_of(words)
             output.flush()
+            if output.failure is not None and not output.unheard:
+                reason = output.failure.strerror
+                code = failed(f"the output cannot be written ({reason})", code or 2)
     finally:
         _ENDING.give_back()
-    if output.failure is None or output.unheard:
-        return code
-    return failed(f"the output cannot be written ({output.failure.strerror})", code or 2)
+    return code
 
 
 def _code_of(words: Sequence[str]) -> int:

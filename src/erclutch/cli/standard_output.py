@@ -15,11 +15,11 @@ from erclutch.registry import others_at_work
 _PLAIN = str.maketrans("·░▒▓█─│╭╮╰╯…–µ°²³", ".:+x#-|....~-ud23")
 
 
-class StandardOutput:
-    """Standard output that never raises: its first failure is kept, and what comes after is dropped.
+class _Unfailing:
+    """A standard stream that never raises: its first failure is kept, and what comes after is dropped.
 
     Args:
-        stream: the stream of the process; None where it was started without one.
+        stream: of the process; None where it was started without one.
 
     Attributes:
         failure: why nothing can be written any more.
@@ -30,9 +30,7 @@ class StandardOutput:
         self.failure: OSError | None = None
 
     def write(self, text: str) -> int:
-        """Write a text, or drop it; returns its length. What a plug-in prints while it works goes to standard error."""
-        if others_at_work() and sys.stderr is not None:
-            return sys.stderr.write(text)
+        """Write a text, or drop it; returns its length."""
         if self._stream is None:
             self.failure = self.failure or OSError(errno.EBADF, "standard output is closed")
         elif self.failure is None:
@@ -77,14 +75,26 @@ class StandardOutput:
             os.close(nowhere)
 
 
+class StandardOutput(_Unfailing):
+    """Standard output that never raises; what a plug-in prints while it works goes to standard error."""
+
+    def write(self, text: str) -> int:
+        """Write a text, or drop it; returns its length."""
+        if others_at_work() and sys.stderr is not None:
+            return sys.stderr.write(text)
+        return super().write(text)
+
+
 @contextmanager
 def standard_output() -> Generator[StandardOutput]:
-    """Take the place of the process's standard output for a command."""
-    before = sys.stdout
+    """Take the place of the process's standard output for a command, and see that standard error never raises."""
+    before = sys.stdout, sys.stderr
     output = StandardOutput(sys.stdout)
     sys.stdout = output  # pyright: ignore[reportAttributeAccessIssue]
+    if sys.stderr is not None:
+        sys.stderr = _Unfailing(sys.stderr)  # pyright: ignore[reportAttributeAccessIssue]
     try:
         yield output
         output.flush()
     finally:
-        sys.stdout = before
+        sys.stdout, sys.stderr = before
