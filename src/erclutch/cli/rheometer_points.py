@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from erclutch import registry
 from erclutch.cli.log_look import LogLook
 from erclutch.errors import ErclutchError
@@ -85,6 +83,8 @@ def points_command(look: LogLook, *, is_told: bool) -> str:
 
 def may_be_flow_curves(tables: Iterable[Table]) -> bool:
     """Whether each table holds two columns of which the first goes through decades, as shear rates do."""
+    import numpy as np
+
     pairs = [list(table.columns.values()) for table in tables]
     for columns in pairs:
         known = columns[0][np.isfinite(columns[0])]
