@@ -78,6 +78,12 @@ def test_an_inertia_or_a_momentum_is_no_torque(unit: str) -> None:
     assert units.fits(unit, ("N*m", "N")) is None
 
 
+@pytest.mark.parametrize("unit", ["kg.m.s-2", "kg m s^-2", "kg·m·s⁻²", "kg m/s^2"])
+def test_a_newton_in_base_units_is_no_torque(unit: str) -> None:
+    # It was kilograms of force times a metre over seconds squared.
+    assert units.fits(unit, ("N*m", "N")) == (pytest.approx(1.0), "N")
+
+
 @pytest.mark.parametrize("name", ["Torque_A", "Force_A", "torque_C", "Torque_L", "Torque_Nm_A"])
 def test_the_letter_of_a_side_behind_an_effort_is_no_unit(name: str) -> None:
     plan = planned(**{name: DRAG})

@@ -94,3 +94,34 @@ def test_torques_of_two_joints_that_move_apart_are_not_asked_about(tmp_path: Pat
     other = 30.0 * np.cos(3.0 * TIME)
     columns = (TIME, SPEED, 0.0 * TIME, TORQUE, np.tanh(other))
     assert planned(log(tmp_path / "b.csv", head, *columns)).choices["effort"].column == "a1 torque"
+
+
+@pytest.mark.parametrize("dash", ["-", "–", "—"])
+def test_a_unit_behind_a_dash_is_that_of_the_name_in_front(tmp_path: Path, dash: str) -> None:
+    # Of "Velocity - m/s" seconds were made, and the column was no speed.
+    names = (f"Time {dash} s", f"Speed {dash} deg/s", f"Current {dash} mA", f"Torque {dash} Nm")
+    recording = read(log(tmp_path / "b.csv", ",".join(names), TIME, SPEED, CURRENT, TORQUE))
+    assert recording.signals["slip"] == pytest.approx(np.radians(SPEED), abs=1e-6)
+    assert recording.signals["field"] == pytest.approx(CURRENT / 1000, abs=1e-6)
+    assert recording.units["effort"] == "N*m"
+
+
+def test_a_speed_whose_name_ends_in_hertz_is_settled_by_the_command_for_it(tmp_path: Path) -> None:
+    # The command was refused, and offered again without end.
+    path = log(tmp_path / "b.csv", "time_s,speed_hz,field_kv,torque_nm", *brake_columns())
+    (example,) = planned(path).examples
+    assert example == """--slip "speed_hz" --scale "slip=1 turn/s/Hz\""""
+    told = ColumnMap.from_options({"slip": "speed_hz", "scale": ["slip=1 turn/s/Hz"]})
+    recording = read(path, told)
+    assert recording.signals["slip"] == pytest.approx(SPEED * 2 * np.pi, abs=1e-3)
+
+
+def brake_columns() -> tuple[np.ndarray, ...]:
+    return TIME, SPEED, CURRENT, TORQUE
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"), [("position_um", "um"), ("e_kvmm", "kV/mm"), ("E_kVmm", "kV/mm")]
+)
+def test_micrometres_and_kilovolts_a_millimetre_end_a_name(name: str, unit: str) -> None:
+    assert split_end(name)[1] == unit

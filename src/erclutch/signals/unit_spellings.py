@@ -121,12 +121,16 @@ SPELLINGS = (
     # In capitals too: NM without a sign may be a nautical mile, and the name tells (`logs/columns/labels.py`).
     (re.compile(r"(?<![\w.])(k?)N\s?[-.*]\s?M(?!\w)"), r"\1N*m"),
     (re.compile(r"(?<![\w.])(k?gf|dyne?)\s?[-.]\s?([cm]?m)(?!\w)"), r"\1*\2"),
-    # A torque in kilograms times an arm is one of weights; what goes on is an inertia or a momentum.
+    # A torque in kilograms times an arm is one of weights; what goes on is an inertia, a momentum or a newton.
     (
-        re.compile(r"(?<![\w.])(k?g)(?:\s*[-.*·]\s*|\s+|(?=cm))([cm]?m)(?![\w^*/²])(?!\s*[/*^])"),
+        re.compile(
+            r"(?<![\w.])(k?g)(?:\s*[-.*·]\s*|\s+|(?=cm))([cm]?m)(?![\w^*/²])(?!\s*[/*^])(?![.\s]+s)"
+        ),
         r"\1f*\2",
     ),
     (re.compile(r"\b((?:da|[numcdhkMGµμ])?N)\s*[-.]?\s*([mc]?m)\b"), r"\1*\2"),
+    # Where powers are written out a dot is a product: kg.m.s-2.
+    (re.compile(r"(?<=[\w²³])\.(?=[A-Za-zµμ].*-\d)"), "*"),
     # The mil of a machinist; that of a gunner is no unit of a bench.
     (re.compile(r"(?<![\w.])mils?(?!\w)"), "thou"),
     (re.compile(r"(?<![\w.])kp(?!\w)"), "kgf"),

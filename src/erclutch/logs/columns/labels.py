@@ -69,9 +69,9 @@ _LEVEL = re.compile(r"[+-]?\d+(?:[.,]\d+)?\s*(?:[^\W\d_]|%)[\w/.·%-]*")
 # Of a level behind a name the last letters are no unit of their own: ``v 2 kV/mm``.
 _NUMBER_OF_A_LEVEL = re.compile(r"\d ?[kmM]?[VA]$")
 # A quotient behind a blank (``Shear Rate 1/s``, ``Angular Velocity rad/s``): the word before the slash is of the unit.
-_BLANK = re.compile(r"(.*[^\W\d_]\S*)\s+((?:1|[^\W\d_]{1,4})/[^\s/()]+)")
+_BLANK = re.compile(r"(.*?[^\W\d_]\S*)(?:\s+[-–—])?\s+((?:1|[^\W\d_]{1,4})/[^\s/()]+)")
 # A letter behind a blank (``Force N``), where all names of a file end in units; ``coil A`` alone is the first of two.
-_LETTER = re.compile(r"(.*?[^\W\d_]\S*?)(?:\s+[-–])?\s+([AVNTms])")
+_LETTER = re.compile(r"(.*?[^\W\d_]\S*?)(?:\s+[-–—])?\s+([AVNTms])")
 _COMMA = re.compile(r"(.*[^\W\d_]\S*)\s*,\s*([^\s,]+)")  # as Russian headers have it: ``Сила, Н``
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)

@@ -10,7 +10,7 @@ from erclutch.logs.columns.vocabulary import set_of
 from erclutch.signals.units import fits
 
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
-_AS_THEY_ARE = "A mA V mV kV N kN kg krpm gauss Pa kPa MPa s ms us ns mm cm m rad deg rpm T mT"
+_AS_THEY_ARE = "A mA V mV kV N kN kg krpm gauss Pa kPa MPa s ms us ns um mm cm m rad deg rpm T mT"
 _JOINT_DIGITS = 2  # of a joint's number at most
 TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s degps=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
@@ -20,9 +20,7 @@ _OTHER_SPEEDS = (
 )
 # No in_s: time_in_s is no speed. No rps: radians or revolutions. No kN_m, N_mm, lbf_in: a stiffness is written so too.
 _TURNS_A_TIME = "rev_s=turn/s rot_s=turn/s rev_min=rpm rot_min=rpm r_min=rpm 1_min=1/min ft_s=ft/s ft_min=ft/min"
-_FIELDS = (
-    "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kA_m=kA/m kA_per_m=kA/m A_per_m=A/m kAm=kA/m kApm=kA/m Oe=Oe"
-)
+_FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kVmm=kV/mm kA_m=kA/m kA_per_m=kA/m A_per_m=A/m kAm=kA/m kApm=kA/m Oe=Oe"
 _OTHERS = "Upm=rpm UPM=rpm Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% percent=% psi=psi"
 _TORQUES = (
     "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf ozin=oz*in "
@@ -125,6 +123,7 @@ _CAPITALS = {"NM": "N*m", "KNM": "kN*m"}
 #: ``Speed rev/min``: such a unit may be written in any of a hundred ways, so `erclutch.signals.units` is asked.
 _FRACTION = re.compile(r"[^\W\d_]{1,7}/[^\W\d_]{1,7}")
 _RATES = ("rad/s", "m/s", "V/m", "A/m", "1/s")
+_DASHES = " -–—"
 _WORD = 5  # letters of a unit that is written out
 _POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
 
@@ -153,7 +152,7 @@ def split_end(name: str) -> tuple[str, str | None]:
         return (stem, unit) if unit else (name, None)
     words = name.split()
     for count in (2, 1):  # ``torque N m`` before ``distance m``
-        stem = " ".join(words[:-count])
+        stem = " ".join(words[:-count]).rstrip(_DASHES)
         if stem.lower().endswith(_POWERS):
             return name, None  # squared meters: no length
         end = "_".join(words[-count:])

@@ -253,6 +253,9 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
         written = column.written_unit
         is_headed = len(column.spoken.heads.get(signal) or "") > 2  # CH2 Force
         if signal == "slip" and written == "Hz" and (is_headed or _is_called(column, signal)):
+            if column.spoken.end:
+                scale = shell_word("slip=1 turn/s/Hz")
+                return f"--slip {shell_word(column.name)} --scale {scale}"
             return f"--slip {shell_word(f'{column.name} [turn/s]')}"
         from_sensor = written in ("V", "mV", "%") or written in COUNTS
         if (

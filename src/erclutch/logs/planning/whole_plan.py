@@ -78,6 +78,7 @@ from erclutch.logs.planning.rheometer_columns import (
 )
 from erclutch.logs.planning.row_order import ask_about_order
 from erclutch.logs.planning.rows_of_tests import propose_rows_of_tests
+from erclutch.logs.planning.scaled_signals import doubt_signals_scaled_for_a_network
 from erclutch.logs.planning.sense_of_effort import doubt_an_effort_without_its_sense
 from erclutch.logs.planning.sense_of_speed import doubt_a_speed_without_its_sense
 from erclutch.logs.planning.settings_of_a_rig import ask_about_a_setting_of_the_rig
@@ -174,6 +175,7 @@ STEPS = (
     Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),
     Step("whether a drive tells a share of its rated torque", doubt_a_share_of_a_rated_torque),
     Step("whether a signal is in numbers of a converter", doubt_numbers_of_a_converter),
+    Step("whether motion and effort were scaled for a network", doubt_signals_scaled_for_a_network),
     Step("whether a drive computed the effort beside a sensor", doubt_the_torque_of_a_drive),
     Step("whether counts or a motor want a stated number", doubt_counts_and_motors),
     Step("whether the effort is the device's alone", doubt_an_effort_with_inertia),
