@@ -31,7 +31,7 @@ def test_an_output_of_a_sensor_is_no_field_without_a_word(name: str) -> None:
         name: 2e-5 + 1e-6 * np.cos(4.0 * SPAN),
     }
     assert [doubt.partition(",")[0] for doubt in _signals(faint).doubts] == [
-        f"field is column {name} which never exceeds 2.1e-05"
+        f"field may be column {name} which never exceeds 2.1e-05"
     ]
     strong = {**faint, name: 2.0 + np.cos(4.0 * SPAN)}
     assert _signals(strong).doubts == ()

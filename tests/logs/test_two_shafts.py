@@ -234,3 +234,15 @@ def test_the_difference_of_two_shafts_takes_the_torque_of_neither(
     columns[torques[1]] = 1.05 * columns[torques[0]] + 0.02
     plan = planned(columns, slip=f"{driving} - {driven}")
     assert [question.signal for question in plan.questions] == ["effort"]
+
+
+@pytest.mark.parametrize(("driving", "driven"), PAIRS[:3])
+@pytest.mark.parametrize("name", ["gear.csv", "clutch.csv"])
+def test_speeds_of_shafts_that_turn_against_each_other_are_asked_about_one_by_one(
+    driving: str, driven: str, name: str
+) -> None:
+    columns = columns_of(driving, driven, 3.0 + TURNS)
+    columns[driven] = -columns[driven]  # counted the other way round
+    plan = planned(columns, name)
+    assert [question.signal for question in plan.questions] == ["slip"]
+    assert plan.examples == (f'--slip "{driven}"',)

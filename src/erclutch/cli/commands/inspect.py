@@ -28,6 +28,7 @@ from erclutch.cli.rheometer_points import (
     tried_flow_command,
     without_their_unit,
 )
+from erclutch.cli.tried_answer import tried_answer, with_options
 from erclutch.errors import (
     AlikeRecordingsError,
     ErclutchError,
@@ -176,7 +177,7 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
             terminal.say(f"Not understood yet: {log.name}: {_oscillates(list(swings))}")
             return None
         terminal.say(f"Not understood yet: {error}")
-        terminal.say(f"What settles it: {_with_options(settled, reading)}")
+        terminal.say(f"What settles it: {with_options(settled, reading)}")
         return None
 
 
@@ -285,9 +286,8 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
             terminal.say(f"Not understood yet: {look.log.name}: {doubts}")
             terminal.say(f"What settles it: {flow_command(look)}")
             return
-        terminal.say(
-            f"In doubt: {doubts}. If that is right, say so: {_with_options(command, reading)}"
-        )
+        command = with_options(tried_answer(command, look, reading), reading)
+        terminal.say(f"In doubt: {doubts}. If that is right, say so: {command}")
     elif look.unfit:
         terminal.say(f"Understood, but nothing can be fitted to it: {look.unfit}")
     elif look.refused:
@@ -296,7 +296,7 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         # What a log had in a column, its pattern does not touch.
         if len(options) == 1 and (option := options.pop()):
             terminal.say(
-                f"What settles it: {_with_options(f'erclutch inspect {typed} {option}', reading)}"
+                f"What settles it: {with_options(f'erclutch inspect {typed} {option}', reading)}"
             )
     else:
         words = map(shlex.quote, reading.words())
@@ -345,6 +345,7 @@ def _tell_what_settles(
         settled = f"{shlex.join(['erclutch', 'inspect', plan.path])} {option.group()}"
     else:  # only another file helps
         settled = ""
+    settled = tried_answer(settled, look, reading) if settled else ""
     if len(alike) == len(look.refused):  # one command settles it for all of them
         settled = settled.replace(first, typed)
     elif alike:  # or for those of which the same is asked
@@ -366,7 +367,7 @@ def _tell_what_settles(
         more = f"{len(alike)} more log{'s'[: len(alike) != 1]}"
         terminal.say(f"The same is asked of {more}, the last {alike[-1]}")
     # The command confirms them too.
-    if look.plan.doubts and settled == look.plan.command().replace(first, typed):
+    if look.plan.doubts and settled.startswith(look.plan.command().replace(first, typed)):
         terminal.say(f"In doubt besides: {'; '.join(look.plan.doubts)}")
     others = len(look.refused) - len(alike)
     if settled and alike and others:
@@ -374,21 +375,7 @@ def _tell_what_settles(
             f"Another thing is asked of {others} more log{'s'[: others != 1]}, on their own"
         )
     if settled:
-        terminal.say(f"What settles it: {_with_options(settled, reading)}")
-
-
-def _with_options(command: str, reading: LogOptions) -> str:
-    """A command of inspect with what the user gave besides, which is no part of the answer; as a window of the log."""
-    words = command.split()  # a name may hold a quote
-    if words[1] != "inspect":
-        return command
-    given = reading.words()
-    beside: list[str] = []
-    for place, word in enumerate(given):
-        if word.startswith("--") and word not in (*words, "--constant", "--scale", "--zero"):
-            values = given[place + 1 : place + 2]
-            beside += [word, *(value for value in values if not value.startswith("--"))]
-    return " ".join([command.rstrip(), *map(shlex.quote, beside)])
+        terminal.say(f"What settles it: {with_options(settled, reading)}")
 
 
 def _as_json(look: LogLook, courses: int) -> dict[str, Any]:

@@ -31,6 +31,7 @@ _WHOLE = 0.1  # of a period, by which a whole number of periods is off at most
 _MOSTLY = 0.95  # of the steps
 _WANDERS = 0.5  # periods that such an average may move
 DISORDER = 0.05  # share of the steps from which on backward ones are no slips of a clock
+_AS_POINTS = "take the rows as points (--time none)"  # of a remedy
 _SHORTEST = 1e-12  # s: no logger samples at a THz
 _COARSE = 0.2  # share of repeated stamps above which they are coarser than the sampling
 
@@ -83,7 +84,8 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
     if period == 0.0:  # whole seconds, say, over unlike numbers of rows: no row has a time then
         rate = f"{stamps.size / (stamps[-1] - stamps[0]):.3g}"  # Hz
         problem = f"column {column} has {np.unique(stamps).size} stamps for {stamps.size} rows, not evenly"
-        raise TimingError(problem, remedy=f"Give a rate ({rate} Hz in the mean: --rate {rate})")
+        in_the_mean = f"Give a rate ({rate} Hz in the mean: --rate {rate})"
+        raise TimingError(problem, remedy=f"{in_the_mean}, or {_AS_POINTS}")
     _refuse_short(period, column)
     gaps = [start - 1 for start in regular.starts[1:]]
     steps = np.delete(np.diff(stamps), gaps)
@@ -111,7 +113,7 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
     elif not np.all(steps > 0):
         raise TimingError(
             f"column {column} repeats its stamps without a pattern",
-            remedy="Give the sampling rate instead (--rate 1000), or log finer stamps",
+            remedy=f"Give the sampling rate instead (--rate 1000), log finer stamps, or {_AS_POINTS}",
         )
     else:
         shortest, longest = np.percentile(steps, (1, 99)).tolist()
@@ -162,7 +164,7 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
     remedy = "choose the time column (--time) or give a sampling rate (--rate)"
     steps = np.diff(stamps)
     if not np.any(steps):
-        remedy += ", or take the rows as points (--time none)"
+        remedy += f", or {_AS_POINTS}"
         problem = f"column {column} is {stamps[0]:g} in all {stamps.size} rows"
         raise TimingError(problem, remedy=remedy.capitalize())
     usual = float(np.median(steps[steps != 0]))
@@ -175,7 +177,7 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
     if back.size > 1:
         order += f" ({back.size} times in all)"
     others = "choose another time column (--time) or a rate (--rate)"
-    remedy = f"Split the log there, sort it, or {others}"
+    remedy = f"Split the log there, sort it, {others}, or {_AS_POINTS}"
     if back.size == steps.size:
         remedy = f"The newest row stands first: sort the rows by {column}"
     elif back.size > DISORDER * stamps.size:

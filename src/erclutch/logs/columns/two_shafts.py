@@ -221,7 +221,8 @@ def between_shafts(seen: SeenColumns, signal: str) -> list[str]:
     """What may be the slip, or the position, where the file has two shafts: their difference, then each of them.
 
     The driven shaft stands first where the effort keeps to its sign and not to that of the difference: what the other
-    one was told may be called an input.
+    one was told may be called an input. So it does where the shafts turn against each other, as no clutch lets them:
+    one of the speeds is counted the other way round.
     """
     table = seen.table
     if not table.made or signal not in _UNITS_OF_MOTION:
@@ -235,6 +236,8 @@ def between_shafts(seen: SeenColumns, signal: str) -> list[str]:
     driving, driven = ends
     apart = _speed_of(seen.columns[differences[0]].values, signal)
     speed = _speed_of(seen.columns[driven].values, signal)
+    if signal == "slip" and _turn_against(seen.columns[driving].values, speed):
+        return [driven, *differences, driving]
     for column in seen.columns.values():
         is_effort = "effort" in column.spoken.may_be and takes_both_signs(speed)
         if (
@@ -267,6 +270,20 @@ def _turn_as_one(driving: Array, driven: Array) -> bool:
     return apart <= _APART * largest
 
 
+def _turn_against(driving: Array, driven: Array) -> bool:
+    """Whether two shafts turn against each other wherever both turn."""
+    known = np.isfinite(driving) & np.isfinite(driven)
+    first = driving[known]
+    second = driven[known]
+    if first.size < FEW:
+        return False
+    turn = np.abs(first) > _LARGE * np.abs(first).max()
+    turn &= np.abs(second) > _LARGE * np.abs(second).max()
+    rows = np.count_nonzero(turn)
+    against = np.count_nonzero(first[turn] * second[turn] < 0.0)
+    return rows >= FEW and against >= _TRANSMITS * rows
+
+
 def _speed_of(motion: Array, signal: str) -> Array:
     """A speed, or what a position changes by from row to row, shape (n,)."""
     return np.gradient(motion) if signal == "position" and motion.size > 1 else motion
@@ -280,15 +297,16 @@ def is_of_clutch(seen: SeenColumns, signal: str, difference: str, efforts: Itera
     table = seen.table
     texts_of_file = [table.name, *table.columns, *table.metadata, *table.metadata.values()]
     words_of_file = " ".join(texts_of_file).lower()
-    if any(word in words_of_file for word in _CLUTCH):
-        return True
     shafts = table.parts_of(difference) or ()
+    speeds = [_speed_of(seen.columns[shaft].values, signal) for shaft in shafts]
+    is_called_so = any(word in words_of_file for word in _CLUTCH)
+    if is_called_so and not (signal == "slip" and speeds and _turn_against(*speeds)):
+        return True
     if shafts and _is_told_in_percent(seen, difference, shafts[0]):
         return True
     slip = _speed_of(seen.columns[difference].values, signal)
     if not takes_both_signs(slip):
         return False
-    speeds = [_speed_of(seen.columns[shaft].values, signal) for shaft in shafts]
     for name in efforts:
         effort = seen.columns[name].values
         if _keeps_sign(effort, slip) and not any(_keeps_sign(effort, speed) for speed in speeds):

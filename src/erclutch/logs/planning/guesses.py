@@ -11,6 +11,8 @@ from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.two_courses import is_rate_of
+from erclutch.logs.columns.vocabulary import VOLTAGES
+from erclutch.logs.mapping import NONE
 from erclutch.logs.plan import NEEDS, SignalPlan, Sureness
 from erclutch.logs.planning.draft import Draft, scaled
 from erclutch.logs.planning.missing_columns import missing
@@ -151,8 +153,15 @@ def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
     draft.take(signal, column.name, column.unit_for(si_units), 1.0, reason, sureness)
     strongest = faintness(draft.signals[signal], column.values) if signal == "field" else None
     if strongest is not None:
-        doubt = f"which never exceeds {strongest:.3g}, as the output of a sensor: --field none if it drives no coil"
-        draft.doubt(signal, doubt)
+        doubt = f"which never exceeds {strongest:.3g}, as the output of a sensor"
+        # A current may be in another unit; such volts come of a bridge.
+        if draft.signals[signal].si == "V" or column.spoken.says(VOLTAGES):
+            named = shell_word(draft.table.label(column.name))
+            draft.doubt(
+                signal, f"{doubt}: no field then, --field {named} if it drives a coil", NONE
+            )
+        else:
+            draft.doubt(signal, f"{doubt}: --field none if it drives no coil")
     return True
 
 

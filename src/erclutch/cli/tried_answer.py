@@ -1,0 +1,108 @@
+"""A command that `inspect` prints is tried on the table first: what would be asked after it stands in it already."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from erclutch.cli.log_look import LogLook
+from erclutch.cli.options import LogOptions
+from erclutch.errors import ErclutchError
+
+if TYPE_CHECKING:
+    from erclutch.logs import Plan
+
+_MOST_ROWS = 1_000_000  # of a log that is read once more
+_MOST_QUESTIONS = 3  # one after another
+#: What only the user can fill in, and options by which another table is read.
+_NOT_TRIED = (
+    *("COLUMN", "NUMBER", "NAME", "RATE Hz"),
+    *("--variable", "--name-pattern", "--map", "--write-mapping", "--decimal"),
+)
+_GIVEN_SEVERAL_TIMES = ("constant", "scale", "zero", "input")
+
+
+def with_options(command: str, reading: LogOptions) -> str:
+    """A command of inspect with what the user gave besides, which is no part of the answer; as a window of the log."""
+    words = command.split()  # a name may hold a quote
+    if words[1] != "inspect":
+        return command
+    given = reading.words()
+    beside: list[str] = []
+    for place, word in enumerate(given):
+        if word.startswith("--") and word not in (*words, "--constant", "--scale", "--zero"):
+            values = given[place + 1 : place + 2]
+            beside += [word, *(value for value in values if not value.startswith("--"))]
+    return " ".join([command.rstrip(), *map(shlex.quote, beside)])
+
+
+def tried_answer(command: str, look: LogLook, reading: LogOptions) -> str:
+    """The command with the answers to what the log asks once it is answered, such as `--time none`.
+
+    Args:
+        command: of `inspect`, with what it found.
+        look: what was found.
+        reading: how the user said that the log is read.
+    """
+    table = look.raw
+    all_words = shlex.split(command)
+    first = next((place for place, word in enumerate(all_words) if word.startswith("--")), 0)
+    words = all_words[first:] if first else []
+    cannot_be_tried = any(mark in word for mark in _NOT_TRIED for word in words)
+    is_of_inspect = all_words[:2] == ["erclutch", "inspect"]
+    if not is_of_inspect or cannot_be_tried or reading.each or table.rows > _MOST_ROWS:
+        return command
+    from erclutch.logs import apply
+
+    given = [*words]
+    for _ in range(_MOST_QUESTIONS):
+        told = replace(reading, **_options(given, reading))
+        try:
+            plan = told.plan(table, look.log)
+            further = _further_answers(plan) if plan.questions else []
+            if not plan.questions:
+                try:
+                    told.how().finished(apply(plan, table))
+                except ErclutchError as error:
+                    further = _remedies(error.remedy, plan)
+        except ErclutchError:
+            break
+        new = [
+            word
+            for option, value in zip(further[::2], further[1::2], strict=False)
+            if option not in given
+            for word in (option, value)
+        ]
+        if not new:
+            break
+        given += new
+    added = given[len(words) :]
+    return f"{command.rstrip()} {shlex.join(added)}" if added else command
+
+
+def _options(words: Sequence[str], reading: LogOptions) -> dict[str, Any]:
+    """Options of a command line by their names, each with its value; those that may stand several times with all."""
+    options: dict[str, Any] = {}
+    for option, value in zip(words[::2], words[1::2], strict=False):
+        name = option.removeprefix("--").replace("-", "_")
+        if name in _GIVEN_SEVERAL_TIMES:
+            options[name] = (*options.get(name, getattr(reading, name)), value)
+        else:
+            options[name] = value
+    return options
+
+
+def _further_answers(plan: Plan) -> list[str]:
+    """The options by which a plan proposes to answer its questions; none where one of them has a place to fill in."""
+    words = shlex.split(plan.command())[3:]
+    has_a_place = any(mark in word for mark in _NOT_TRIED for word in words)
+    return [] if has_a_place else words
+
+
+def _remedies(remedy: str, plan: Plan) -> list[str]:
+    """The option that a remedy gives for rows that no clock fits, or that lack numbers; none for another remedy."""
+    if "(--time none)" in remedy and plan.signal("slip") is not None:
+        return ["--time", "none"]
+    return ["--invalid", "drop"] if "--invalid drop" in remedy else []
