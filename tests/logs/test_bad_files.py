@@ -62,7 +62,8 @@ def test_no_look_is_taken_into_a_file_of_the_system_that_has_no_size(tmp_path: P
         (
             HEAD + "".join(LINES) + LINES[3],
             "log.csv: column t runs backwards at data row 21: 0.003 s after 0.019 s. "
-            "Split the log there, sort it, choose another time column (--time) or a rate (--rate), or take the rows as points (--time none).",
+            "Split the log there, sort it, choose another time column (--time) or a rate (--rate), "
+            "or take the rows as points (--time none).",
         ),
         (
             HEAD + "".join(LINES) + "0.02,1,2\n0.021,1,2,3\n",
