@@ -281,7 +281,7 @@ def _turn_against(driving: Array, driven: Array) -> bool:
     turn &= np.abs(second) > _LARGE * np.abs(second).max()
     rows = np.count_nonzero(turn)
     against = np.count_nonzero(first[turn] * second[turn] < 0.0)
-    return rows >= FEW and against >= _TRANSMITS * rows
+    return bool(rows >= FEW and against >= _TRANSMITS * rows)
 
 
 def _speed_of(motion: Array, signal: str) -> Array:
