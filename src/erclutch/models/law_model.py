@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.arithmetic.as_in_c import array_as_in_c
-from erclutch.models import model_file
+from erclutch.models import model_file, plugin_efforts
 from erclutch.models.band import Band
 from erclutch.models.composition import OFFSET
 from erclutch.models.given_rows import further_inputs
@@ -304,6 +304,7 @@ class TorqueModel(ModelBase):
         body["about"] = dict(self.about)
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
+            body[plugin_efforts.ENTRY] = plugin_efforts.efforts_of(self)
         return model_file.sealed(body, self.band)
 
 

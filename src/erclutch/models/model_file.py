@@ -20,6 +20,7 @@ from erclutch.errors import ErclutchError, PluginError, RunError
 from erclutch.models.band import MOST_EDGES, MOST_FIELD_EDGES, Band
 from erclutch.models.haste import Haste
 from erclutch.models.model import CELLS, Pair, Range
+from erclutch.models.plugin_efforts import ENTRY, require_same_efforts
 from erclutch.registry import require
 from erclutch.signals.array import Array
 from erclutch.signals.device import DEVICES, DeviceName, Units
@@ -36,7 +37,7 @@ _LONGEST_TEXT = 1000  # characters
 _SPECIFICATION = re.compile(r"[\w.+/ -]{1,200}", re.ASCII)
 #: Entries that a model may write in other words: a stage may have several names, and another version of a plug-in may
 #: be installed than the file was written with.
-_IN_OTHER_WORDS = ("digest", "dynamics", "form", "law", "network", "plugins")
+_IN_OTHER_WORDS = ("digest", "dynamics", ENTRY, "form", "law", "network", "plugins")
 
 #: What an entry of the wrong type, size or name ends in.
 UNFIT = (
@@ -68,17 +69,21 @@ def sealed(body: Mapping[str, Any], band: Band | None) -> dict[str, Any]:
     whole = dict(body)
     if band is not None:
         whole["band"] = band.to_dict()
-    return {**whole, "digest": digest_of(whole)}
+    return {**whole, "digest": digest_of(_told(whole))}
 
 
 def keeps_digest(body: Mapping[str, Any]) -> bool:
     """Whether a body holds the digest of its other entries; entries without a digest (NaN, lists without end) fail."""
-    others = {key: value for key, value in body.items() if key != "digest"}
     try:
-        digest = digest_of(others)
+        digest = digest_of(_told(body))
     except (ValueError, RecursionError):
         return False
     return digest == body.get("digest")
+
+
+def _told(body: Mapping[str, Any]) -> dict[str, Any]:
+    """What the digest is over. Efforts are compared by themselves, and the same model may stand without them."""
+    return {key: value for key, value in body.items() if key not in ("digest", ENTRY)}
 
 
 def require_schema(
@@ -147,7 +152,9 @@ def read_model(
         model: Any = make(body)
         if body.get("band") is not None:
             model = replace(model, band=band_of(body["band"]))
-        _require_taken(dict(body), model.to_dict())
+        taken = model.to_dict()
+        require_same_efforts(body, taken, where)
+        _require_taken(dict(body), taken)
         return model
     except (PluginError, RunError):
         raise

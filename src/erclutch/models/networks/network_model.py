@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.arithmetic.as_in_c import array_as_in_c
-from erclutch.models import model_file
+from erclutch.models import model_file, plugin_efforts
 from erclutch.models.band import Band
 from erclutch.models.given_rows import further_inputs
 from erclutch.models.law_model import TorqueModel
@@ -21,7 +21,7 @@ from erclutch.models.networks import NetworkStructure
 from erclutch.models.networks.forward import forward_fnn, forward_rbfn, gaussians, last_hidden
 from erclutch.models.networks.network_inputs import field_in_fluid, inputs_from, inputs_of, moved_of
 from erclutch.models.shared_answers import ModelBase
-from erclutch.models.stages import outside_stages, stage_equations, stages_at
+from erclutch.models.stages import outside_stages, slip_stages, stage_equations, stages_at
 from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
@@ -438,4 +438,7 @@ class NetworkModel(ModelBase):
             body["near"] = [list(masks) for masks in self.near]
         if self.plugins:
             body["plugins"] = [plugin.to_dict() for plugin in self.plugins]
+            # Beside a law the network has no strength of the field, and the law's efforts are kept.
+            if "n_m" in self.dynamics or not slip_stages(s.dynamics):
+                body[plugin_efforts.ENTRY] = plugin_efforts.efforts_of(self)
         return model_file.sealed(body, self.band)
