@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -47,6 +48,19 @@ object.__setattr__(THING, "name", "odd")
 """
 
 
+def forget_stages() -> None:
+    for kept in (stage_named, stages_of, stages_at):
+        kept.cache_clear()
+
+
+@pytest.fixture
+def forgotten() -> Iterator[None]:
+    """No test behind these finds their stage."""
+    yield
+    forget_stages()
+
+
+@pytest.mark.usefixtures("forgotten")
 @pytest.mark.parametrize(
     ("group", "text", "model"),
     slow_behind(
@@ -64,13 +78,11 @@ def test_a_plug_in_that_computes_other_efforts_is_told(
     model: str,
     install: Install,
     tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     points = f"[erclutch.{group}]\nodd = bench_odd:THING\n"
 
     def installed(factor: float) -> None:
-        for kept in (stage_named, stages_of, stages_at):  # of the version before
-            kept.cache_clear()
+        forget_stages()
         install("bench-odd", points, text.format(factor=factor))
 
     installed(1.0)
