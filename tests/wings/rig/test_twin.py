@@ -95,6 +95,7 @@ def test_a_rig_file_changes_what_it_names(tmp_path: Path) -> None:
         ("[drive]\ninertai = 1e-3\n", "Did you mean drive.inertia"),
         ("[wheels]\nradius = 1\n", "there is no section [wheels]"),
         ('[screw]\nlead = { value = 5, unit = "mm" }\n', "screw.lead is given in 'mm'"),
+        ('[screw]\nlead = { value = 0.005, Unit = "mm" }\n', "key 'Unit'. Did you mean unit?"),
         ("[clutch]\nouter_radius = 0.005\n", "is not above the inner radius"),
         ("[screw]\nbreakaway = 0.9\n", "is 0.9 times Coulomb friction"),
         ("[excitation]\nsines = 1.5\n", "A share is at most 1"),

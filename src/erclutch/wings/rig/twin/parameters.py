@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any, cast
 
-from erclutch.errors import SettingError
+from erclutch.errors import SettingError, did_you_mean
 from erclutch.files.given_files import plain_words, small_file, toml_of
 
 SECTIONS = (
@@ -232,6 +232,10 @@ def _consistent(rig: RigParameters) -> RigParameters:
     return rig
 
 
+#: What a table of an entry may hold.
+_KEYS = ("value", "unit", "source", "range", "start", "interval", "meaning")
+
+
 def _entry(table: Mapping[str, Any]) -> ParameterEntry:
     """An entry of a table of the file; ValueError, TypeError or IndexError where a number is none."""
     low, high = (float(end) for end in table["range"])
@@ -304,6 +308,10 @@ def _given(
             interval=None,
         )
     table = cast(dict[str, Any], given)
+    for key in table:
+        if key not in _KEYS:
+            remedy = f"{did_you_mean(key, _KEYS)}Keys are {', '.join(_KEYS)}"
+            raise SettingError(f"{path} has the key {key!r:.60}", remedy=remedy, where=where)
     if table.get("unit", entry.unit) != entry.unit:
         raise SettingError(
             f"{path} is given in {table['unit']!r}", remedy=f"Give it in {entry.unit}", where=where
