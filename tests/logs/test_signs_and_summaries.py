@@ -14,6 +14,7 @@ from erclutch.logs import read_table
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.readers.numerals import with_plain_minus
 from erclutch.logs.table import Table
+from tests.support.command import run
 
 ROWS = [f"{0.01 * row:.2f},{np.sin(0.3 * row):.4f},{2.0 - row:.1f}" for row in range(40)]
 HEAD = "time [s],speed [rad/s],torque [N*m]"
@@ -144,3 +145,29 @@ def test_a_page_break_above_the_rows_is_no_line(tmp_path: Path, above: str, betw
     assert not any("skipped" in note for note in table.notes)
     if "s A N" in above:
         assert table.units == {"t": "s", "a": "A", "b": "N"}
+
+
+def test_the_mean_of_a_test_to_and_fro_is_no_effort(tmp_path: Path) -> None:
+    # It was taken in silence, and efforts forth and back cancel out in it.
+    speeds = np.repeat([50.0, 100.0, 200.0, 400.0, 600.0], 4)
+    currents = np.tile([0.0, 0.5, 1.0, 1.5], 5)
+    largest = 100.0 + 450.0 * currents + 0.4 * speeds
+    columns = (speeds, currents, largest, -0.96 * largest, 0.02 * largest)
+    names = "Speed (mm/s),Current (A),F_max (N),F_min (N),F_mean (N)"
+    table = np.column_stack(columns)
+    np.savetxt(tmp_path / "log.csv", table, "%.6g", ",", header=names, comments="")
+    said = run("inspect", "log.csv", cwd=tmp_path).out.splitlines()[-1]
+    assert "which is the mean of a test to and fro, beside F_max and F_min" in said
+    assert said.endswith('--effort "F_max [N]"')
+
+
+def test_the_mean_current_of_each_test_is_offered_as_its_field(tmp_path: Path) -> None:
+    # That no field was logged was offered.
+    speeds = np.repeat([50.0, 100.0, 200.0, 400.0, 600.0], 4)
+    currents = np.tile([0.0, 0.5, 1.0, 1.5], 5)
+    torques = 0.2 + 0.9 * currents + 0.0008 * speeds
+    table = np.column_stack([speeds, currents, currents + 0.01, torques])
+    names = "rpm,I_avg,I_max,T_avg"
+    np.savetxt(tmp_path / "log.csv", table, "%.6g", ",", header=names, comments="")
+    said = run("inspect", "log.csv", cwd=tmp_path).out.splitlines()[-1]
+    assert said.endswith('--time none --field "I_avg" --effort "T_avg"')

@@ -30,6 +30,7 @@ from erclutch.logs.log_reader import (
     source_of,
     source_with,
 )
+from erclutch.logs.rows.fields_in_words import with_fields_of_words
 from erclutch.logs.rows.joint_states import with_joint_states_named
 from erclutch.logs.rows.largest_doubles import without_largest_doubles
 from erclutch.logs.rows.levels_across import (
@@ -81,6 +82,7 @@ TIDYINGS = (
         "a level in each of its rows, though the first alone gives it", with_levels_filled_down
     ),
     Tidying("a number for each level, though words tell it", with_places_of_words),
+    Tidying("a field in each row, though a text tells it", with_fields_of_words),
     Tidying("rows for each field, though it stands in the names", with_rows_for_each_level),
     Tidying("rows for each sense, though each has a column", with_a_row_for_each_sense),
     Tidying("a peak speed, though a test has amplitude and frequency", with_peak_speeds),

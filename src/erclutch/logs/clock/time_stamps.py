@@ -64,7 +64,8 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         wanders = regular.wander > 1.0
         busy = wanders and other_values.sum() > written_twice.sum() and _is_steady(stamps, regular)
         too_few_for_coarse_stamps = wanders and np.mean(other_values) <= _COARSE
-        if not busy and (are_stray(repeats) or too_few_for_coarse_stamps):
+        all_written_twice = not other_values.any()
+        if not busy and (all_written_twice or are_stray(repeats) or too_few_for_coarse_stamps):
             keep = ~repeats
             dropped: list[str] = []
             if written_twice.any():

@@ -9,12 +9,11 @@ from typing import NamedTuple
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.vocabulary import set_of
 
+PEAKS = ("max", "maximum", "maximal", "peak", "pk", "spitze", "pic", "pico", "picco")
+MEANS = ("mean", "avg", "average", "mittel", "mittelwert", "moyenne", "moyen", "media", "medio")
+LEAST = ("min", "minimum")
 #: What a test is summed up by; at a point at rest or at the turn of a motion the earlier words say more.
-WORDS = (
-    *("max", "maximum", "maximal", "peak", "pk", "spitze", "pic", "pico", "picco"),
-    *("mean", "avg", "average", "mittel", "mittelwert", "moyenne", "moyen", "media", "medio"),
-    *("rms", "min", "minimum", "std", "stdev", "stddev", "sd", "var", "ptp", "pp"),
-)
+WORDS = (*PEAKS, *MEANS, "rms", *LEAST, "std", "stdev", "stddev", "sd", "var", "ptp", "pp")
 #: Of those the words for a spread, which is no value of the signal.
 SPREADS = frozenset({"std", "stdev", "stddev", "sd", "var"})
 _BEHIND = re.compile(

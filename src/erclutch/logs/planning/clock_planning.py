@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.logs.clock.mixed_rows import are_mixed_up
 from erclutch.logs.columns.labels import COUNTS, split_label
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import plain
@@ -173,6 +174,8 @@ def _clock_of_stamps(
     unit = written or None
     all_stamps = seen.table.columns[name]
     stamps = all_stamps[np.isfinite(all_stamps)]
+    if are_mixed_up(stamps):
+        stamps = np.sort(stamps)
     factor, zero, how = as_seconds(name, unit, stamps)
     is_open = not unit and not is_given
     if is_open and header and stamps.size > 1:

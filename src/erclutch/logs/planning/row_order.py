@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from erclutch.errors import MappingError
+from erclutch.logs.clock.mixed_rows import are_mixed_up
 from erclutch.logs.clock.time_stamps import DISORDER
 from erclutch.logs.columns.word_columns import times_begun_anew
 from erclutch.logs.planning.draft import Draft
@@ -16,8 +17,8 @@ _UNSTEADY = 0.1  # of a step, by which the steps of points differ at least
 def ask_about_order(draft: Draft) -> None:
     """Ask what the time is where the column of that name runs backwards every few rows: each row has a time of its own.
 
-    So are points of an instrument, which waits at each of them. A time that begins anew with each word is left alone,
-    and so is a time that falls from each row to the next: such a log stands newest row first, and is refused as that.
+    So are points of an instrument, which waits at each of them. A time that begins anew with each word is left alone.
+    So are the times of a log whose newest row stands first, and of one whose rows were mixed up: both are sorted.
     """
     table = draft.table
     clock = draft.clock
@@ -31,7 +32,7 @@ def ask_about_order(draft: Draft) -> None:
     stamps = table.columns[clock.column]
     steps = np.diff(stamps[np.isfinite(stamps)])  # what is missing has an error of its own
     back = np.count_nonzero(steps < 0.0)
-    if back == 0 or back == stamps.size - 1:
+    if back == 0 or back == stamps.size - 1 or are_mixed_up(stamps):
         return
     forward = steps[steps > 0.0]
     are_few_points = 0 < forward.size < _FEW_POINTS and bool(np.isfinite(stamps).all())

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.sums_of_tests import (
+    LEAST,
+    MEANS,
     MOST_TESTS,
+    PEAKS,
     WORDS,
     amplitude_and_frequency,
     sum_of_a_test,
@@ -12,6 +17,8 @@ from erclutch.logs.columns.sums_of_tests import (
 )
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.points import is_untimed
+
+_CANCELLED = 0.5  # of the largest effort, below which its mean is that of two strokes
 
 
 def propose_rows_of_tests(draft: Draft) -> None:
@@ -59,6 +66,31 @@ def propose_rows_of_tests(draft: Draft) -> None:
     elif "slip" not in draft.questions:
         problem = f"no column for slip; {why}{listed}{columns}"
         draft.ask("slip", MappingError(problem, remedy="Put the speed of each test into a column"))
+    fields = sums_of(names, "field")
+    if fields and "field" in draft.questions:
+        # A field is set for a test: its mean says more than its largest value.
+        _propose(draft, "field", min(fields, key=lambda name: fields[name] not in MEANS))
+
+
+def doubt_the_mean_of_a_motion_to_and_fro(draft: Draft) -> None:
+    """Doubt a guessed effort that is the mean of each test, beside a largest and a least one of opposite signs.
+
+    Over a stroke forth and a stroke back the efforts of a device cancel out.
+    """
+    effort = draft.guessed("effort")
+    efforts = sums_of([column.name for column in draft.seen.columns.values()], "effort")
+    if effort is None or efforts.get(effort.column) not in MEANS:
+        return
+    largest = next((name for name, word in efforts.items() if word in PEAKS), "")
+    least = next((name for name, word in efforts.items() if word in LEAST), "")
+    if not largest or not least:
+        return
+    peaks = draft.seen.columns[largest].values
+    has_both_signs = np.nanmedian(peaks) > 0.0 > np.nanmedian(draft.seen.columns[least].values)
+    means = draft.seen.columns[effort.column].values
+    if has_both_signs and np.nanmedian(np.abs(means)) < _CANCELLED * np.nanmedian(peaks):
+        why = f"which is the mean of a test to and fro, beside {largest} and {least}"
+        draft.doubt("effort", why, shell_word(draft.table.label(largest)))
 
 
 def _propose(draft: Draft, signal: str, name: str) -> None:

@@ -77,7 +77,10 @@ from erclutch.logs.planning.rheometer_columns import (
     pass_over_oscillations,
 )
 from erclutch.logs.planning.row_order import ask_about_order
-from erclutch.logs.planning.rows_of_tests import propose_rows_of_tests
+from erclutch.logs.planning.rows_of_tests import (
+    doubt_the_mean_of_a_motion_to_and_fro,
+    propose_rows_of_tests,
+)
 from erclutch.logs.planning.scaled_signals import doubt_signals_scaled_for_a_network
 from erclutch.logs.planning.sense_of_effort import doubt_an_effort_without_its_sense
 from erclutch.logs.planning.sense_of_speed import doubt_a_speed_without_its_sense
@@ -176,6 +179,7 @@ STEPS = (
     Step("whether a drive tells a share of its rated torque", doubt_a_share_of_a_rated_torque),
     Step("whether a signal is in numbers of a converter", doubt_numbers_of_a_converter),
     Step("whether motion and effort were scaled for a network", doubt_signals_scaled_for_a_network),
+    Step("whether the effort is a mean to and fro", doubt_the_mean_of_a_motion_to_and_fro),
     Step("whether a drive computed the effort beside a sensor", doubt_the_torque_of_a_drive),
     Step("whether counts or a motor want a stated number", doubt_counts_and_motors),
     Step("whether the effort is the device's alone", doubt_an_effort_with_inertia),

@@ -1,0 +1,60 @@
+"""A column of texts may tell the field of its rows: names of files or tests such as ``damper_0.5A_2Hz.csv``.
+
+Several logs were put one under another then, and this column says which log each row is of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from erclutch.errors import listed
+from erclutch.logs.columns.levels_in_names import StatedLevel, fields_told_by
+from erclutch.logs.columns.names import spoken_name
+from erclutch.logs.table import Table
+from erclutch.signals import units
+from erclutch.signals.recording import SIGNALS
+
+_CALLED = "field of "  # before the name of the column of texts
+
+
+def with_fields_of_words(table: Table) -> Table:
+    """The table with a column of the field that texts tell, where no other column may be the field; else as it is."""
+    if any(_may_be_a_field(name, table.units.get(name)) for name in table.columns):
+        return table
+    for name, words in table.words.items():
+        fields = fields_told_by(words.words)
+        has_a_field_in_each = (words.of_row >= 0).all() and len(fields) == len(words.words)
+        units_of_fields = {field.unit for field in fields.values()}
+        if not has_a_field_in_each or len(units_of_fields) != 1 or None in units_of_fields:
+            continue
+        of_word = np.array([fields[word].number for word in words.words])
+        if np.unique(of_word).size < 2:
+            continue
+        called = f"{_CALLED}{name}"
+        # Rows that differ in the field alone are of one device: the texts part them no more.
+        left = {other: texts for other, texts in table.words.items() if other != name}
+        notes = [
+            note for note in table.notes if not note.startswith(f"column {name} parts the rows")
+        ]
+        return replace(
+            table,
+            columns={**table.columns, called: of_word[words.of_row]},
+            units={**table.units, called: units_of_fields.pop()},
+            words=left,
+            notes=(*notes, f"column {name} tells the field: {_said(fields)}"),
+        )
+    return table
+
+
+def _may_be_a_field(name: str, unit: str | None) -> bool:
+    has_the_unit = (
+        bool(unit) and units.is_unit(unit) and units.fits(unit, SIGNALS["field"].si_units)
+    )
+    return bool(has_the_unit) or "field" in spoken_name(name).may_be
+
+
+def _said(fields: Mapping[str, StatedLevel]) -> str:
+    return listed([f"{word} ({field.number:g} {field.unit})" for word, field in fields.items()])
