@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from erclutch.errors import LogError, MappingError, TimingError, placed, shell_word
 from erclutch.logs.clock import timing
-from erclutch.logs.clock.mixed_rows import are_mixed_up
 from erclutch.logs.clock.time_stamps import from_stamps
 from erclutch.logs.plan import ClockPlan, Invalid, Plan, SignalPlan
 from erclutch.logs.planning.unit_of_stamps import SLOW
@@ -68,17 +67,13 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
             if unstamped.any():
                 _refuse_or_note(table, {clock_plan.column: unstamped}, plan.invalid, notes)
                 rows = rows[~unstamped]
-        stamps = _stamps(clock_plan, table, rows)
-        if _newest_first(stamps):
+        if _newest_first(clock_plan, table, rows):
             rows = rows[::-1]
             notes.append(
                 f"the newest row stands first in column {clock_plan.column}: the rows are turned round"
             )
-        elif are_mixed_up(stamps):
-            rows = rows[np.argsort(stamps)]
-            notes.append(
-                f"the rows stand in no order: they are sorted by column {clock_plan.column}, whose steps are even then"
-            )
+        if clock_plan.is_mixed_up:
+            rows = rows[np.argsort(table.planned(clock_plan.column)[rows])]
         clock = clock_of(clock_plan, table, rows, notes)
         unmeasured = unmeasured_rows(plan, table, notes)
         bad = _unusable_rows(plan, table, {**signals, **inputs}, unmeasured, notes)
@@ -141,18 +136,15 @@ def _values(choice: SignalPlan, table: Table) -> Array:
     return values
 
 
-def _stamps(plan: ClockPlan, table: Table, rows: NDArray[np.int64]) -> Array:
-    """The stamps of some rows as the file has them; none where no column is the time."""
+def _newest_first(plan: ClockPlan, table: Table, rows: NDArray[np.int64]) -> bool:
+    """Whether the stamps of a log fall from row to row, all through it."""
     if plan.kind == "dates":
         assert table.clock is not None
-        return table.clock[rows]
-    if plan.kind == "column":
-        return table.planned(plan.column)[rows]
-    return np.empty(0)
-
-
-def _newest_first(stamps: Array) -> bool:
-    """Whether the stamps of a log fall from row to row, all through it."""
+        stamps = table.clock[rows]
+    elif plan.kind == "column":
+        stamps = table.planned(plan.column)[rows]
+    else:
+        return False
     steps = np.diff(stamps)
     return bool(steps.size and np.all(steps <= 0.0) and np.any(steps < 0.0))
 

@@ -90,6 +90,7 @@ class ClockPlan:
         zero: stamp that is 0 s, in the column's unit.
         period: in s: of "rate", "counter" and "header"; of stamps what the header states, taken where they agree.
         not_signals: columns that tell the time or count samples; rows are compared without them.
+        is_mixed_up: whether the rows stand in no order of their stamps, and are sorted by them.
         reason: who chose it, or what it was guessed from.
         sentence: what the time is taken from, for the notes of a recording.
         doubt: why stamps without a unit may be no seconds, one sentence; "" for no doubt.
@@ -104,6 +105,7 @@ class ClockPlan:
     zero: float = 0.0
     period: float | None = None
     not_signals: tuple[str, ...] = ()
+    is_mixed_up: bool = False
     reason: str = field(default="given", compare=False)
     sentence: str = field(default="", compare=False)
     doubt: str = field(default="", compare=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from erclutch.errors import MappingError
@@ -14,6 +16,18 @@ _FEW_POINTS = 100  # rows: of so few, a time that goes back once is the mean tim
 _UNSTEADY = 0.1  # of a step, by which the steps of points differ at least
 
 
+def sort_mixed_rows(draft: Draft) -> None:
+    """Sort rows that were mixed up, as for the training of a network, by stamps that are a steady clock then."""
+    clock = draft.clock
+    if clock is None or clock.kind != "column":
+        return
+    if not are_mixed_up(draft.table.planned(clock.column)):
+        return
+    draft.clock = replace(clock, is_mixed_up=True)
+    order = f"they are sorted by column {clock.column}, whose steps are even then"
+    draft.notes.append(f"the rows stand in no order: {order}")
+
+
 def ask_about_order(draft: Draft) -> None:
     """Ask what the time is where the column of that name runs backwards every few rows: each row has a time of its own.
 
@@ -22,7 +36,7 @@ def ask_about_order(draft: Draft) -> None:
     """
     table = draft.table
     clock = draft.clock
-    if clock is None or clock.kind != "column" or draft.told.time is not None:
+    if clock is None or clock.kind != "column" or clock.is_mixed_up or draft.told.time is not None:
         return
     open_slip = draft.questions.get("slip")
     is_one_of_several = open_slip is not None and "may be any of" in open_slip.problem
@@ -32,7 +46,7 @@ def ask_about_order(draft: Draft) -> None:
     stamps = table.columns[clock.column]
     steps = np.diff(stamps[np.isfinite(stamps)])  # what is missing has an error of its own
     back = np.count_nonzero(steps < 0.0)
-    if back == 0 or back == stamps.size - 1 or are_mixed_up(stamps):
+    if back == 0 or back == stamps.size - 1:
         return
     forward = steps[steps > 0.0]
     are_few_points = 0 < forward.size < _FEW_POINTS and bool(np.isfinite(stamps).all())

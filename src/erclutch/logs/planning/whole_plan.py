@@ -76,7 +76,7 @@ from erclutch.logs.planning.rheometer_columns import (
     doubt_an_oscillation,
     pass_over_oscillations,
 )
-from erclutch.logs.planning.row_order import ask_about_order
+from erclutch.logs.planning.row_order import ask_about_order, sort_mixed_rows
 from erclutch.logs.planning.rows_of_tests import (
     doubt_the_mean_of_a_motion_to_and_fro,
     propose_rows_of_tests,
@@ -159,6 +159,7 @@ STEPS = (
     Step("whether each row sums up a test", propose_rows_of_tests, needs_all_rows=True),
     Step("whether the rows are a map of efforts at rest", say_what_is_a_map, needs_all_rows=True),
     Step("whether rows without a number are dropped", drop_few_missing_values, needs_all_rows=True),
+    Step("whether the rows were mixed up", sort_mixed_rows, needs_all_rows=True),
     Step("whether the time runs forward", ask_about_order, needs_all_rows=True),
     Step("whether rows of devices take turns", ask_about_woven_devices, needs_all_rows=True),
     Step("whether the rows are of one device", ask_about_groups, needs_all_rows=True),
