@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from erclutch.errors import MappingError
 from erclutch.logs import read
@@ -20,14 +21,14 @@ VELOCITY = 0.3 * np.sin(10.7 * TIME)
 FORCE = (80 + 420 * CURRENT) * np.tanh(VELOCITY / 0.02) + 900 * VELOCITY
 
 
-def read_rows(folder: Path, rows: Array, time: Array = TIME) -> Recording:
+def read_rows(folder: Path, rows: NDArray[np.intp], time: Array = TIME) -> Recording:
     table = np.column_stack([time, CURRENT, VELOCITY, FORCE])[rows]
     path = folder / "log.csv"
     np.savetxt(path, table, "%.8g", ",", header="time,current,velocity,force", comments="")
     return read(path)
 
 
-def mixed(rows: int = ROWS) -> Array:
+def mixed(rows: int = ROWS) -> NDArray[np.intp]:
     return np.random.default_rng(3).permutation(ROWS)[:rows]
 
 
