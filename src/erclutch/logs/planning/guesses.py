@@ -17,6 +17,7 @@ from erclutch.logs.plan import NEEDS, SignalPlan, Sureness
 from erclutch.logs.planning.draft import Draft, scaled
 from erclutch.logs.planning.missing_columns import missing
 from erclutch.logs.planning.one_of_several import Guess, guess
+from erclutch.logs.planning.own_position import own_position
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import UNKNOWN
@@ -119,7 +120,10 @@ def _settle_several_speeds(draft: Draft, doubt: MappingError) -> None:
 
 
 def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
-    """Take a column that was guessed, and say how sure that is; False for a position that goes with no slip."""
+    """Take a column that was guessed, and say how sure that is; False for one that is not to be taken.
+
+    So is a position that goes with no slip, and a speed at rest beside a speed that moves.
+    """
     if signal == "position" and motion:
         # The position with the motion's number in its name, where the guess has the number of another joint.
         numbers = _NUMBER.findall(motion)
@@ -127,8 +131,18 @@ def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
             own = _NUMBER.sub(numbers[0], likely.column)
             if own in draft.table.columns and own not in draft.taken:
                 likely = likely._replace(column=own)
+        own = own_position(draft, motion, likely.column)
+        if not own:
+            option = f"--position {shell_word(draft.table.label(likely.column))}"
+            why = f"column {likely.column} is the position of another motion than column {motion}"
+            draft.notes.append(f"{why}: left out ({option} takes it)")
+            return False
+        likely = likely._replace(column=own)
     column = draft.seen.columns[likely.column]
     is_named = likely.reason.startswith("name")
+    if signal == "slip" and not column.values.any() and _moves_besides(draft):
+        draft.notes.append(f"column {column.name} is 0 in all rows, and another speed is not")
+        return False
     if signal == "position" and motion:
         speed = draft.seen.columns[motion]
         if column.shape.constant and not speed.shape.constant:
@@ -163,6 +177,14 @@ def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
         else:
             draft.doubt(signal, f"{doubt}: --field none if it drives no coil")
     return True
+
+
+def _moves_besides(draft: Draft) -> bool:
+    """Whether a column that nothing has taken is called like a speed and changes."""
+    for column in draft.seen.without(draft.taken):
+        if "slip" in column.spoken.may_be and not column.shape.constant:
+            return True
+    return False
 
 
 def faintness(field: SignalPlan, values: Array) -> float | None:

@@ -57,7 +57,8 @@ _OF_A_TEST = frozenset({"test", "recipe", "program", "sequence", "measurement", 
 _MARKS = frozenset(
     (
         "is has holding endstop limit limiter flag valid error fault alarm trigger trig event "
-        "home homed homing contact ready done moving saturated sync status"
+        "home homed homing contact ready done moving saturated sync status "
+        "complete completed finished reached arrived"
     ).split()
 )
 _MANY = 4  # columns: more are told together

@@ -279,6 +279,8 @@ def _column_option(
     if signal == "effort" and are_at_fields(named):
         return "--variable all"  # each is a log at its field
     likely = named or _less_likely(free, signal)
+    # What never changes is none of several: a joint that rests, an axis that nothing moves along.
+    likely = [name for name in likely if not seen.columns[name].shape.constant] or likely
     if signal == "slip":
         # A letter that keeps levels and has one sign is a field that was switched; the motion is a position then.
         likely = [name for name in likely if name in named or not _is_switched(seen.columns[name])]
@@ -359,9 +361,14 @@ def _position_instead(
     positions, _ = candidates(seen, "position", taken)
     positions = positions or _less_likely(seen.without(taken), "position")
     if not slips:
+        if along := _axes_with_forces(seen.without(taken)):
+            return along[0] if len(along) == 1 else ""
         moving: list[str] = []
         for name in positions:
-            returns = not seen.columns[name].shape.rises and not _is_switched(seen.columns[name])
+            shape = seen.columns[name].shape
+            returns = (
+                not shape.rises and not shape.constant and not _is_switched(seen.columns[name])
+            )
             is_short = has_short_name(seen.columns[name], "position")
             if returns and is_short and plain(name) != "y":  # an output, of anything
                 moving.append(name)
@@ -370,6 +377,13 @@ def _position_instead(
     if not numbers or any(numbers & _parts(name) for name in slips):
         return ""
     return next((name for name in positions if numbers & _parts(name)), "")
+
+
+def _axes_with_forces(free: Sequence[SeenColumn]) -> list[str]:
+    """The axes along which something moves under a force of their own: z beside F_z."""
+    moved = {column.spoken.plain: column.name for column in free if not column.shape.constant}
+    forces = [name for name in moved if _COMPONENT.fullmatch(name) and name[0] == "f"]
+    return [moved[name[1]] for name in forces if name[1] in moved]
 
 
 def _less_likely(free: Sequence[SeenColumn], signal: str) -> list[str]:
