@@ -15,6 +15,7 @@ from erclutch.logs.readers import found_recordings, mat, reader_in_child
 from erclutch.logs.readers.budget import Budget, budget_of
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.readers.header_pairs import sample_period
+from erclutch.logs.readers.mat_cells import heads_of
 from erclutch.logs.readers.mat_tree import stored_values
 from erclutch.logs.readers.trials import trials_in, without_names
 from erclutch.logs.readers.vectors import of_vectors
@@ -38,8 +39,8 @@ class _Place:
     unit: str | None = None  # what the group says of its only vector
     # Numbers that the group has for a field.
     fields: dict[str, float] = field(default_factory=dict[str, float])
-    # Lists of texts beside the vectors or in their attributes: names of columns, or units.
-    lists: list[list[str]] = field(default_factory=list[list[str]])
+    # Lists of texts beside the vectors or in their attributes, by name: names of columns, or units.
+    headings: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
     # Attributes of the vectors, by their names.
     of_vectors: dict[str, dict[str, str]] = field(default_factory=dict[str, "dict[str, str]"])
 
@@ -68,17 +69,32 @@ def _fields(attributes: Any) -> dict[str, float]:
     return fields
 
 
-def _lists(attributes: Any) -> list[list[str]]:
-    """Attributes or vectors that are several texts."""
-    lists: list[list[str]] = []
-    for value in attributes.values():
+def _lists(attributes: Any) -> dict[str, list[str]]:
+    """Attributes or vectors that are several texts, by name."""
+    lists: dict[str, list[str]] = {}
+    for key, value in attributes.items():
         if np.size(value) < 2 or np.asarray(value).dtype.kind not in "OSU":
             continue
         texts: list[str] = []
         for each in np.ravel(value).tolist():
             texts.append(each.decode("utf-8", "replace") if isinstance(each, bytes) else str(each))
-        lists.append(texts)
+        lists[key] = texts
     return lists
+
+
+def _under_heads(nodes: Mapping[str, Any], headings: Mapping[str, list[str]]) -> dict[str, Any]:
+    """Vectors and matrices; in place of a matrix whose columns, or rows, have names in a list of texts its vectors."""
+    vectors: dict[str, Any] = {}
+    for label, node in nodes.items():
+        heads: list[str] | None = None
+        if node.ndim == 2 and node.dtype.kind in "biuf":
+            height, width = node.shape
+            heads = heads_of(width, headings)
+            if heads is None and width != height:
+                heads = heads_of(height, headings)
+                node = node if heads is None else node.T
+        vectors |= {label: node} if heads is None else dict(zip(heads, node.T, strict=True))
+    return vectors
 
 
 def _zeros_that_check(item: Any, values: np.ndarray[Any, Any]) -> str:
@@ -146,9 +162,11 @@ def find(path: str, variable: str | None) -> Table:
             place = places.setdefault(group or "/", _Place(texts))
             place.unit = place.unit or said
             place.fields |= _fields(item.parent.attrs)
-            place.nodes[label] = values
+            place.nodes |= _under_heads({label: values}, _lists(item.attrs))
             place.of_vectors[label] = attributes
-            place.lists += _lists({label: values}) + _lists(item.attrs) + _lists(item.parent.attrs)
+            place.headings |= (
+                _lists(item.parent.attrs) | _lists(item.attrs) | _lists({label: values})
+            )
         if doubt := _zeros_that_check(item, values):
             place.notes.append(doubt)
         unit = next((attributes[key] for key in _UNITS if key in attributes), None)
@@ -183,7 +201,7 @@ def find(path: str, variable: str | None) -> Table:
 def _recordings_of(name: str, place: _Place) -> dict[str, Found]:
     """The recording of a place, by its name; or the trials of an array of three sides."""
     period = sample_period(place.texts)
-    trials = trials_in(place.nodes, place.lists)
+    trials = trials_in(place.nodes, [*place.headings.values()])
     recordings: dict[str, Found] = {}
     for trial, columns in trials.items():
         recording = of_vectors(columns)
@@ -193,7 +211,7 @@ def _recordings_of(name: str, place: _Place) -> dict[str, Found]:
         recording.units = {key: place.units[key] for key in columns if key in place.units}
         recording.metadata = place.texts
         recordings[trial if name == "/" else f"{name}/{trial}"] = recording
-    recording = None if trials else of_vectors(place.nodes)
+    recording = None if trials else of_vectors(_under_heads(place.nodes, place.headings))
     if recording is None:
         return recordings
     # What is said of the only vector is said of its group.

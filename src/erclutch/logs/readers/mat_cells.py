@@ -44,13 +44,13 @@ def opened(nodes: dict[str, Any], *, as_structs: bool = True) -> dict[str, Any]:
         items = cast("list[Any]", node) if all_of(node, np.ndarray) else []
         if items and all(vector(item) is not None for item in items):
             whole = {key: texts for key, texts in headings.items() if all(texts)}
-            texts = _names_of(len(items), whole)
+            texts = heads_of(len(items), whole)
             names = texts or [f"{name}_{place}" for place in range(1, len(items) + 1)]
             parts_of[name] = dict(zip(names, items, strict=True))
             continue
 
         matrix = matrix_of(node)
-        texts = _names_of(matrix.shape[1], headings) if matrix is not None else None
+        texts = heads_of(matrix.shape[1], headings) if matrix is not None else None
         if matrix is None or texts is None:
             parts_of[name] = {name: node}
             continue
@@ -70,7 +70,7 @@ def opened(nodes: dict[str, Any], *, as_structs: bool = True) -> dict[str, Any]:
     return variables
 
 
-def _names_of(count: int, headings: Mapping[str, list[str]]) -> list[str] | None:
+def heads_of(count: int, headings: Mapping[str, list[str]]) -> list[str] | None:
     """The one cell of as many different texts, with the units of a cell of as many; None where two cells may be it."""
     fitting = {key: texts for key, texts in headings.items() if len(texts) == count}
     if len(fitting) > 1:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 from collections import Counter
 from collections.abc import Container, Sequence
@@ -30,8 +31,11 @@ from erclutch.logs.readers.mat_cells import all_of, opened, signal_in
 from erclutch.logs.readers.mat_dspace import dspace, structs_of
 from erclutch.logs.readers.trials import trials_in
 from erclutch.logs.readers.vectors import matrix_of, of_vectors, vector
+from erclutch.signals.units import is_unit
 
 _DEEPEST = 6  # structs inside of structs
+_UNITS = re.compile(r"units?", re.IGNORECASE)
+_UNIT_OF = re.compile(r"(?P<before>\w+)_units?|units?_(?P<behind>\w+)", re.IGNORECASE)
 _LAST_RESULT = "ans"  # of MATLAB, which nobody gave a name; Simulink's To File calls its matrix so
 
 
@@ -52,7 +56,31 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     # A rate may stand in a struct of settings, or in the struct of each channel.
     rates = {name: values.pop() for name, values in _rates_in(tree).items() if len(values) == 1}
     recording.constants = {**rates, **beside, **recording.constants}
+    for name, stated in _units_in(tree).items():
+        has_none = name in recording.columns and not recording.units.get(name)
+        if has_none and len(stated) == 1:
+            recording.units[name] = stated.pop()
     return recording
+
+
+def _units_in(node: Any, depth: int = 0) -> dict[str, set[str]]:
+    """Units that texts state of vectors by their names: ``units.force``, ``force_unit``, ``unit_force``."""
+    stated: dict[str, set[str]] = {}
+    if not isinstance(node, dict) or depth >= _DEEPEST:
+        return stated
+    for key, field in cast("dict[str, Any]", node).items():
+        of_one = _UNIT_OF.fullmatch(key)
+        texts: dict[str, Any] = {}
+        if isinstance(field, dict) and _UNITS.fullmatch(key):
+            texts = cast("dict[str, Any]", field)
+        elif of_one:
+            texts = {of_one["behind"] or of_one["before"]: field}
+        for name, text in texts.items():
+            if isinstance(text, str) and text and is_unit(text):
+                stated.setdefault(name, set()).add(text)
+        for name, texts_within in _units_in(field, depth + 1).items():
+            stated.setdefault(name, set()).update(texts_within)
+    return stated
 
 
 def _rates_in(node: Any, depth: int = 0) -> dict[str, set[float]]:
