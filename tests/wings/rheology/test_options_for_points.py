@@ -82,13 +82,13 @@ def test_stresses_against_their_rates_are_offered_as_a_log(tmp_path: Path) -> No
     assert "Understood" in good(*shlex.split(command)[1:], cwd=tmp_path)
 
 
-def _slow_ramp(column: str, *, moves_the_stress: bool) -> str:
-    """Rates that rise slowly and fall again beside a column that steps to and fro between four numbers."""
+def _slow_ramp(column: str, *, moves_the_stress: bool, ways: int = 2, rows: int = 240) -> str:
+    """Rates that rise slowly, and fall again, beside a column that steps to and fro between four numbers."""
     levels = (0.78, 0.79, 0.80, 0.81)
     random = np.random.default_rng(3)
     text = f"Shear rate [1/s],Shear stress [Pa],{column}\n"
-    up = np.geomspace(1, 100, 240)
-    for rate in [*up, *up[::-1]]:
+    up = np.geomspace(1, 100, rows)
+    for rate in [*up, *up[::-1]][: ways * rows]:
         level = levels[random.integers(4)]
         factor = level**9 if moves_the_stress else 1.0
         text += f"{rate:.6g},{(5 + rate) * factor:.6g},{level}\n"
@@ -105,8 +105,12 @@ def test_a_reading_that_wobbles_between_its_last_digits_parts_no_curves(
 
 
 @pytest.mark.parametrize("column", ["cr", "probe", "Kanal 3"])
-def test_a_column_whose_steps_move_the_stress_is_asked_about(tmp_path: Path, column: str) -> None:
-    (tmp_path / "flow.csv").write_text(_slow_ramp(column, moves_the_stress=True), "utf-8")
+@pytest.mark.parametrize(("ways", "rows"), [(2, 240), (1, 240), (1, 120)])
+def test_a_column_whose_steps_move_the_stress_is_asked_about(
+    tmp_path: Path, column: str, ways: int, rows: int
+) -> None:
+    text = _slow_ramp(column, moves_the_stress=True, ways=ways, rows=rows)
+    (tmp_path / "flow.csv").write_text(text, "utf-8")
     with pytest.raises(MappingError, match="parts the points into 4 sweeps"):
         read_flow_curves(tmp_path / "flow.csv")
 

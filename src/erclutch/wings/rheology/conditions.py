@@ -47,6 +47,7 @@ _ANEW = 0.5  # of the range of ln(rate): a larger step back begins another sweep
 _ONE_WAY = 0.8  # mean sign of the steps of a sweep, at least
 _FEWEST_STEPS = 10  # of a level, and rows without: for the changes of the stress to be compared
 _OFTEN = 0.25  # share of the rows before which a level steps that wobbles, at least
+_MOVED = 3.0  # times the usual change of the stress: more where a level tells
 _UNMOVED = 1.5  # times the usual change of the stress: at most so much where a level means nothing
 _SAME_RATE = 0.02  # ln of the ratio of two rates that are meant to be the same
 
@@ -226,16 +227,20 @@ def _parting(table: Table, plan: FlowPlan) -> dict[str, NDArray[np.intp]]:
                 continue
         if not any(_repeats_the_sweep(levels, rate) for rate in rates):
             continue
-        if all(_flickers(levels, rate) for rate in rates):
-            continue  # such as 0 and 0.0001 T by turns, where the last digit of a sensor wobbles
         stresses = [table.columns[curve.stress.name] for curve in plan.curves]
+        moves_the_stress = any(map(_moves, [levels] * len(rates), rates, stresses))
+        if all(_flickers(levels, rate) for rate in rates) and not moves_the_stress:
+            continue  # such as 0 and 0.0001 T by turns, where the last digit of a sensor wobbles
         if meaning == "unknown" and all(_wobbles(levels, stress) for stress in stresses):
             continue
         if meaning == "unknown":
             known = values[np.isfinite(values)]
             are_whole = bool(np.all(known == np.round(known)))
             steps = [np.diff(np.abs(rate[np.isfinite(rate)])) for rate in rates]
-            if all(each.size > 0 and (np.all(each > 0) or np.all(each < 0)) for each in steps):
+            goes_one_way = all(
+                each.size > 0 and (np.all(each > 0) or np.all(each < 0)) for each in steps
+            )
+            if goes_one_way and not moves_the_stress:
                 continue  # one sweep: such as the number of repetitions of each point
             if are_whole and not _is_set(values, levels):
                 continue  # counted and not measured, such as the first row of each step in another table
@@ -344,6 +349,19 @@ def _flickers(levels: NDArray[np.intp], rate: Array) -> bool:
     for number, own in zip(level, log_rate, strict=True):
         nearest.append(float(np.abs(log_rate[level != number] - own).min(initial=np.inf)))
     return float(np.median(nearest)) > _SAME_RATE
+
+
+def _moves(levels: NDArray[np.intp], rate: Array, stress: Array) -> bool:
+    """Whether the stress jumps where the level steps, by far more than the rate and than between steps."""
+    known = (levels >= 0) & np.isfinite(rate) & np.isfinite(stress) & (rate != 0) & (stress != 0)
+    is_step = np.diff(levels[known]) != 0
+    if is_step.sum() < _FEWEST_STEPS:
+        return False
+    changes = np.abs(np.diff(np.log(np.abs(stress[known]))))  # ln of the ratio of two rows
+    usual = float(np.median(np.abs(np.diff(np.log(np.abs(rate[known]))))[is_step]))
+    if (~is_step).sum() >= _FEWEST_STEPS:
+        usual = max(usual, float(np.median(changes[~is_step])))
+    return float(np.median(changes[is_step])) > _MOVED * usual
 
 
 def _wobbles(levels: NDArray[np.intp], stress: Array) -> bool:
