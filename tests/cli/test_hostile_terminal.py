@@ -108,3 +108,12 @@ def test_titles_headings_and_our_own_line_ends(capsys: pytest.CaptureFixture[str
     assert "one\ntwo " in printed
     assert re.search("two *\n.*lines", printed)
     assert "a:x:[b]" in printed
+
+
+@pytest.mark.parametrize("width", ["0", "1", "2", "abc"])
+def test_help_ends_on_a_screen_of_next_to_no_columns(
+    said: Said, monkeypatch: pytest.MonkeyPatch, width: str
+) -> None:
+    """A word was cut without end."""
+    monkeypatch.setenv("COLUMNS", width)
+    assert said("fit", "--help").endswith("\n")

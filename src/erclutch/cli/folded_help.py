@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 from cyclopts import Group
 from cyclopts.help.formatters import DefaultFormatter
 from cyclopts.help.inline_text import InlineText
+from rich.console import Console
 from rich.text import Text
 
 if TYPE_CHECKING:
     from cyclopts.help import HelpEntry, HelpPanel
-    from rich.console import Console, ConsoleOptions
+    from rich.console import ConsoleOptions
 
 HELP_ALL = "--help-all"
 # Defaults that say nothing: a flag that is not given is off.
@@ -23,6 +24,8 @@ _NO_VALUE = (
     '""',
     "False",
 )
+
+_LEAST_WIDTH = 20  # columns
 
 
 @dataclass
@@ -53,7 +56,10 @@ class Flowing(DefaultFormatter):
     """Groups of options in which each text fills its lines: a line of a docstring ends for no reader."""
 
     def __call__(self, console: Console, options: ConsoleOptions, panel: HelpPanel) -> None:
-        """Print one group."""
+        """Print one group, on a screen of next to no columns as on one of a few: a word would be cut without end."""
+        if console.width < _LEAST_WIDTH:
+            console = Console(width=_LEAST_WIDTH)
+            options = console.options
         for entry in panel.entries:
             description = entry.description
             if isinstance(description, InlineText) and isinstance(
