@@ -76,3 +76,29 @@ def test_volts_of_a_bridge_are_no_field_in_the_command(tmp_path: Path, name: str
     command = _printed(tmp_path)
     assert "--field none" in command
     assert "Understood" in good(*shlex.split(command), cwd=tmp_path)
+
+
+ENDS = (17, 65, 98, 150, 181, 232, 270, 311, 352)  # rows of one time each, by a busy logger
+
+
+def _with_times(folder: Path, seconds_between: int) -> None:
+    """Rows of which many have one time, as a logger writes that counts whole seconds."""
+    rows: list[str] = []
+    for row in range(ROWS):
+        second = int(np.searchsorted(ENDS, row, side="right")) * seconds_between
+        stamp = f"2024-06-03 {18 + second // 3600}:{second // 60 % 60:02d}:{second % 60:02d}"
+        rows.append(f"{stamp},{SPEED[row]:.6g},{TORQUE[row]:.6g}")
+    text = "Timestamp,speed,torque\n" + "\n".join(rows) + "\n"
+    (folder / "log.csv").write_text(text, encoding="utf-8")
+
+
+@pytest.mark.parametrize("seconds_between", [1, 5])
+def test_times_of_one_course_part_no_rows(tmp_path: Path, seconds_between: int) -> None:
+    _with_times(tmp_path, seconds_between)
+    assert "Understood" in good("inspect", "log.csv", "--time", "none", cwd=tmp_path)
+
+
+def test_times_of_tests_long_after_each_other_are_asked_about(tmp_path: Path) -> None:
+    _with_times(tmp_path, 300)
+    out = good("inspect", "log.csv", "--time", "none", cwd=tmp_path, code=1)
+    assert "column Timestamp parts the rows into 10" in out

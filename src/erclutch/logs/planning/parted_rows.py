@@ -16,6 +16,7 @@ from erclutch.logs.log_file import EACH
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.table import WordColumn
 from erclutch.signals import units
+from erclutch.signals.array import Array
 
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
 _PARTS = frozenset(
@@ -41,6 +42,7 @@ _WHOSE = frozenset(
 )
 _FEWEST_EACH = 3  # rows of a person or piece, on average
 _SELDOM = 0.01  # of the rows
+_ANOTHER_COURSE = 60.0  # s between two times: from then on they are of two courses
 _TAKE_TURNS = 0.6  # share of the rows that are of another device than the row before
 _MOST_DEVICES = 64  # on a bus
 #: What the number of a device on a bus is called.
@@ -115,6 +117,12 @@ def _lacks_a_column(draft: Draft) -> bool:
     return False
 
 
+def _goes_on(clock: Array) -> bool:
+    """Whether times in s are of one course: they never fall, and none is long after the time before."""
+    steps = np.diff(clock)
+    return steps.size > 0 and bool(np.all((steps >= 0.0) & (steps < _ANOTHER_COURSE)))
+
+
 def ask_about_groups(draft: Draft) -> None:
     """Ask which rows are meant where a column of words parts points, or where time runs within its words only.
 
@@ -134,6 +142,8 @@ def ask_about_groups(draft: Draft) -> None:
         are_points = "slip" in draft.signals or "slip" in draft.questions
         stamps = None
     parting = dict(table.words)
+    if table.clock is not None and _goes_on(table.clock):
+        parting.pop(table.clock_name, None)  # times of one course, each for many rows
     if are_points:
         for numbered in draft.seen.without(draft.taken):
             if numbered.spoken.says(_WHOSE):
