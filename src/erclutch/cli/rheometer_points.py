@@ -57,7 +57,8 @@ def flow_command(look: LogLook) -> str:
     if tried:
         return tried
     as_a_log = look.plan.command()
-    if "COLUMN" not in as_a_log:
+    was_tried = bool(registry.plugins(GROUP))  # by a wing that is there
+    if was_tried and "COLUMN" not in as_a_log:
         return as_a_log
     stress: dict[str, list[str]] = {}
     if viscosities := viscosities_without_a_unit(look.raw):
