@@ -1,9 +1,11 @@
-"""Units and names that a MATLAB or an HDF5 file states beside its vectors are those of the vectors. SYNTHETIC."""
+"""Units and names that a file states beside its vectors or above its table are those of its columns. SYNTHETIC."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
+from time import process_time
 from typing import Any
 
 import h5py
@@ -12,7 +14,10 @@ import pytest
 from scipy.io import savemat
 
 from erclutch.errors import ErclutchError
-from erclutch.logs import read
+from erclutch.logs import read, read_table
+from erclutch.logs.readers.stated_units import column_of_unit, with_stated_units
+from erclutch.logs.table import Table
+from tests.support.pace import within
 
 pytestmark = pytest.mark.usefixtures("read_here")
 
@@ -96,3 +101,67 @@ def test_lists_of_another_length_name_no_column(tmp_path: Path) -> None:
         file["names"] = ["t", "I", "v"]
     with pytest.raises(ErclutchError, match="data_1"):
         read(tmp_path / "log.h5")
+
+
+def test_units_of_numpy_vectors_by_name(tmp_path: Path) -> None:
+    stated: dict[str, Any] = {f"{name}_unit": np.array(unit) for name, unit in UNITS.items()}
+    np.savez(tmp_path / "log.npz", **LOGGED, **stated)
+    assert_read_in_si(tmp_path / "log.npz")
+
+
+def test_units_of_json_lists_by_name_and_by_place(tmp_path: Path) -> None:
+    lists = {name: numbers.tolist() for name, numbers in LOGGED.items()}
+    path = tmp_path / "log.json"
+    path.write_text(json.dumps({**lists, **{f"{name}_unit": unit for name, unit in UNITS.items()}}))
+    assert_read_in_si(path)
+    rows = [list(row) for row in zip(*lists.values(), strict=True)]
+    table = {"units": [*UNITS.values()], "columns": [*UNITS], "data": rows}
+    path.write_text(json.dumps(table))
+    assert_read_in_si(path)
+
+
+@pytest.mark.parametrize(
+    ("remark", "names"),
+    [
+        ("# units: t: ms, I: mA, v: mm/s, F: kN", "t,I,v,F"),
+        ("# t_unit=ms; I_unit=mA; v_unit=mm/s; F_unit=kN", "t,I,v,F"),
+        (
+            "# Time in ms, current in mA, velocity in mm/s, force in kN",
+            "Time,Current,Velocity,Force",
+        ),
+        (
+            "# Times in ms, currents in mA, velocities in mm/s and all forces in kN",
+            "time,current,velocity,force",
+        ),
+    ],
+)
+def test_units_that_a_remark_states(tmp_path: Path, remark: str, names: str) -> None:
+    # They were passed over in silence.
+    rows = "\n".join(
+        ",".join(f"{x:.12g}" for x in row) for row in zip(*LOGGED.values(), strict=True)
+    )
+    (tmp_path / "log.csv").write_text(f"{remark}\n{names}\n{rows}\n", "utf-8")
+    assert_read_in_si(tmp_path / "log.csv")
+
+
+@pytest.mark.parametrize(
+    "remark", ["# Setup in lab 3, force in the middle", "# fit in m, in in in"]
+)
+def test_words_that_are_no_units_state_none(tmp_path: Path, remark: str) -> None:
+    rows = "\n".join(
+        ",".join(f"{x:.6g}" for x in row) for row in zip(*LOGGED.values(), strict=True)
+    )
+    (tmp_path / "log.csv").write_text(f"{remark}\ntime,current,velocity,force\n{rows}\n", "utf-8")
+    table = read_table(tmp_path / "log.csv")
+    assert not any(table.units.values())
+
+
+@pytest.mark.parametrize("sign", [*"[ _-a.", "a_", "a ", "units.", "a in "])
+def test_a_long_remark_takes_no_long_time(sign: str) -> None:
+    text = sign * 20_000
+    table = Table("log.csv", {"force": FORCE}, {"force": None}, "")
+    for pairs in ({text: text}, {"units": text}, {f"{text}unit": "m"}, {f"unit{text}": "m"}):
+        began = process_time()
+        column_of_unit(next(iter(pairs)))
+        with_stated_units(table, pairs)
+        assert within(process_time() - began, 1.0)

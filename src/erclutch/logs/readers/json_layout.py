@@ -21,6 +21,7 @@ from typing import Any, cast
 
 from erclutch.logs.columns.levels_in_names import differ_by_field
 from erclutch.logs.readers.found_recordings import told_apart
+from erclutch.logs.readers.stated_units import column_of_unit, with_units
 
 DEEPEST = 20  # objects inside of objects
 MOST_PLACES = 500  # numbers in a list of a row
@@ -65,8 +66,8 @@ def _recordings(
     # Units by name, as {"units": {"speed": "rad/s"}} gives them.
     units: dict[str, str] = {}
     for place, each in flat(fields, "", 0):
-        if isinstance(each, str) and re.search(r"(?:^|\.)units?\.[^.]+$", place, re.I):
-            units[place.rpartition(".")[2]] = each
+        if isinstance(each, str) and column_of_unit(place):
+            units[column_of_unit(place)] = each
 
     lists: Lists = {}
     for place, each in flat(fields, "", depth):
@@ -291,9 +292,10 @@ def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
         labels.append(_with_unit(name, _text_of(with_text, _UNIT)))
     if len({*labels}) < len(labels):
         return None
+    labels = with_units(labels, fields.get("units"))
 
     for key, each in fields.items():
-        if key in ("columns", "index") or not isinstance(each, list) or not each:
+        if key in ("columns", "index", "units") or not isinstance(each, list) or not each:
             continue
         rows = cast("list[Any]", each)
         lengths = {len(cast("list[Any]", row)) if isinstance(row, list) else None for row in rows}

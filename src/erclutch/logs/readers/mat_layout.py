@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import shlex
 from collections import Counter
 from collections.abc import Container, Sequence
@@ -29,13 +28,12 @@ from erclutch.logs.readers.found_recordings import (
 from erclutch.logs.readers.header_pairs import is_called_a_rate
 from erclutch.logs.readers.mat_cells import all_of, opened, signal_in
 from erclutch.logs.readers.mat_dspace import dspace, structs_of
+from erclutch.logs.readers.stated_units import column_of_unit
 from erclutch.logs.readers.trials import trials_in
 from erclutch.logs.readers.vectors import matrix_of, of_vectors, vector
 from erclutch.signals.units import is_unit
 
 _DEEPEST = 6  # structs inside of structs
-_UNITS = re.compile(r"units?", re.IGNORECASE)
-_UNIT_OF = re.compile(r"(?P<before>\w+)_units?|units?_(?P<behind>\w+)", re.IGNORECASE)
 _LAST_RESULT = "ans"  # of MATLAB, which nobody gave a name; Simulink's To File calls its matrix so
 
 
@@ -63,23 +61,17 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     return recording
 
 
-def _units_in(node: Any, depth: int = 0) -> dict[str, set[str]]:
+def _units_in(node: Any, above: str = "", depth: int = 0) -> dict[str, set[str]]:
     """Units that texts state of vectors by their names: ``units.force``, ``force_unit``, ``unit_force``."""
     stated: dict[str, set[str]] = {}
     if not isinstance(node, dict) or depth >= _DEEPEST:
         return stated
     for key, field in cast("dict[str, Any]", node).items():
-        of_one = _UNIT_OF.fullmatch(key)
-        texts: dict[str, Any] = {}
-        if isinstance(field, dict) and _UNITS.fullmatch(key):
-            texts = cast("dict[str, Any]", field)
-        elif of_one:
-            texts = {of_one["behind"] or of_one["before"]: field}
-        for name, text in texts.items():
-            if isinstance(text, str) and text and is_unit(text):
-                stated.setdefault(name, set()).add(text)
-        for name, texts_within in _units_in(field, depth + 1).items():
-            stated.setdefault(name, set()).update(texts_within)
+        name = column_of_unit(key) or column_of_unit(f"{above}.{key}")
+        if isinstance(field, str) and name and is_unit(field):
+            stated.setdefault(name, set()).add(field)
+        for inner, units in _units_in(field, key, depth + 1).items():
+            stated.setdefault(inner, set()).update(units)
     return stated
 
 

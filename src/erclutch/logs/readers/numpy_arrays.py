@@ -5,6 +5,7 @@ No object in a file is made, so nothing of it is run.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from erclutch.logs.readers import found_recordings, reader_in_child
 from erclutch.logs.readers.budget import budget_of, take_zip
 from erclutch.logs.readers.found_recordings import Found, listed
 from erclutch.logs.readers.mat_cells import opened
+from erclutch.logs.readers.stated_units import column_of_unit
 from erclutch.logs.readers.trials import trials_in, without_names
 from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table
@@ -101,10 +103,19 @@ def find(path: str, variable: str | None) -> Table:
         raise LogError(f"the arrays are no numbers: {'; '.join(left_out)}", remedy=_SAVE_NUMBERS)
     if recording is not None:
         recording.notes.extend(f"left out: {what}" for what in left_out)
+        _take_units(recording, nodes)
     if recording is None and (unnamed := without_names(nodes)) is not None:
         raise unnamed
     recordings = {file.stem: recording} if recording is not None else {}
     return found_recordings.chosen(recordings, variable, "arrays", _NONE)
+
+
+def _take_units(recording: Found, nodes: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """Take the units that texts beside the vectors give by name: ``force_unit``."""
+    for name, node in nodes.items():
+        column = column_of_unit(name)
+        if column in recording.columns and node.dtype.kind == "U" and node.size == 1:
+            recording.units[column] = str(node.item())
 
 
 READER = LogReader(
