@@ -352,14 +352,15 @@ def _tell_what_settles(
         same = [plan.path, *(str(look.log.parent / name) for name in alike)]
         settled = settled.replace(first, shlex.join(same))
     why = str(problem)
-    if f"[{UNIT_TO_FILL_IN}]" in settled:
+    is_of_points = settled.startswith("erclutch flowcurve")
+    if is_of_points and f"[{UNIT_TO_FILL_IN}]" in settled:
         why = f"{look.log.name}: {without_their_unit(look.raw)}"
     elif settled and len(look.plan.questions) > 1:
         # The remedy of several questions is that command, which is printed once.
         why = f"{problem.where}: {problem.problem}"
     swings = of_oscillation(look.raw.columns)
     is_open = bool(look.plan.questions) or not reading.words()  # nobody said how it is read
-    if swings and not settled.startswith("erclutch flowcurve") and is_open:
+    if swings and not is_of_points and is_open:
         why = f"{look.log.name}: {_oscillates(swings)}"
         settled = ""
     terminal.say(f"Not understood yet: {why}")  # one line: it may hold a command to copy

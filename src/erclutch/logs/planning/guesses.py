@@ -140,7 +140,7 @@ def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
         likely = likely._replace(column=own)
     column = draft.seen.columns[likely.column]
     is_named = likely.reason.startswith("name")
-    if signal == "slip" and not column.values.any() and _moves_besides(draft):
+    if signal == "slip" and not column.values.any() and _moves_besides(draft, column.name):
         draft.notes.append(f"column {column.name} is 0 in all rows, and another speed is not")
         return False
     if signal == "position" and motion:
@@ -179,9 +179,9 @@ def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
     return True
 
 
-def _moves_besides(draft: Draft) -> bool:
-    """Whether a column that nothing has taken is called like a speed and changes."""
-    for column in draft.seen.without(draft.taken):
+def _moves_besides(draft: Draft, name: str) -> bool:
+    """Whether another column that nothing has taken is called like a speed and changes."""
+    for column in draft.seen.without([*draft.taken, name]):
         if "slip" in column.spoken.may_be and not column.shape.constant:
             return True
     return False
