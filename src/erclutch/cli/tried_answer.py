@@ -69,12 +69,10 @@ def tried_answer(command: str, look: LogLook, reading: LogOptions) -> str:
                     further = _remedies(error.remedy, plan)
         except ErclutchError:
             break
-        new = [
-            word
-            for option, value in zip(further[::2], further[1::2], strict=False)
-            if option not in given
-            for word in (option, value)
-        ]
+        new: list[str] = []
+        for option, value in zip(further[::2], further[1::2], strict=False):
+            if option not in given:
+                new += [option, value]
         if not new:
             break
         given += new

@@ -7,9 +7,8 @@ import numpy as np
 from erclutch.logs.clock.time_stamps import DISORDER
 from erclutch.signals.array import Array
 
-_FEWEST = (
-    100  # rows: fewer may be points of an instrument, each with the time at which it was taken
-)
+#: Rows: fewer may be points of an instrument, each with the time at which it was taken.
+_FEWEST = 100
 _EVEN = 1e-3  # of a step
 _PRESENT = 0.5  # of the rows between the first and the last: the others may be those of a test
 

@@ -10,9 +10,8 @@ from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
 POINTS = "flow curves of a rheometer"
 
-_MOST_QUESTIONS = (
-    3  # one behind another: the rate and the unit of its stress, the sheet, what parts its rows
-)
+#: One behind another: the rate and the unit of its stress, the sheet, what parts its rows.
+_MOST_QUESTIONS = 3
 _WORD = r""" (?:"[^"]+"|'[^']+'|(?!--)[^\s,;'"]+)"""
 _OPTION = re.compile(rf"--(shear-rate|stress|sheet)((?:{_WORD})+)")
 _UNIT = re.compile(r"\[[^\[\]]+\]")
