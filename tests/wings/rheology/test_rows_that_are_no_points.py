@@ -144,6 +144,14 @@ def test_the_mean_of_the_runs_is_no_further_run(tmp_path: Path) -> None:
     ]
 
 
+def test_a_curve_at_a_middle_field_is_no_mean_of_the_others(tmp_path: Path) -> None:
+    # The yield stress grows evenly with the field: the curve at 1 A was left out as the mean.
+    stresses = herschel_bulkley(RATES)[:, None] + np.array([0.0, 40.0, 80.0])
+    header = "Shear rate [1/s],Stress 0 A [Pa],Stress 1 A [Pa],Stress 2 A [Pa]"
+    file = read_flow_curves(written(tmp_path, header, RATES, *stresses.T))
+    assert [curve.label for curve in file.curves] == ["Stress 0 A", "Stress 1 A", "Stress 2 A"]
+
+
 @pytest.mark.parametrize(
     ("factor", "unit"),
     [(10.0, "dyn/cm^2"), (1.0 / 0.478803, "lbf/(100*ft^2)"), (1e-6, "MPa")],

@@ -15,6 +15,7 @@ import numpy as np
 
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.levels_in_names import differ_by_field
 from erclutch.logs.columns.rheometer_names import (
     Quantity,
     Role,
@@ -284,6 +285,9 @@ def _measured_once(table: Table, names: Sequence[str]) -> list[str]:
     for place, name in enumerate(names):
         if not any(repeats(name, other) for other in names[:place]):
             distinct.append(name)
+    # Where the stress grows evenly with the field, the curve of a middle field is no mean.
+    if differ_by_field(distinct):
+        return distinct
     for name in distinct:
         others = [other for other in distinct if other != name]
         if len(others) < 2:
