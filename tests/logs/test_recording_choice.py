@@ -81,10 +81,10 @@ def test_a_file_without_any_log_is_refused_as_before(tmp_path: Path) -> None:
     [
         ("t [s],speed [rad/s],torque [N*m],q17", "erclutch inspect log.csv --field none"),
         ("torque [N*m],speed [rad/s],acc,T [°C]", "erclutch inspect log.csv --time none"),
-        # The five numbers of acc may be conditions.
+        # Five numbers of an unknown column might be conditions, which are asked about.
         (
-            "Shear rate [1/s],Shear stress [Pa],acc,T [°C]",
-            "erclutch flowcurve log.csv --sheet acc=all",
+            "Shear rate [1/s],Shear stress [Pa],Normal force [N],T [°C]",
+            "erclutch flowcurve log.csv",
         ),
         ("t [s],speed [rad/s],acc,T [°C]", 'erclutch inspect log.csv --effort "COLUMN [N*m]"'),
     ],
