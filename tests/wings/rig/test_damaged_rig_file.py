@@ -29,5 +29,6 @@ def test_thousands_of_damaged_rig_files(tmp_path: Path) -> None:
             read_well += 1
         except ErclutchError as error:
             refused.append(str(error))
-    assert min(read_well, len(refused)) > 300
+    # Both happen often: damage in a comment or a digit is read, damage in a name is refused.
+    assert min(read_well, len(refused)) > 200
     assert not [said for said in refused if "\n" in said or path.name not in said]
