@@ -9,6 +9,7 @@ import numpy as np
 
 from erclutch.logs.columns.names import spoken_name, words_of
 from erclutch.logs.columns.shapes import takes_both_signs
+from erclutch.logs.columns.word_columns import with_words_used_up
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -115,16 +116,11 @@ def with_senses(table: Table) -> Table:
             continue
         turned = senses.words[int(np.argmin(signs))]
         note = f"column {speeds[0]} has no sign and {efforts[0]} has: it is turned where {name} is {turned}"
-        # The words are used up: they part no rows any more.
-        other_words = {other: column for other, column in table.words.items() if other != name}
-        notes = [
-            each for each in table.notes if not each.startswith(f"column {name} parts the rows by")
-        ]
+        table = with_words_used_up(table, name)
         return replace(
             table,
             columns={**table.columns, speeds[0]: speed * sense},
-            words=other_words,
-            notes=(*notes, note),
+            notes=(*table.notes, note),
         )
     return table
 

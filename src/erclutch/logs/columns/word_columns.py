@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from erclutch.errors import printable, shell_word
-from erclutch.logs.table import WordColumn
+from erclutch.logs.table import Table, WordColumn
 from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
@@ -55,7 +56,20 @@ def names_of_rows(texts: dict[str, pd.Series[Any]]) -> tuple[str, ...]:
 def parting_note(column: str, parting: WordColumn) -> str:
     """What is said of a column whose words part the rows."""
     choice = shell_word(f"{column}={parting.words[0]}")
-    return f"column {column} parts the rows by {len(parting.words)} words: --variable {choice} takes those of one"
+    return (
+        f"{_parts_rows(column)} {len(parting.words)} words: --variable {choice} takes those of one"
+    )
+
+
+def with_words_used_up(table: Table, column: str) -> Table:
+    """The table in which the words of a column part no rows any more, since they were read as something else."""
+    words = {name: parting for name, parting in table.words.items() if name != column}
+    notes = [note for note in table.notes if not note.startswith(_parts_rows(column))]
+    return replace(table, words=words, notes=tuple(notes))
+
+
+def _parts_rows(column: str) -> str:
+    return f"column {column} parts the rows by"
 
 
 def times_begun_anew(stamps: Array, column: WordColumn) -> int:

@@ -13,6 +13,7 @@ import numpy as np
 from erclutch.errors import listed
 from erclutch.logs.columns.levels_in_names import StatedLevel, fields_told_by
 from erclutch.logs.columns.names import spoken_name
+from erclutch.logs.columns.word_columns import with_words_used_up
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
@@ -35,16 +36,12 @@ def with_fields_of_words(table: Table) -> Table:
             continue
         called = f"{_CALLED}{name}"
         # Rows that differ in the field alone are of one device: the texts part them no more.
-        left = {other: texts for other, texts in table.words.items() if other != name}
-        notes = [
-            note for note in table.notes if not note.startswith(f"column {name} parts the rows")
-        ]
+        table = with_words_used_up(table, name)
         return replace(
             table,
             columns={**table.columns, called: of_word[words.of_row]},
             units={**table.units, called: units_of_fields.pop()},
-            words=left,
-            notes=(*notes, f"column {name} tells the field: {_said(fields)}"),
+            notes=(*table.notes, f"column {name} tells the field: {_said(fields)}"),
         )
     return table
 

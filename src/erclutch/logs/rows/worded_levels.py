@@ -14,6 +14,7 @@ from erclutch.errors import listed
 from erclutch.logs.columns.levels_in_words import places_of
 from erclutch.logs.columns.names import spoken_name, words_of
 from erclutch.logs.columns.vocabulary import set_of
+from erclutch.logs.columns.word_columns import with_words_used_up
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -28,7 +29,7 @@ _SETTINGS = set_of(
 def with_places_of_words(table: Table) -> Table:
     """The table with such columns as numbers; else as it is."""
     columns: dict[str, Array] = {}
-    notes = [*table.notes]
+    said_of: list[str] = []
     for name, words in table.words.items():
         is_a_setting = (
             not _SETTINGS.isdisjoint(words_of(name)) or "field" in spoken_name(name).may_be
@@ -38,16 +39,15 @@ def with_places_of_words(table: Table) -> Table:
             continue
         columns[name] = np.asarray(places, np.float64)[words.of_row]
         said = [f"{word} ({place})" for word, place in zip(words.words, places, strict=True)]
-        notes = [each for each in notes if not each.startswith(f"column {name} parts the rows by")]
-        notes.append(f"column {name} tells levels by words, which are counted: {listed(said)}")
+        said_of.append(f"column {name} tells levels by words, which are counted: {listed(said)}")
     if not columns:
         return table
-    left = {name: words for name, words in table.words.items() if name not in columns}
+    for name in columns:
+        table = with_words_used_up(table, name)
     unreadable = {name: why for name, why in table.unreadable.items() if name not in columns}
     return replace(
         table,
         columns={**table.columns, **columns},
-        words=left,
         unreadable=unreadable,
-        notes=tuple(notes),
+        notes=(*table.notes, *said_of),
     )
