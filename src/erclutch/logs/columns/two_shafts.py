@@ -272,16 +272,8 @@ def _turn_as_one(driving: Array, driven: Array) -> bool:
 
 def _turn_against(driving: Array, driven: Array) -> bool:
     """Whether two shafts turn against each other wherever both turn."""
-    known = np.isfinite(driving) & np.isfinite(driven)
-    first = driving[known]
-    second = driven[known]
-    if first.size < FEW:
-        return False
-    turn = np.abs(first) > _LARGE * np.abs(first).max()
-    turn &= np.abs(second) > _LARGE * np.abs(second).max()
-    rows = np.count_nonzero(turn)
-    against = np.count_nonzero(first[turn] * second[turn] < 0.0)
-    return bool(rows >= FEW and against >= _TRANSMITS * rows)
+    along = _share_of_one_sign(driving, driven)
+    return along is not None and 1.0 - along >= _TRANSMITS
 
 
 def _speed_of(motion: Array, signal: str) -> Array:
@@ -335,16 +327,20 @@ def _is_told_in_percent(seen: SeenColumns, difference: str, driving: str) -> boo
 
 def _keeps_sign(effort: Array, speed: Array) -> bool:
     """Whether an effort takes the sign of a speed, or the other sign, wherever both are large."""
-    known = np.isfinite(effort) & np.isfinite(speed)
-    f = effort[known]
-    v = speed[known]
-    if f.size < FEW:
-        return False
-    large_effort = np.abs(f) > _LARGE * np.abs(f).max()
-    large_speed = np.abs(v) > _LARGE * np.abs(v).max()
-    large = large_effort & large_speed
+    along = _share_of_one_sign(effort, speed)
+    return along is not None and max(along, 1.0 - along) >= _TRANSMITS
+
+
+def _share_of_one_sign(first: Array, second: Array) -> float | None:
+    """The share of the rows in which both are large that has one sign for both; None for a few such rows."""
+    known = np.isfinite(first) & np.isfinite(second)
+    first = first[known]
+    second = second[known]
+    if first.size < FEW:
+        return None
+    large = np.abs(first) > _LARGE * np.abs(first).max()
+    large &= np.abs(second) > _LARGE * np.abs(second).max()
     rows = np.count_nonzero(large)
     if rows < FEW:
-        return False
-    along = np.count_nonzero(np.sign(f[large]) == np.sign(v[large])) / rows
-    return max(along, 1.0 - along) >= _TRANSMITS
+        return None
+    return np.count_nonzero(np.sign(first[large]) == np.sign(second[large])) / rows
