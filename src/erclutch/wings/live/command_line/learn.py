@@ -6,7 +6,7 @@ import json as json_text
 import math
 import shlex
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -176,8 +176,7 @@ def learn(
     ended = ""
     code = 0
     while not ended:
-        done = sum(report.seconds for report in rounds.reports)
-        left = min(options.round, total - done)
+        left = min(options.round, total - _played_so_far(rounds.reports, options.round))
         if left < _SHORTEST:
             ended = f"{total:g} s are logged"
             break
@@ -226,6 +225,15 @@ def learn(
     if rig.loop.json:
         print(json_text.dumps(_body(rig, rounds, ended) | {"folder": str(folder), "exit": code}))
     return code
+
+
+def _played_so_far(reports: Sequence[RoundReport], longest: float) -> float:
+    """Seconds of tables that rounds of at most ``longest`` seconds played.
+
+    A log goes on where its table ends, and behind a trip it holds the wait until somebody runs the loop again; neither
+    takes time from the rounds to come.
+    """
+    return sum(min(report.seconds, longest) for report in reports)
 
 
 def _played(
