@@ -373,7 +373,7 @@ def test_a_trip_after_a_few_samples_is_told_as_a_trip(
 def test_the_wait_behind_a_trip_takes_no_time_from_the_next_round(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of two rounds of 2 s in 4 s the second was left out, as the log of the first went on for 0.35 s behind its trip."""
+    """Of two rounds of 2 s in 4 s the second was left out, as the first log went on for 0.35 s behind its trip."""
     waited = drawn_table(BRAKE, 2.35, np.random.default_rng(1))
     monkeypatch.setattr(learning, "_played", lambda *_: (tmp_path / "round.mcap", "loss", True))
     monkeypatch.setattr(learning, "_logged", lambda *_: logged(waited))
