@@ -91,6 +91,7 @@ def test_a_log_that_is_not_understood_is_told_in_pythons_words() -> None:
     assert "--resample '9kg' is no sampling rate. Write it like --resample 1kHz." in done.error
 
 
+@pytest.mark.slow
 def test_read_takes_columns_by_keyword() -> None:
     read = erclutch.read(frame(), field="x7 [A]", slip="w [rad/s]", begin="500ms", end=1.5)
     assert read.units["field"] == "A"
@@ -112,6 +113,7 @@ def test_a_keyword_that_is_none_says_what_is_near() -> None:
         erclutch.read(frame(), field="x7 [A]", slip="w [rad/s]", begin="soon")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("python_words")
 def test_words_come_back_after_a_command() -> None:
     run("laws", "--json")

@@ -120,6 +120,7 @@ def disk(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Non
         monkeypatch.setattr("os.link", no_links)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("disk")
 @pytest.mark.parametrize("write", [write_folder, write_file])
 def test_of_two_results_none_is_lost(
@@ -140,6 +141,7 @@ def test_of_two_results_none_is_lost(
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("disk")
 @pytest.mark.parametrize("write", [write_folder, write_file])
 def test_by_force_every_place_is_whole(
@@ -321,6 +323,7 @@ def killed_while_writing(place: Path) -> None:
         process.send_signal(signal.SIGKILL)
 
 
+@pytest.mark.slow
 def test_what_a_killed_program_left_is_cleared_by_the_next(tmp_path: Path) -> None:
     killed_while_writing(tmp_path / "run")
     assert [path.name.partition("-")[0] for path in sorted(tmp_path.iterdir())] == [
@@ -331,6 +334,7 @@ def test_what_a_killed_program_left_is_cleared_by_the_next(tmp_path: Path) -> No
     assert [path.name for path in tmp_path.iterdir()] == ["run"]
 
 
+@pytest.mark.slow
 def test_what_another_machine_left_is_not_touched(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -559,6 +563,7 @@ def test_of_a_hundred_pairs_of_a_commands_writer_none_loses_a_result(
         assert lost_in(each, 100, tmp_path / f"raced-{number}") == []
 
 
+@pytest.mark.slow
 def test_a_writer_that_takes_anothers_place_is_seen(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

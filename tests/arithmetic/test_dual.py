@@ -57,6 +57,7 @@ def test_unary(ufunc: np.ufunc, data: st.DataObject) -> None:
     assert out.partials[3] == pytest.approx(2.0 * difference(ufunc, x), rel=1e-7, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ufunc", BINARY, ids=lambda u: u.__name__)
 @given(data=st.data())
 def test_binary(ufunc: np.ufunc, data: st.DataObject) -> None:

@@ -36,6 +36,7 @@ def test_functions_are_as_precise_as_stated(precision: PrecisionName, name: str)
     assert largest_ulp(elementary(p)[name](x), exact) <= ULPS[precision][name]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("exponent", [-0.975, -0.75, 0.1, 1 / 3, 0.5, 1.5, 2.9])
 def test_powers_are_as_precise_as_stated(precision: PrecisionName, exponent: float) -> None:

@@ -122,6 +122,7 @@ def test_all_rows_at_once_are_the_rows_one_by_one(
         )
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(50), deadline=None)
 @given(data=st.data())
 def test_a_flat_record_is_the_record_with_its_calls(data: st.DataObject) -> None:

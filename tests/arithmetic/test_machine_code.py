@@ -82,6 +82,7 @@ def test_one_step_stands_for_all_rows_only_where_all_spans_have_it() -> None:
         assert np.array_equal(step_of(clock), clock.steps)
 
 
+@pytest.mark.slow
 def test_where_nothing_can_be_kept_a_function_is_compiled_all_the_same(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

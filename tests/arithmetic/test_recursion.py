@@ -88,6 +88,7 @@ def test_derivatives_by_numbers_inputs_and_the_first_state(
             )
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.floats(-3.0, 3.0), min_size=90, max_size=90),
     st.floats(0.0, 1.0),

@@ -51,6 +51,7 @@ def log(made: Path, tmp_path: Path) -> Path:
 # --- good input -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_without_a_command_it_says_what_to_do(tmp_path: Path) -> None:
     """In a process of its own, as a user meets it; what others do here is done inside this process."""
     done = subprocess.run(COMMAND, cwd=tmp_path, capture_output=True, text=True, timeout=120)
@@ -62,6 +63,7 @@ def test_without_a_command_it_says_what_to_do(tmp_path: Path) -> None:
         assert f"erclutch {command}" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command", [(), ("inspect",), ("fit",), ("report",), ("compare",), ("figure",), ("laws",)]
 )
@@ -145,6 +147,7 @@ def test_other_shells_know_commands_and_choices(shell: str, ask: str, tmp_path: 
     assert not done.stderr
 
 
+@pytest.mark.slow
 def test_inspect(log: Path) -> None:
     said = good("inspect", log, cwd=log.parent)
     assert said.splitlines()[-1] == f"Understood. Fit it: erclutch fit {log} --out RUN"
@@ -156,6 +159,7 @@ def test_inspect(log: Path) -> None:
     assert body["columns"]["torque"]["unit"] == "N*m"
 
 
+@pytest.mark.slow
 def test_inspect_offers_what_two_shafts_differ_by_as_a_column(tmp_path: Path) -> None:
     slip = 2.0 * np.sin(0.03 * np.arange(600))
     driving = 50.0 + 5.0 * np.sin(0.01 * np.arange(600))
@@ -196,6 +200,7 @@ def test_inspect_of_a_folder_shows_each_log_and_what_all_of_them_cover(tmp_path:
     assert list(body["refused"]) == ["other.csv"]
 
 
+@pytest.mark.slow
 def test_inspect_of_logs_in_different_units_shows_each_and_says_so(tmp_path: Path) -> None:
     for unit in ("A", "V"):
         lines = [f"{k / 100},{k % 2},{k % 7 - 3},{k % 5}\n" for k in range(60)]
@@ -207,6 +212,7 @@ def test_inspect_of_logs_in_different_units_shows_each_and_says_so(tmp_path: Pat
     assert "units differ" in said.splitlines()[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rows", "answer"),
     [
@@ -233,6 +239,7 @@ def test_inspect_says_what_a_fit_of_few_rows_holds_out(
         good(*fit, "--models", "bingham", cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_inspect_asks_about_a_guess_that_rests_on_little_and_names_the_command(
     tmp_path: Path,
 ) -> None:
@@ -277,6 +284,7 @@ def test_a_prediction_is_no_measurement(tmp_path: Path) -> None:
         )
 
 
+@pytest.mark.slow
 def test_inspect_of_what_is_not_understood_yet(log: Path) -> None:
     body = json.loads(good("inspect", log, "--json", "--effort", "nope", cwd=log.parent, code=1))
     assert "there is no column 'nope'" in body["problem"]
@@ -286,6 +294,7 @@ def test_inspect_of_what_is_not_understood_yet(log: Path) -> None:
     assert f"erclutch inspect {log} --write-mapping {log}.toml" in " ".join(said.split())
 
 
+@pytest.mark.slow
 def test_all_that_is_missing_is_asked_for_at_once(tmp_path: Path) -> None:
     table = np.random.default_rng(0).standard_normal((100, 4)) + [
         [5 * row, 0, 0, 0] for row in range(100)
@@ -311,6 +320,7 @@ def test_all_that_is_missing_is_asked_for_at_once(tmp_path: Path) -> None:
     assert "there is such a file" in again
 
 
+@pytest.mark.slow
 def test_a_mapping_with_something_missing_is_valid_and_says_what(tmp_path: Path) -> None:
     rows = [f"{k},{k % 7},{k % 5}" for k in range(50)]
     (tmp_path / "log.csv").write_text(
@@ -419,6 +429,7 @@ def test_fit_keeps_a_run(log: Path) -> None:
     good("fit", log, *QUICK, "--out", "run", "--force", cwd=log.parent)
 
 
+@pytest.mark.slow
 def test_fit_as_json_is_run_json(log: Path) -> None:
     body: dict[str, Any] = json.loads(
         good("fit", log, *QUICK, "--out", "run", "--json", cwd=log.parent)
@@ -452,6 +463,7 @@ def test_several_models_by_comma_or_space(log: Path) -> None:
         assert {entry["name"] for entry in body["ranking"]} == {"quadratic", "on-off"}
 
 
+@pytest.mark.slow
 def test_laws(tmp_path: Path) -> None:
     assert "bingham/critical" in good("laws", cwd=tmp_path)
     body = json.loads(good("laws", "--json", cwd=tmp_path))
@@ -534,6 +546,7 @@ def test_an_error_is_a_line_in_a_process_of_its_own_too(tmp_path: Path) -> None:
     assert done.stderr == refused("fit", "gone.csv", cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_random_bytes_named_mat(tmp_path: Path) -> None:
     (tmp_path / "noise.mat").write_bytes(np.random.default_rng(0).bytes(10_000_000))
     said = refused("fit", "noise.mat", *QUICK, "--out", "run", cwd=tmp_path)
@@ -585,12 +598,14 @@ def test_bad_options(arguments: tuple[str, ...], words: list[str], log: Path) ->
     assert (log.parent / "thesis" / "thesis.tex").read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_the_same_log_twice(log: Path) -> None:
     shutil.copy(log, log.parent / "copy.csv")
     said = refused("fit", log, log.parent / "copy.csv", *QUICK, cwd=log.parent)
     assert said == "error: copy.csv: the same file as log.csv. Give each log once.\n"
 
 
+@pytest.mark.slow
 def test_missing_files_and_folders_without_logs(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     (tmp_path / "empty" / "notes.docx").write_text("")
@@ -623,6 +638,7 @@ def test_folders_that_hold_logs_are_found_at_any_depth(tmp_path: Path) -> None:
     assert "Give one of its folders: 0A/1Hz, 0A/2Hz; or" in error
 
 
+@pytest.mark.slow
 def test_a_manifest_above_folders_of_logs_is_no_log(tmp_path: Path) -> None:
     for folder in ("group_01/motor_01", "group_01/motor_02"):
         (tmp_path / folder).mkdir(parents=True)
@@ -635,6 +651,7 @@ def test_a_manifest_above_folders_of_logs_is_no_log(tmp_path: Path) -> None:
     assert "Not understood yet: manifest.json" in said  # it has vectors, as a log has
 
 
+@pytest.mark.slow
 def test_logs_that_ask_the_same_are_told_once_with_one_command(tmp_path: Path) -> None:
     slips = [3 * math.sin(k / 9) for k in range(300)]
     for yielding, field in enumerate(("0x5", "1", "2"), start=1):
@@ -664,6 +681,7 @@ def test_logs_that_ask_the_same_are_told_once_with_one_command(tmp_path: Path) -
     assert said.splitlines()[-1].startswith(f"Understood. Fit them: erclutch fit {tmp_path} --slip")
 
 
+@pytest.mark.slow
 def test_fields_in_the_names_of_files_are_asked_about_once_with_one_command_for_all(
     tmp_path: Path,
 ) -> None:
@@ -689,6 +707,7 @@ def test_what_the_parser_refuses(arguments: tuple[str, ...], log: Path) -> None:
     assert arguments[-1] in said
 
 
+@pytest.mark.slow
 def test_a_stage_that_is_none(log: Path) -> None:
     said = refused("fit", log, "--lag", "late", cwd=log.parent)
     assert "unknown stage 'late'. Known are " in said
@@ -801,6 +820,7 @@ def test_an_error_that_a_library_makes_of_an_interrupt_is_told_as_one(
     assert capsys.readouterr().err == "error: interrupted; nothing was left half-written\n"
 
 
+@pytest.mark.slow
 def test_an_interrupt_while_modules_are_imported_is_told_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "cyclopts.py").write_text("raise KeyboardInterrupt\n")
     own = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *filter(None, sys.path)])}
@@ -1023,6 +1043,7 @@ def test_numbers_of_the_terminal(value: float, digits: int, zeros: bool, text: s
     assert number(value, digits, zeros=zeros) == text
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(1, 30), min_size=4, max_size=4), st.integers(20, 160))
 def test_a_table_leaves_columns_out_until_it_fits(wide: list[int], width: int) -> None:
     """No cell is cut while enough columns may go; none goes without need, and the less needed ones first."""

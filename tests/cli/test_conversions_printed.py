@@ -29,6 +29,7 @@ def log_of_an_encoder(folder: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_inspect_says_that_an_angle_is_drawn_out_and_differentiated(tmp_path: Path) -> None:
     log_of_an_encoder(tmp_path)
     said = good("inspect", "log.csv", "--position", "angle [rad]", cwd=tmp_path)

@@ -6,12 +6,14 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import erclutch
 from erclutch.logs.synthetic import write_synthetic_log
 from tests.support.command import good, refused
 
 
+@pytest.mark.slow
 def test_a_course_holds_every_value_of_its_stretch(tmp_path: Path) -> None:
     log = tmp_path / "log.csv"
     write_synthetic_log(log, 2)

@@ -46,6 +46,7 @@ def test_a_plug_in_that_ends_the_program_is_told_as_one_that_raises() -> None:
         os._exit(0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("status", "code"), [(0, 2), (7, 7)])
 def test_a_thread_that_ends_the_program_is_told(status: int, code: int) -> None:
     """No call of a plug-in is under way there."""
@@ -61,6 +62,7 @@ def test_a_thread_that_ends_the_program_is_told(status: int, code: int) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system has no fork")
 def test_a_child_that_was_forked_ends_as_it_likes() -> None:
     assert in_a_program(
@@ -78,6 +80,7 @@ def test_behind_a_command_the_program_ends_as_it_likes() -> None:
     assert os._exit is before
 
 
+@pytest.mark.slow
 def test_a_fit_with_a_law_that_ends_the_program_says_so(install: Install, tmp_path: Path) -> None:
     """`fit` ended with 0 and kept nothing."""
     install("bench-odd", "[erclutch.laws]\nodd = bench_odd:LAW\n", "import os\nos._exit(0)\n")

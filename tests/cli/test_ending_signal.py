@@ -87,6 +87,7 @@ def test_after_its_end_a_command_hears_nothing_and_signals_are_the_callers_again
     assert signal.getsignal(number) == before
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.parametrize("number", _ALL)
 @pytest.mark.parametrize("ends", ["return 0", "return 2", "raise SystemExit(143)"])
@@ -156,6 +157,7 @@ def test_a_library_that_makes_an_error_of_a_signal_is_not_told_as_a_fault(
     assert "initialization" not in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="other systems do not tell of a parent's end"
 )
@@ -174,6 +176,7 @@ def test_a_reader_whose_parent_died_before_it_began_reads_nothing(tmp_path: Path
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.parametrize("is_told", [True, False])
 def test_an_interrupt_while_a_dataclass_is_made_ends_the_process_with_its_code(
@@ -285,6 +288,7 @@ def test_the_look_whether_a_folder_takes_files_has_no_name_that_kill_9_could_lea
     assert takes_files(tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 def test_control_c_behind_the_end_of_a_command_says_nothing(tmp_path: Path) -> None:
     """It came as Python ended: the result was there, and a traceback on the screen."""

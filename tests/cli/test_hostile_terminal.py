@@ -41,6 +41,7 @@ def said(
     return run
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_units_of_a_parquet_file(said: Said, tmp_path: Path) -> None:
     time = np.arange(400) / 1000
@@ -110,6 +111,7 @@ def test_titles_headings_and_our_own_line_ends(capsys: pytest.CaptureFixture[str
     assert "a:x:[b]" in printed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("width", ["0", "1", "2", "abc"])
 def test_help_ends_on_a_screen_of_next_to_no_columns(
     said: Said, monkeypatch: pytest.MonkeyPatch, width: str

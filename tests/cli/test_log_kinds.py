@@ -6,8 +6,11 @@ import shlex
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from tests.support.command import good, run
+
+pytestmark = pytest.mark.slow
 
 TIME = np.arange(400) / 200.0
 SPEED = 5.0 * np.sin(6.0 * TIME)

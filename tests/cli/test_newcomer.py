@@ -64,6 +64,7 @@ def test_a_meaning_has_room_on_a_narrow_screen(
     assert "0 - 284.7" in "\n".join(body), "the ends of an interval stay in one line"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -85,11 +86,13 @@ def test_a_name_that_says_another_kind_of_file_is_refused_before_any_work(
     assert said in refused(*words, cwd=bench)
 
 
+@pytest.mark.slow
 def test_a_word_too_many_is_told_with_the_way_out(bench: Path) -> None:
     said = " ".join(refused("table", "ranking", "run", cwd=bench).split())
     assert "'run': more than the command takes. erclutch table --help shows what it takes." in said
 
 
+@pytest.mark.slow
 def test_a_second_scale_wants_its_option(bench: Path) -> None:
     said = refused("inspect", "log.csv", "--scale", "effort=2 N*m", "field=1 A", cwd=bench)
     assert "'field=1 A': more than the command takes. Write --scale in front of each value." in said
@@ -149,6 +152,7 @@ def test_the_export_of_several_logs_is_called_by_what_their_names_have_in_common
     assert called("shock 3.csv") == "shock_3_model"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("still", ["speed", "torque"])
 def test_inspect_says_that_nothing_can_be_fitted_where_a_signal_stands_still(
     still: str, tmp_path: Path
@@ -184,6 +188,7 @@ def test_inspect_says_that_nothing_can_be_fitted_where_a_signal_stands_still(
     )
 
 
+@pytest.mark.slow
 def test_inspect_tells_what_its_command_confirms_beside_what_it_answers(tmp_path: Path) -> None:
     """The field is asked about, and the command takes one of several joints too: it must not do so in silence."""
     time = np.arange(1500) / 500.0

@@ -98,6 +98,7 @@ def test_no_command_waits_for_a_pipe_or_reads_a_device_to_its_end(
         )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", ODD.values(), ids=ODD)
 @pytest.mark.parametrize("name", ["predictions.parquet", "models/bingham.json"])
 def test_the_files_of_a_run_are_plain_files(

@@ -78,6 +78,7 @@ def test_an_option_means_one_thing_in_all_commands() -> None:
     assert kinds["--run"] == {"<class 'pathlib.Path'>"}
 
 
+@pytest.mark.slow
 def test_a_number_with_a_unit_is_a_quantity() -> None:
     bare = {
         f"{command} {name}"
@@ -110,6 +111,7 @@ def test_a_command_of_ours_says_what_help_shows_in_one_line_or_several(
         commands()
 
 
+@pytest.mark.slow
 def test_a_command_that_prints_a_table_also_prints_json() -> None:
     for command in commands():
         if not command.plugin.own or command.name in WRITE_NUMBERS | {"table"}:
@@ -137,6 +139,7 @@ def limits_in(code: str) -> tuple[float, ...]:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "limits"),
     [
@@ -153,6 +156,7 @@ def test_limits_take_a_minus_and_a_unit(
     assert limits_in((tmp_path / "c" / "log_model.c").read_text()) == limits
 
 
+@pytest.mark.slow
 def test_a_period_takes_a_unit(bench: Path, tmp_path: Path) -> None:
     for at, period in enumerate(("1ms", "0.001", "1000us", "1 ms")):
         good("export", bench / "run", "--period", period, "--out", f"c{at}", cwd=tmp_path)
@@ -160,6 +164,7 @@ def test_a_period_takes_a_unit(bench: Path, tmp_path: Path) -> None:
     assert len(written) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -183,6 +188,7 @@ def test_what_is_no_quantity_is_told_with_an_example(
     assert said in refused(*words, cwd=bench)
 
 
+@pytest.mark.slow
 def test_times_before_zero_need_no_sign_of_equality(bench: Path) -> None:
     said = good("inspect", "log.csv", "--from", "-1s", cwd=bench)
     assert "--from -1s --out RUN" in said, "the last line repeats the options as they were given"
@@ -191,6 +197,7 @@ def test_times_before_zero_need_no_sign_of_equality(bench: Path) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "option"),
     [
@@ -289,6 +296,7 @@ def test_help_folds_what_few_need_and_help_all_shows_each_option() -> None:
         assert hidden == set(), command.name
 
 
+@pytest.mark.slow
 def test_help_names_files_first_and_shows_no_values_of_python() -> None:
     assert "Usage: erclutch score LOG... --run RUN [OPTIONS]" in good("score", "--help")
     said = good("figure", "--help")

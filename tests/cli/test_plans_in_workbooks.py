@@ -13,6 +13,8 @@ import pytest
 
 from tests.support.command import good, run
 
+pytestmark = pytest.mark.slow
+
 TIME = np.arange(400) / 200.0
 SPEED = 5.0 * np.sin(6.0 * TIME)
 CURRENTS = (0.5, 1.0, 0.25)
@@ -42,7 +44,6 @@ def bench(folder: Path, file: str, rows: list[list[Any]], *, sheet_of_notes: boo
     book.save(folder / file)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "rows", "sheet_of_notes"),
     [

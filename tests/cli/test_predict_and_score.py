@@ -20,6 +20,8 @@ from erclutch.models.model_file import digest_of
 from erclutch.runs.run_folder import read_run
 from tests.support.command import good, run
 
+pytestmark = pytest.mark.slow
+
 NAMES = {"time": "t", "field": "u", "slip": "w", "torque": "M"}
 
 
@@ -242,7 +244,6 @@ def test_score_of_several_logs_shows_which_of_them_has_changed(place: Path, tmp_
     assert logs[1]["rmse"] > logs[0]["rmse"]
 
 
-@pytest.mark.slow
 def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_path: Path) -> None:
     code, said, _ = run(
         "predict", place / "several", "--run", place / "run", "--out", "p", cwd=tmp_path
@@ -279,7 +280,6 @@ def test_score_says_that_a_run_was_trained_on_the_log(place: Path, tmp_path: Pat
         )
 
 
-@pytest.mark.slow
 def test_a_log_that_was_held_out_is_no_training_log(tmp_path: Path) -> None:
     """Several patterns follow one --test."""
     for seed, name in enumerate(("one.csv", "two.csv", "three.csv")):
@@ -331,7 +331,6 @@ def test_python_predicts_and_scores_frames_as_the_commands_do(place: Path, tmp_p
     assert "field above 1826 V" in wider["where"][0]
 
 
-@pytest.mark.slow
 def test_python_reads_a_log_as_the_run_did(place: Path, tmp_path: Path) -> None:
     how = (
         "--time",
@@ -373,7 +372,6 @@ def _without_bands(run: Path) -> None:
     (run / "run.json").write_text(json.dumps({**body, "digest": digest_of(body)}))
 
 
-@pytest.mark.slow
 def test_a_run_without_bands_still_predicts_scores_and_is_reported(
     place: Path, tmp_path: Path
 ) -> None:
@@ -463,7 +461,6 @@ def test_a_log_that_moves_otherwise_is_told(place: Path, tmp_path: Path) -> None
     assert "than every training log" not in said + warned
 
 
-@pytest.mark.slow
 def test_a_sheet_of_points_with_a_stage_is_predicted_scored_reported_and_exported(
     tmp_path: Path,
 ) -> None:
@@ -492,7 +489,6 @@ def test_a_sheet_of_points_with_a_stage_is_predicted_scored_reported_and_exporte
     good("export", "run", cwd=tmp_path)
 
 
-@pytest.mark.slow
 def test_score_says_that_an_angle_was_drawn_out(tmp_path: Path) -> None:
     time = np.arange(3000) / 500.0
     for name, quick in (("one.csv", 2.0), ("two.csv", 3.0)):
@@ -509,7 +505,6 @@ def test_score_says_that_an_angle_was_drawn_out(tmp_path: Path) -> None:
     assert "drawn out without jumps" in good("score", "two.csv", "--run", "run", cwd=tmp_path)
 
 
-@pytest.mark.slow
 def test_score_and_predict_take_the_zero_of_the_run(tmp_path: Path) -> None:
     time = np.arange(3000) / 500.0
     for name, quick in (("one.csv", 4.0), ("two.csv", 5.0)):

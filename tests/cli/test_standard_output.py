@@ -27,6 +27,7 @@ def broken_pipe() -> int:
     return writing
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words", slow_but([("--version",)], [("laws",), ("--version",), ("fit", "--help")])
 )

@@ -51,6 +51,7 @@ def command(*arguments: str) -> str:
     )
 
 
+@pytest.mark.slow
 def test_the_package_alone_brings_nothing() -> None:
     assert imported_by("import erclutch; erclutch.__version__") & set(HEAVY) == set()
 

@@ -59,6 +59,7 @@ def test_a_run_that_is_given_as_a_log_is_told(tmp_path: Path) -> None:
     assert "first run is a run: give it as --run 'first run'." in said
 
 
+@pytest.mark.slow
 def test_a_question_that_is_open_is_no_error(tmp_path: Path) -> None:
     rows = "\n".join(f"{i / 1000},{i % 7},{i % 5}" for i in range(60))
     (tmp_path / "log.csv").write_text(f"t [s],a,b\n{rows}\n", encoding="utf-8")

@@ -124,6 +124,7 @@ def test_what_a_measurement_says_to_be_printed_is_printed(page: Path) -> None:
             )
 
 
+@pytest.mark.slow
 def test_each_file_of_figures_has_its_command_and_is_cited() -> None:
     listed = tomllib.loads(cited.LISTED.read_text(encoding="utf-8"))
     sources = {

@@ -54,6 +54,7 @@ def test_the_timer_interrupt_gives_the_bits_of_the_vectors(export: Path, tmp_pat
     assert 0.5 * int(shown[1]) < int(figures["instructions of the longest"]) < 1.5 * int(shown[1])
 
 
+@pytest.mark.slow
 @needs_board
 def test_flags_that_change_the_arithmetic_are_told_on_the_board(
     export: Path, tmp_path: Path

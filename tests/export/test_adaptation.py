@@ -17,6 +17,8 @@ from erclutch.export.targets.python import compile_model
 from erclutch.models.model import Model
 from erclutch.signals.array import Array
 
+pytestmark = pytest.mark.slow
+
 LABELS = ("bingham, single", "bingham+rise-fall, coaxial")
 ROWS = 800
 
@@ -53,7 +55,6 @@ def hostile(kind: str, base: Array, scale: float) -> Array:
 
 
 @pytest.mark.usefixtures("compiled_plainly")
-@pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 @pytest.mark.parametrize("label", LABELS)
 def test_c_and_record_have_the_same_bits_on_hostile_streams_and_keep_the_budget(
@@ -101,7 +102,6 @@ def test_c_and_record_have_the_same_bits_on_hostile_streams_and_keep_the_budget(
     assert adapted > ROWS
 
 
-@pytest.mark.slow
 def test_a_gain_is_followed_and_a_reset_restores_the_model(
     models: dict[str, Model], need: Callable[..., None]
 ) -> None:
@@ -133,7 +133,6 @@ def test_adaptation_changes_no_inverse(models: dict[str, Model]) -> None:
             assert np.array_equal(got, expected)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("to", ["c", "python"])
 def test_exports_that_adapt_verify(
     to: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]

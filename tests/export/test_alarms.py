@@ -100,6 +100,7 @@ def test_the_c_gives_the_bits_of_the_record(
         assert device.band == tuple(ends)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "band", [BAND, HASTY, SMOOTH], ids=["plain", "by haste", "by smoothed haste"]
 )
@@ -117,6 +118,7 @@ def test_the_band_is_the_models(label: str, band: Band, models: dict[str, Model]
     assert np.array_equal((flags & WIDE_BAND) != 0, high - low > 0.25 * made.scale)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label", LABELS)
 def test_far_from_all_rows_there_is_no_band(label: str, models: dict[str, Model]) -> None:
     made = alarmed(models[label])
@@ -186,6 +188,7 @@ def _misses(alarms: Alarms, blocks: int, runs: int, correlation: float) -> Array
     return counts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("correlation", [0.0, 0.9])
 def test_false_alarms_are_as_rare_as_said(correlation: float) -> None:
     """At the very share of misses that is tolerated, with a goal of a thousand blocks, in 60,000 blocks."""
@@ -201,6 +204,7 @@ def test_false_alarms_are_as_rare_as_said(correlation: float) -> None:
     assert raised <= 60 + 3 * np.sqrt(60)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("correlation", "least", "most"), [(0.0, 0.0, 0.001), (0.9, 0.15, 0.2)])
 def test_blocks_that_lean_by_chance_raise_no_more(
     correlation: float, least: float, most: float
@@ -319,6 +323,7 @@ def _single() -> ExportedStep:
     return alarmed(model, block=SHORT)
 
 
+@pytest.mark.slow
 def test_rows_that_no_training_row_was_near_do_not_count() -> None:
     made = _single()
     rows = measuring(made, motion(made, 20 * BLOCK), np.full(20 * BLOCK, 5.0))
@@ -330,6 +335,7 @@ def test_rows_that_no_training_row_was_near_do_not_count() -> None:
 # --- exports ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_plain_export_says_nothing_of_alarms(models: dict[str, Model], tmp_path: Path) -> None:
     folders = [
         export_model(model, tmp_path / name, options=ExportOptions("m", period=1e-3))
@@ -374,6 +380,7 @@ def test_what_has_no_alarms_says_so(models: dict[str, Model]) -> None:
         step_of(model, ExportOptions(alarms=True))
 
 
+@pytest.mark.slow
 def test_a_library_without_alarms_has_no_band(
     models: dict[str, Model], need: Callable[..., None]
 ) -> None:

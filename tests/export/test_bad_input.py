@@ -121,6 +121,7 @@ def test_a_folder_that_cannot_be_written(law: Callable[..., TorqueModel], tmp_pa
         export_model(law("bingham"), tmp_path / "mine", force=True)
 
 
+@pytest.mark.slow
 def test_a_disk_that_fails_leaves_nothing(
     law: Callable[..., TorqueModel], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -133,6 +134,7 @@ def test_a_disk_that_fails_leaves_nothing(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_an_export_is_replaced_only_when_told_to(
     law: Callable[..., TorqueModel], tmp_path: Path
 ) -> None:
@@ -254,6 +256,7 @@ def test_float32_that_leaves_no_digits_is_refused(
         )
 
 
+@pytest.mark.slow
 def test_a_changed_file_is_found(law: Callable[..., TorqueModel], tmp_path: Path) -> None:
     folder = export_model(law("bingham"), tmp_path / "out")
     source = folder / "bingham.c"

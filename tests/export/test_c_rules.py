@@ -21,6 +21,8 @@ from erclutch.export.step_numbers import inverse, run
 from erclutch.export.targets.c import write_core
 from erclutch.models.model import Model
 
+pytestmark = pytest.mark.slow
+
 #: Advisory rules of MISRA C:2012 that the file does not keep; docs/export.md says why. Required ones: none.
 ADVISORY = {
     "misra-c2012-2.5",
@@ -31,7 +33,6 @@ ADVISORY = {
 }
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_no_warning(
     models: dict[str, Model], compiler: str, tmp_path: Path, need: Callable[..., None]
@@ -60,7 +61,6 @@ def test_no_warning(
             assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("label", ["hem+rise-fall, coaxial", "casson+lag, single"])
 def test_the_example_in_the_header_compiles_and_runs(
     models: dict[str, Model], label: str, tmp_path: Path, need: Callable[..., None]
@@ -92,7 +92,6 @@ def test_the_example_in_the_header_compiles_and_runs(
     assert subprocess.check_output([str(tmp_path / "example")], text=True) == "0 1\n"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "label", ["hem+rise-fall, coaxial", "fnn-7, coaxial", "casson+lag, single"]
 )
@@ -167,7 +166,6 @@ int main(void)
 """
 
 
-@pytest.mark.slow
 def test_sanitizers_find_nothing_under_any_input(
     model: Model, tmp_path: Path, need: Callable[..., None]
 ) -> None:
@@ -245,7 +243,6 @@ def test_the_file_says_what_it_is(models: dict[str, Model], tmp_path: Path) -> N
     } <= {"0.5f"}
 
 
-@pytest.mark.slow
 def test_the_abi_of_the_live_loop(
     models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
 ) -> None:
@@ -273,7 +270,6 @@ def test_the_abi_of_the_live_loop(
     assert not {n for n in wanted if not n.startswith(("_", "mem"))}, "no libm, nothing of Python"
 
 
-@pytest.mark.slow
 def test_steady_is_the_step_at_rest(models: dict[str, Model], need: Callable[..., None]) -> None:
     need("gcc")
     from erclutch.export.targets.python import compile_model

@@ -11,6 +11,8 @@ import pytest
 from erclutch.models.law_model import TorqueModel
 from tests.support.command import good, run
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def saved(law: Callable[..., TorqueModel], tmp_path: Path) -> Path:
@@ -36,7 +38,6 @@ def test_export_writes_the_folder(saved: Path, tmp_path: Path) -> None:
     assert f"erclutch verify {out}" in said.replace("\n", "")
 
 
-@pytest.mark.slow
 def test_angles_of_a_slow_loop_need_no_cutoff(saved: Path, tmp_path: Path) -> None:
     """The usual 150 Hz are beyond what a loop at 100 Hz carries, and nobody had asked for them."""
     out = tmp_path / "out"
@@ -45,7 +46,6 @@ def test_angles_of_a_slow_loop_need_no_cutoff(saved: Path, tmp_path: Path) -> No
     assert asked["derivative"]["cutoff"] == 40.0
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "says"),
     [
@@ -71,7 +71,6 @@ def test_bad_words_give_one_error(
     assert sorted(tmp_path.iterdir()) == before
 
 
-@pytest.mark.slow
 def test_verify_prints_a_line_each(saved: Path, tmp_path: Path, need: Callable[..., None]) -> None:
     need("gcc")
     out = tmp_path / "out"

@@ -162,6 +162,7 @@ def test_every_compiler_and_processor_gives_the_same_bits(
         assert outcome.note.endswith("flash")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", slow_but(("fnn-6-7",), ("fnn-16", "fnn-6-7", "fnn-4-5-9")))
 def test_a_network_has_the_same_bits_with_vectors_and_without(
     name: str, network: Callable[..., NetworkModel], tmp_path: Path, need: Callable[..., None]
@@ -192,6 +193,7 @@ def test_python_gives_the_same_bits(
     _sound(verify_export(folder), precision, 2, model)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("inputs", ["angles"])
 @pytest.mark.parametrize(
     "label", ["hem+rise-fall, coaxial", "fnn-16, coaxial", "casson+lag, single"]
@@ -339,6 +341,7 @@ def _at_rest(made: ExportedStep, rows: Array) -> Array:
     )[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float64", pytest.param("float32", marks=pytest.mark.slow)])
 def test_inverse_gives_the_field_of_an_effort(model: Model, precision: str) -> None:
     made = program(model, precision)
@@ -397,6 +400,7 @@ AHEAD = [
 AHEAD_QUICK = AHEAD[3:]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("precision", "count"),
     [
@@ -429,6 +433,7 @@ def test_the_field_for_the_next_step_gives_its_effort(
             assert abs(found - wanted[k]) <= min(others) + steep
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label", slow_but(AHEAD[:1], AHEAD[:3]))
 def test_behind_a_dead_time_the_next_effort_is_out_of_reach(
     models: dict[str, Model], label: str
@@ -448,6 +453,7 @@ def test_behind_a_dead_time_the_next_effort_is_out_of_reach(
     assert inverse_now(made, rows[:1], effort[:1])[1][0] == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "label", slow_but(AHEAD_QUICK, [*AHEAD, "hem, coaxial", "bingham+fnn-3, single"])
 )

@@ -47,6 +47,7 @@ def fresh(model: Any) -> Any:
     return pickle.loads(pickle.dumps(model))
 
 
+@pytest.mark.slow
 def test_a_lone_row_has_the_bits_of_the_long_road(
     fresh: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,8 +18,9 @@ from erclutch.export.targets.c import write_core
 from erclutch.models.model import Model
 from tests.support import proof
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 @pytest.mark.parametrize(
     ("label", "options"),
     [
@@ -57,7 +58,6 @@ def test_no_alarm_and_all_within_limits_for_any_bits(
     assert 0 < said.assumed <= len(_assertions((tmp_path / "m.c").read_text(encoding="ascii")))
 
 
-@pytest.mark.slow
 def test_a_limit_that_is_forgotten_is_seen(
     models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
 ) -> None:
@@ -160,7 +160,6 @@ int main(void)
 """
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("precision", "patterns"), [("float32", 2**32), ("float64", 4096 * 54)])
 def test_the_test_of_the_bits_is_is_finite(
     models: dict[str, Model],

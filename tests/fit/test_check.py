@@ -384,6 +384,7 @@ def test_a_swing_or_a_turning_device_does_not_drift(rate: float) -> None:
     assert not [f for f in findings(swinging(rate)) if f.subject == "drift"]
 
 
+@pytest.mark.slow
 def test_rows_between_two_gaps_do_not_drift() -> None:
     """A log with many gaps has stretches of a few rows: a straight line, about which nothing swings."""
     data = swinging(1.0)

@@ -63,6 +63,7 @@ def law_of(comparison: Comparison, name: str) -> TorqueModel:
     return model
 
 
+@pytest.mark.slow
 def test_entries_are_ranked_and_the_best_is_first(compared: Comparison) -> None:
     errors = [e.test.rmse.value for e in compared.entries]
     assert errors == sorted(errors)
@@ -123,12 +124,14 @@ def test_a_network_takes_the_numbers_of_its_own_stages_alone(
     assert network_from_dict(fitted.to_dict()).to_dict() == fitted.to_dict()
 
 
+@pytest.mark.slow
 def test_the_lag_of_the_log_is_found(compared: Comparison) -> None:
     tau, delay = (law_of(compared, "hem+lag").shape[name] for name in ("tau", "delay"))
     assert np.isclose(tau, 4e-3, rtol=0.2)
     assert np.isclose(delay, 2e-3, atol=0.6e-3)
 
 
+@pytest.mark.slow
 def test_figures_are_those_of_the_predictions(compared: Comparison) -> None:
     measured = compared.data.effort
     for entry in compared.entries:
@@ -196,6 +199,7 @@ def test_progress_says_how_much_is_done_and_how_far_each_model_is_off(data: Data
     assert steps[-1].doing == "choosing: part 4 of 4 is left out"
 
 
+@pytest.mark.slow
 def test_an_error_inside_a_fit_comes_out(data: Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*_: object) -> None:
         raise ZeroDivisionError("provoked")
@@ -232,6 +236,7 @@ def test_a_steady_field_gets_no_lag_and_says_so(data: Dataset) -> None:
     assert [e.name for e in asked.entries] == ["bingham+lag"]
 
 
+@pytest.mark.slow
 def test_logs_that_are_held_out_by_name(data: Dataset) -> None:
     n = data.rows // 3
     spans = tuple(Span(i * n, (i + 1) * n, 1e-3) for i in range(3))
@@ -400,6 +405,7 @@ def with_dahl(travel: float, rows: int, logs: int = 1) -> Dataset:
     return Dataset("single", (element,), np.concatenate(efforts), clock, Units("N", "A", "m/s"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("data", "note"),
     [
@@ -415,6 +421,7 @@ def test_a_memory_that_the_log_cannot_tell_is_one_clear_note(data: Dataset, note
     assert [said for said in entry.notes if note in said], entry.notes
 
 
+@pytest.mark.slow
 def test_what_is_no_data_set_is_refused_in_one_line(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     write_synthetic_log(path, 1.0)

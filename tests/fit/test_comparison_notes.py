@@ -183,6 +183,7 @@ def test_a_network_has_the_stages_that_remember() -> None:
     assert remembered("viscous") == "none"
 
 
+@pytest.mark.slow
 def test_a_comparison_in_which_only_a_law_beside_networks_is_fitted_for_their_lag() -> None:
     made = switched()
     (network,) = networks_for(made, Settings(("rbfn-3+lag",)))

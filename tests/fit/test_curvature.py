@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -30,6 +31,7 @@ def problem(target: Array) -> Problem:
     return Problem(lambda u: float(residual(u) @ residual(u)), linearise, *limits)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=examples(30))
 @given(st.integers(0, 999), st.floats(0.0, 0.5))
 def test_the_minimum_is_no_worse(seed: int, size: float) -> None:

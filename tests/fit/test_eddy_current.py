@@ -46,6 +46,7 @@ def test_a_yield_stress_is_no_drag() -> None:
     assert not field_drags(log(40.0, fluid=True))
 
 
+@pytest.mark.slow
 def test_of_all_laws_that_of_a_drag_is_fitted_to_a_drag_alone() -> None:
     of_brake, of_fluid = [
         [each.specification for each in structures_for(log(120.0, fluid=fluid), Settings())]

@@ -149,6 +149,7 @@ def test_columns_of_a_frame_are_taken_by_name(rows: tuple[np.ndarray, np.ndarray
         network.predict(swapped[names[::-1]])
 
 
+@pytest.mark.slow
 def test_standardised_columns_are_told(rows: tuple[np.ndarray, np.ndarray, Any]) -> None:
     from sklearn.pipeline import make_pipeline
     from sklearn.preprocessing import MinMaxScaler, StandardScaler

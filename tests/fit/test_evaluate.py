@@ -90,6 +90,7 @@ def test_constant_effort_does_not_divide_by_zero() -> None:
     assert np.isfinite(found.to_dict()["r2"][0])
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(8, 300), st.floats(1e-6, 1e6))
 def test_values_scale_with_the_unit_and_lie_near_their_bands(
@@ -180,6 +181,7 @@ def test_blocks_are_as_long_as_the_slowest_model_needs() -> None:
     assert block_rows([slow]) <= 1250
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(80), deadline=None)
 @given(st.lists(st.floats(0, 100), min_size=1, max_size=60), st.data())
 def test_the_mean_of_each_block(values: list[float], data: st.DataObject) -> None:
@@ -191,6 +193,7 @@ def test_the_mean_of_each_block(values: list[float], data: st.DataObject) -> Non
     assert np.allclose(resampled(np.array(values), block, starts), expected, atol=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(80), deadline=None)
 @given(st.lists(st.floats(0, 100), min_size=1, max_size=60), st.data())
 def test_the_largest_value_of_each_block(values: list[float], data: st.DataObject) -> None:

@@ -36,6 +36,7 @@ def judged() -> tuple[Comparison, Recording]:
     return compare(build_dataset(recording), Settings(("bingham", "fnn-2"), lag="none")), recording
 
 
+@pytest.mark.slow
 def test_a_law_is_fitted_to_all_rows_and_keeps_the_band_of_the_judged_one(
     judged: tuple[Comparison, Recording],
 ) -> None:
@@ -59,6 +60,7 @@ def test_a_network_is_fitted_to_all_rows_too(judged: tuple[Comparison, Recording
     assert (final.train_rows, final.model.name) == (1000, "fnn-2")
 
 
+@pytest.mark.slow
 def test_the_run_keeps_both_and_says_which_is_which(
     judged: tuple[Comparison, Recording], tmp_path: Path
 ) -> None:
@@ -75,6 +77,7 @@ def test_the_run_keeps_both_and_says_which_is_which(
     assert "--final" in command_of(run.body)
 
 
+@pytest.mark.slow
 def test_a_final_model_that_was_changed_or_never_kept_is_refused(
     judged: tuple[Comparison, Recording], tmp_path: Path
 ) -> None:
@@ -90,6 +93,7 @@ def test_a_final_model_that_was_changed_or_never_kept_is_refused(
         run.model(FINAL)
 
 
+@pytest.mark.slow
 def test_what_is_not_recommended_is_not_fitted_to_all_rows(
     judged: tuple[Comparison, Recording],
 ) -> None:

@@ -70,6 +70,7 @@ def truth_of(data: Dataset, made: Structure, shape: list[float], gains: list[flo
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "dynamics", "shape", "gains"),
     slow_behind(
@@ -131,6 +132,7 @@ def test_the_same_data_give_the_same_numbers() -> None:
     assert one.to_dict() == two.to_dict()
 
 
+@pytest.mark.slow
 def test_a_gain_that_wants_to_be_negative_is_on_its_bound() -> None:
     data = rows_of(noise=0.01)
     truth = truth_of(data, structure(), [0.1, 1.6], [0.5, -0.2])
@@ -163,6 +165,7 @@ def test_what_nothing_excites_is_not_identified() -> None:
     assert eta.low < 0.02 < eta.high
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("hold", "seconds"), slow_behind(1, [(0.25, 14.0), (1.0, 12.0)]))
 def test_a_lag_is_found_however_fast_and_regularly_its_command_is_sampled(
     hold: float, seconds: float
@@ -185,6 +188,7 @@ def test_a_lag_is_found_however_fast_and_regularly_its_command_is_sampled(
     assert delay.value < 1e-4
 
 
+@pytest.mark.slow
 def test_a_start_of_the_users_is_tried() -> None:
     data = rows_of(noise=0.01)
     truth = truth_of(data, structure(), [0.1, 1.6], [0.5, 0.2])
@@ -194,6 +198,7 @@ def test_a_start_of_the_users_is_tried() -> None:
     assert np.isclose(given.train_cost, scanned.train_cost, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_units_do_not_change_the_fit() -> None:
     """The same log in kV, deg/s and mN m: the same residuals, parameters in those units."""
     data = rows_of(noise=0.01)

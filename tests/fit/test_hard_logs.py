@@ -230,12 +230,14 @@ def resting() -> tuple[Comparison, Recording]:
     return compare(build_dataset(recording), Settings(("bingham", "casson"), lag="none")), recording
 
 
+@pytest.mark.slow
 def test_nothing_is_recommended_where_nothing_explains(
     resting: tuple[Comparison, Recording],
 ) -> None:
     assert verdict(resting[0]).startswith("No model is recommended: the nearest,")
 
 
+@pytest.mark.slow
 def test_stretches_like_the_whole_log_are_held_out_where_its_end_is_a_rest(
     resting: tuple[Comparison, Recording],
 ) -> None:
@@ -254,6 +256,7 @@ def test_stretches_like_the_whole_log_are_held_out_where_its_end_is_a_rest(
     )
 
 
+@pytest.mark.slow
 def test_a_run_without_a_recommendation_hands_out_no_model(
     resting: tuple[Comparison, Recording], tmp_path: Path
 ) -> None:
@@ -273,6 +276,7 @@ def test_a_model_that_errs_by_little_on_few_rows_is_not_said_to_explain_nothing(
     assert standing(chosen, set()).why_none == "cannot be told from a constant on the rows held out"
 
 
+@pytest.mark.slow
 def test_a_fit_to_all_rows_that_is_not_made_is_told(tmp_path: Path) -> None:
     rng = np.random.default_rng(2)
     columns = np.column_stack([0.01 * np.arange(400), rng.standard_normal((400, 2))])
@@ -300,6 +304,7 @@ def test_a_fit_to_all_rows_that_is_not_made_is_told(tmp_path: Path) -> None:
     assert "none is fitted to all rows, as --final asks" in " ".join(said.split())
 
 
+@pytest.mark.slow
 def test_a_model_that_is_named_is_scored_all_the_same(
     resting: tuple[Comparison, Recording], tmp_path: Path
 ) -> None:
@@ -315,6 +320,7 @@ def test_a_model_that_is_named_is_scored_all_the_same(
     assert "Models of" in good("score", log, "--run", run, "--model", "m1")
 
 
+@pytest.mark.slow
 def test_whoever_shows_a_run_says_that_it_recommends_nothing(
     resting: tuple[Comparison, Recording], tmp_path: Path
 ) -> None:

@@ -92,6 +92,7 @@ def test_a_model_that_remembers_has_nothing_left() -> None:
     assert HISTORY not in {f.subject for f in found.findings}
 
 
+@pytest.mark.slow
 def test_the_effort_alone_tells() -> None:
     found = effort_finding(made(0, memory=1.0))
     assert found is not None
@@ -108,6 +109,7 @@ def test_few_rows_and_wild_errors_say_nothing() -> None:
     assert history(whole, np.full(whole.rows, np.inf)) is None
 
 
+@pytest.mark.slow
 def test_a_richer_stage_of_the_family_takes_the_place_of_a_simpler_one() -> None:
     data = made(1, memory=1.0)
     found = history(data, dynamics="lag+dahl/field+inertia")
@@ -116,6 +118,7 @@ def test_a_richer_stage_of_the_family_takes_the_place_of_a_simpler_one() -> None
     assert history(data, dynamics="lag+dahl-2/field+inertia/smooth") is None
 
 
+@pytest.mark.slow
 def test_the_share_is_of_what_field_and_slip_leave() -> None:
     """A large viscous effort, which they explain, changes nothing."""
     data = made(3, memory=0.6)

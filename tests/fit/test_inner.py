@@ -71,6 +71,7 @@ def best_of_all_subsets(matrix: Array, target: Array, nonnegative: NDArray[np.bo
     return best
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(2, 6), st.integers(1, 4))
 def test_rank_deficient_problems_reach_the_lowest_cost(seed: int, p: int, rank: int) -> None:
@@ -89,6 +90,7 @@ def test_rank_deficient_problems_reach_the_lowest_cost(seed: int, p: int, rank: 
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 10))
 def test_the_conditions_of_a_minimum_hold(seed: int, p: int) -> None:

@@ -79,6 +79,7 @@ def test_too_few_rows_for_a_bandwidth_are_taken_as_independent() -> None:
 # --- rows that are alike ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rho", "least"), slow_behind(1, [(0.9, 0.90), (0.0, 0.93), (0.5, 0.92), (0.97, 0.87)])
 )
@@ -201,6 +202,7 @@ def test_the_polynomial_of_kiefer_and_vogelsang(share: float) -> None:
     assert np.isclose(quantile(10**7, share), expected, rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_the_polynomial_is_that_of_its_own_simulation() -> None:
     """Fixed-b limit at b = 0.2, where the quotient of Brownian motions is simulated: about 2.57."""
     rng = np.random.default_rng(8)

@@ -93,6 +93,7 @@ def test_another_kind_is_one_file(
         step_of(again)
 
 
+@pytest.mark.slow
 def test_what_fails_in_another_kind_is_told_with_its_name(
     packages: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -107,6 +108,7 @@ def test_what_fails_in_another_kind_is_told_with_its_name(
     assert re.search(why, said.message)
 
 
+@pytest.mark.slow
 def test_a_law_that_the_rows_cannot_make_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     from erclutch.fit.kinds import law_alone as law
 

@@ -45,6 +45,7 @@ def log(seed: int, *, swings: bool) -> Dataset:
     return Dataset("single", (Element(field, slip),), measured, clock, Units("N*m", "A", "rad/s"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "swings"), slow_behind(2, [(0, False), (7008, True), (7011, True)])
 )

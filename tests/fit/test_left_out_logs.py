@@ -73,6 +73,7 @@ def _only(data: Dataset, rows: slice) -> Mask:
     return mask
 
 
+@pytest.mark.slow
 def test_new_motions_lie_inside_as_often_as_promised_where_errors_of_the_fit_promise_too_much() -> (
     None
 ):

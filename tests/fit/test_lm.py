@@ -170,6 +170,7 @@ def test_converged_means_at_the_minimum_of_a_curved_valley() -> None:
     assert found.cost == pytest.approx(2.0 * peer.cost, rel=1e-6)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.floats(0.05, 3.0))
 def test_bounded_linear_problems_in_few_steps(seed: int, k: int, width: float) -> None:
@@ -276,6 +277,7 @@ def test_a_tighter_tolerance_comes_closer() -> None:
     assert steps == sorted(steps)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_the_cost_never_rises_and_the_outcome_is_that_of_its_point(seed: int) -> None:

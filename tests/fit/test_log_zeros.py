@@ -92,6 +92,7 @@ def test_the_chance_is_that_of_the_f_test() -> None:
     assert np.mean(np.array(chances) < 0.05) < 0.12
 
 
+@pytest.mark.slow
 def test_a_comparison_says_it_and_keeps_one_offset() -> None:
     data = logs((0.0, 0.0, 1.5, 0.0), (1.0,) * 4)
     compared = compare(data, Settings(models=("bingham",), lag="none", workers=1))

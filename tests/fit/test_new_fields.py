@@ -82,6 +82,7 @@ def test_an_error_counts_less_where_the_fields_beside_are_nearer(
     assert width_at(wider, field) == pytest.approx(2.0 * 0.5 * apart / 0.6)
 
 
+@pytest.mark.slow
 def test_a_field_that_differs_a_little_from_log_to_log_is_one() -> None:
     once = device(FIELDS)
     again = device((*FIELDS, 0.4003, 0.7002))
@@ -93,6 +94,7 @@ def test_a_field_that_differs_a_little_from_log_to_log_is_one() -> None:
         assert width_at(bands[1], field) == pytest.approx(width_at(bands[0], field), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_log_that_is_never_at_its_mean_field_ends_in_no_error() -> None:
     """A row next to no level of its own log had no rows, and their quantile ended in a traceback."""
     data = device((0.0, 0.9, 1.0, 1.1, 2.0))
@@ -118,6 +120,7 @@ def test_each_log_counts_the_same_and_beyond_all_fields_the_worst_slip_decides()
     assert width_at(wider, 0.55, 0.2) == pytest.approx(14.0 * 0.3 / 0.7)
 
 
+@pytest.mark.slow
 def test_a_new_field_is_judged_by_those_that_were_left_out_like_it() -> None:
     """Between fields of logs the errors of inner fields count, beyond the logs all."""
     data = device(FIELDS)
@@ -150,6 +153,7 @@ def test_small_errors_at_new_fields_narrow_no_band() -> None:
     assert width_at(wider, 1.2) >= max(width_at(band, field) for field in FIELDS)
 
 
+@pytest.mark.slow
 def test_fields_near_to_each_other_or_too_many_have_nothing_new_between() -> None:
     near = device((0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8))
     band = wider_at_new_fields(calibrated_on(near, near.effort), near, 9.0 * np.ones(near.rows))
@@ -159,12 +163,14 @@ def test_fields_near_to_each_other_or_too_many_have_nothing_new_between() -> Non
     assert wider_at_new_fields(band, one, 9.0 * np.ones(one.rows)) == band
 
 
+@pytest.mark.slow
 def test_fields_that_run_into_each_other_are_no_levels() -> None:
     ramp = device(tuple(np.linspace(0.5, 1.0, 60).tolist()))
     band = calibrated_on(ramp, ramp.effort)
     assert wider_at_new_fields(band, ramp, 9.0 * np.ones(ramp.rows)) == band
 
 
+@pytest.mark.slow
 def test_a_field_beyond_those_of_the_logs_lies_inside() -> None:
     """A square of the field, where the truth is in proportion to it: the errors grow beyond the fields of the fit."""
     data = device((*FIELDS, 1.2))
@@ -220,6 +226,7 @@ def test_below_all_fields_an_error_counts_more_where_the_way_is_longer() -> None
     assert width_at(wider, 0.1) == pytest.approx(2.0 * 0.9 * 0.4 / 0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["", "/tanh", "/saturating"])
 def test_at_two_fields_a_law_may_rise_as_the_square_of_the_field_or_saturate(form: str) -> None:
     data = device(FIELDS, friction=0.3)

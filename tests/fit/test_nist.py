@@ -26,6 +26,7 @@ def test_all_27_problems_are_there() -> None:
     assert len(nist.MODELS) == 27
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(nist.MODELS))
 def test_both_starts_reach_the_certified_answer(name: str) -> None:
     problem = nist.read(name, FOLDER)

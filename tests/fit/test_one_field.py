@@ -130,6 +130,7 @@ def test_what_needs_a_field_and_was_asked_for(settings: Settings, problem: str) 
     assert "the field is constant at 0.5 A in all rows" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_memory_of_the_slip_needs_no_field() -> None:
     found = compare(one_field(rows=2000), Settings(models=("bingham",), lag="dahl", workers=1))
     assert found.recommended == "bingham/constant+dahl"

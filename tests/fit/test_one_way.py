@@ -27,6 +27,7 @@ def one_way(seed: int, sense: float, rows: int = 8000) -> Dataset:
     return build_dataset(recording_from_arrays(signals, UNITS, rate=1000.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 @pytest.mark.parametrize("seed", slow_but(range(1), range(3)))
 def test_the_law_that_made_the_log_is_recommended_and_known(seed: int, sense: float) -> None:

@@ -82,6 +82,7 @@ def test_a_state_at_its_bound_is_brought_back(data: Dataset, travels: tuple[floa
     assert found.cost <= project(rough, list(TRUTH.values())).cost * 1.001
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scan", slow_behind(1, [12, 24, 48]))
 def test_any_scan_comes_to_the_same_optimum(data: Dataset, scan: int) -> None:
     found = fit_structure(data, structure(CHAIN), scan=scan, intervals=False)

@@ -76,6 +76,7 @@ def test_what_is_no_time_and_no_number_of_rows(word: str) -> None:
         past_rows((word,), rows())
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.text(max_size=12) | st.integers())
 def test_any_text_gives_rows_or_one_line(word: str | int) -> None:
@@ -86,6 +87,7 @@ def test_any_text_gives_rows_or_one_line(word: str | int) -> None:
     assert all(1 <= k <= 1000 for k in found)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.integers(1, 1000), st.sampled_from([1e-4, 3.328e-4, 1e-3, 1e-2]))
 def test_a_number_of_periods_is_that_number_of_rows(k: int, period: float) -> None:
@@ -115,6 +117,7 @@ def test_past_samples_of_further_inputs_are_inputs(tmp_path: Path) -> None:
     assert_array_equal(run(step_of(again), given_rows)[0], model.predict(data))
 
 
+@pytest.mark.slow
 def test_a_model_without_past_samples_of_further_inputs_is_still_read(tmp_path: Path) -> None:
     structure = replace(
         network_from_name("fnn-4", "single", past=(1,), extras=("push",)), past_extras=False
@@ -135,6 +138,7 @@ def test_what_is_asked_of_networks_alone_is_told_where_there_is_none() -> None:
     assert without_network(asked, [law, network_model("fnn-3", "single")]) == ()
 
 
+@pytest.mark.slow
 def test_past_samples_at_another_rate_are_refused() -> None:
     model = fit_network(rows(), network_from_name("fnn-4", "single", past=(1,)), workers=1).model
     with pytest.raises(

@@ -17,6 +17,8 @@ from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
+pytestmark = pytest.mark.slow
+
 PERIOD = 1e-3
 
 

@@ -89,6 +89,7 @@ def pair(rows: int = 800) -> Dataset:
 LAWS = ("bingham", "quadratic", "casson", "hem", "bingham+lag", "herschel-bulkley/critical")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LAWS)
 def test_laws(name: str, pinned: Pinned) -> None:
     law, _, dynamics = name.partition("+")
@@ -121,6 +122,7 @@ def test_laws(name: str, pinned: Pinned) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["bingham", "casson", "bingham+lag"])
 def test_intervals_of_laws(name: str, pinned: Pinned) -> None:
     law, _, dynamics = name.partition("+")
@@ -129,6 +131,7 @@ def test_intervals_of_laws(name: str, pinned: Pinned) -> None:
     pinned([[[e.low, e.high] for e in found.estimates], found.bandwidth, found.condition], rel=0.01)
 
 
+@pytest.mark.slow
 def test_laws_of_a_pair(pinned: Pinned) -> None:
     """Slip at which a sign turns is far from the rows here, so numbers are no more than rounding leaves of them."""
     found = [
@@ -150,6 +153,7 @@ def banded(entry: Any) -> list[Any]:
     return [] if entry.band is None else [vars(entry.band.held), entry.band.plain]
 
 
+@pytest.mark.slow
 def test_a_comparison(pinned: Pinned) -> None:
     """Scores, criteria, bands and notes of models that are fitted once."""
     rows = data()
@@ -271,6 +275,7 @@ def test_findings(name: str, pinned: Pinned) -> None:
     pinned([found, steady_command(rows), None if memory is None else vars(memory)], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_rows_that_are_just_enough(pinned: Pinned) -> None:
     """Fifty to train on, a thousand for a memory, twenty to recalibrate with; one less is too few."""
     base = fit_structure(
@@ -290,6 +295,7 @@ def test_rows_that_are_just_enough(pinned: Pinned) -> None:
     pinned(found, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_findings_of_several_logs(pinned: Pinned) -> None:
     logs = [
         recorded(seed, gain, offset)
@@ -341,6 +347,7 @@ def walk(rows: int, pole: float, seed: int, columns: int = 1) -> Array:
     return found
 
 
+@pytest.mark.slow
 def test_standard_errors(pinned: Pinned) -> None:
     found: list[Any] = []
     for rows, pole, columns in (
@@ -401,6 +408,7 @@ def test_scores(pinned: Pinned) -> None:
     pinned(found)
 
 
+@pytest.mark.slow
 def test_bands(pinned: Pinned) -> None:
     rows = data()
     train = np.arange(rows.rows) < 1050
@@ -467,6 +475,7 @@ def test_past_samples(pinned: Pinned) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "change", [{"gain": 1.3}, {"offset": 0.05}, {"gain": 0.7, "offset": -0.2}, {}]
 )

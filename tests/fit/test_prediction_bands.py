@@ -52,6 +52,7 @@ def _rows(rng: np.random.Generator, rows: int, kept: float = 0.0) -> tuple[Datas
     return data, error, size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kept", [0.0, 0.9])
 def test_fresh_rows_lie_inside_as_often_as_promised_in_each_class(kept: float) -> None:
     shares: list[list[float]] = []
@@ -71,6 +72,7 @@ def test_fresh_rows_lie_inside_as_often_as_promised_in_each_class(kept: float) -
     assert np.all(np.abs(mean - LEVEL) < (0.012, 0.02, 0.02))
 
 
+@pytest.mark.slow
 def test_the_width_follows_the_direction_of_the_slip() -> None:
     seen, error, _ = _rows(np.random.default_rng(1), 40_000)
     found = calibrated(seen, np.ones(seen.rows, np.bool_), [error], [4])[0]
@@ -81,6 +83,7 @@ def test_the_width_follows_the_direction_of_the_slip() -> None:
     assert np.allclose(quiet, [[2 * 1.96], [1.96]], rtol=0.12)
 
 
+@pytest.mark.slow
 def test_few_rows_for_many_parameters_widen_the_band() -> None:
     rng = np.random.default_rng(2)
     seen, _, size = _rows(rng, 2000)
@@ -99,6 +102,7 @@ def test_few_rows_for_many_parameters_widen_the_band() -> None:
     assert lost[1] / one[1] == pytest.approx(3**0.5, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_band_says_which_part_of_the_estimate_its_errors_seldom_follow() -> None:
     rng = np.random.default_rng(9)
     seen, _, _ = _rows(rng, 80_000)  # 40 blocks of 2 s, of which every tenth is another
@@ -199,6 +203,7 @@ def test_each_row_of_a_sensor_counts_from_the_next_row_on_and_a_gap_forgets() ->
     assert third.scale > second.scale
 
 
+@pytest.mark.slow
 def test_a_band_over_rows_has_the_bits_of_the_step_that_is_exported() -> None:
     """Whatever the sensor says: too much until the band is widest, nothing until it is narrowest, what is no number."""
     rng = np.random.default_rng(8)
@@ -224,6 +229,7 @@ def test_a_band_over_rows_has_the_bits_of_the_step_that_is_exported() -> None:
     assert (min(scales), max(scales)) == (NARROWEST, WIDEST)
 
 
+@pytest.mark.slow
 def test_the_width_stays_within_its_limits_whatever_the_sensor_says() -> None:
     n = 20_000
     clock = Clock(0.005 * np.arange(float(n)), (Span(0, n, 0.005),))
@@ -233,6 +239,7 @@ def test_the_width_stays_within_its_limits_whatever_the_sensor_says() -> None:
         assert (high - low)[-1] == pytest.approx(limit)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("period", [5e-4, 2e-3, 2e-2, 1e-1])
 def test_the_wanted_share_is_inside_in_the_long_run_at_any_period(period: float) -> None:
     error, state, outside = np.random.default_rng(3).standard_normal(20_000).tolist(), SETTLED, 0

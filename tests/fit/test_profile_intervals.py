@@ -52,6 +52,7 @@ def ends_of(problem: Separable, point: Any = ()) -> tuple[Any, Any, Any, Optimum
     return *interval_ends(problem, found, spread, ordered=False), spread, found
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(25), deadline=None)
 @given(st.floats(-0.9, 0.9), st.floats(0.0, 0.25), st.integers(0, 1000))
 def test_beside_a_bound_the_ends_are_those_of_a_grid(

@@ -90,6 +90,7 @@ KINDS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_gain_is_found_within_its_error(kind: str) -> None:
     found = recalibrate(base_of(kind), made(1, gain=1.15))
@@ -112,6 +113,7 @@ def test_intervals_of_a_gain_hold_it_as_often_as_they_say() -> None:
     assert 0.88 <= np.mean([low < 1.15 < high for low, high in ends]) <= 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_an_offset_is_found(kind: str) -> None:
     new = made(1, offset=0.5)
@@ -132,6 +134,7 @@ def test_what_helps_nothing_keeps_the_base_and_says_so(kind: str) -> None:
         assert "nothing helps for sure" in found.reason
 
 
+@pytest.mark.slow
 def test_one_gain_of_two_moves_all_gains() -> None:
     found = recalibrate(base_of("law"), made(1, eta=0.6))
     assert found.way == "gains"
@@ -142,6 +145,7 @@ def test_one_gain_of_two_moves_all_gains() -> None:
     assert found.model.gains["eta"] == pytest.approx(2 * base_of("law").numbers["eta"], rel=0.05)
 
 
+@pytest.mark.slow
 def test_another_exponent_moves_all_numbers() -> None:
     found = recalibrate(base_of("law"), made(1, exponent=2.2))
     assert found.way == "all numbers"
@@ -168,6 +172,7 @@ def test_another_surface_moves_the_output_layer() -> None:
         assert rmse(found.model, fresh) < 0.9 * rmse(base_of(kind), fresh)
 
 
+@pytest.mark.slow
 def test_few_rows_suffice() -> None:
     new, seen = made(1, gain=1.3), np.zeros(4000, np.bool_)
     for at in range(0, 4000, 400):
@@ -177,6 +182,7 @@ def test_few_rows_suffice() -> None:
     assert rmse(found.model, new) < 1.1 * rmse(again, new)
 
 
+@pytest.mark.slow
 def test_efforts_that_are_not_seen_have_no_say() -> None:
     new, seen = made(1, gain=1.3), np.arange(4000) < 2000
     other = replace(new, effort=np.where(seen, new.effort, 1e6))
@@ -184,12 +190,14 @@ def test_efforts_that_are_not_seen_have_no_say() -> None:
     assert one.numbers == two.numbers
 
 
+@pytest.mark.slow
 def test_gains_that_cannot_be_negative_stay_so() -> None:
     found = recalibrate(base_of("law"), made(1, gain=-1.0))
     assert isinstance(found.model, TorqueModel)
     assert min(found.model.gains.values()) >= 0.0
 
 
+@pytest.mark.slow
 def test_a_model_says_what_it_was_recalibrated_to() -> None:
     new = made(1, gain=3.0)
     found = recalibrate(base_of("law"), new).model
@@ -198,6 +206,7 @@ def test_a_model_says_what_it_was_recalibrated_to() -> None:
     assert found.trained_on.effort[1] >= new.effort.max()
 
 
+@pytest.mark.slow
 def test_errors_are_a_line_each() -> None:
     new = made(1)
     with pytest.raises(CheckError, match="19 rows to recalibrate with, at least 20"):
@@ -257,6 +266,7 @@ def small(kind: str) -> Any:
     ).model
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["law", "law with a lag", "residual", *NETWORKS])
 def test_ways_start_at_the_base_and_their_slopes_are_those_of_their_models(kind: str) -> None:
     base, data, rows = small(kind), made(1, rows=300), np.arange(5, 300, 3)
@@ -315,6 +325,7 @@ def test_what_is_sure_and_how_much_it_changes() -> None:
     assert _change(np.zeros(2), np.zeros(2)) == -1.0
 
 
+@pytest.mark.slow
 def test_most_rows_are_thinned_and_twenty_are_enough() -> None:
     base, new = base_of("law"), made(1, gain=1.3)
     assert recalibrate(base, new, np.arange(4000) < 20).way is not None

@@ -40,6 +40,7 @@ def brake(*, seed: int = 0, sign: float = 1.0, rising: bool = False) -> Dataset:
     return build_dataset(log)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_the_truth_is_found(seed: int) -> None:
     data = brake(seed=seed)

@@ -63,6 +63,7 @@ def structure(stages: str = "ripple") -> Structure:
     )
 
 
+@pytest.mark.slow
 def test_known_numbers_are_found_in_the_unit_of_the_position() -> None:
     outcome = fit_structure(log(), structure())
     found = {e.name: e for e in outcome.estimates}
@@ -80,6 +81,7 @@ def test_known_numbers_are_found_in_the_unit_of_the_position() -> None:
     assert found["lambda_p"].high - found["lambda_p"].low < 1e-3 * LENGTH
 
 
+@pytest.mark.slow
 def test_a_second_ripple_has_a_period_of_its_own() -> None:
     outcome = fit_structure(log(second=1.0), structure("ripple+second-ripple"))
     found = {e.name: e for e in outcome.estimates}

@@ -153,6 +153,7 @@ def test_a_stage_that_needs_no_time_may_be_asked_for(asked: Settings) -> None:
     assert comparison.recommended == "bingham+sides"
 
 
+@pytest.mark.slow
 def test_a_sheet_whose_ways_are_alike_gets_no_stage() -> None:
     data = both_ways(1.0, (0.0, 0.4, 0.8, 1.2, 1.6))
     comparison = compare(data, Settings(models=("bingham",)))
@@ -169,6 +170,7 @@ def of_an_oil_damper(seed: int) -> Dataset:
     return points_of(np.zeros(slip.size), slip, effort)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", slow_behind(1, [2, 3, 4]))
 def test_knees_are_found_in_a_sheet_without_a_field(seed: int) -> None:
     data = of_an_oil_damper(seed)

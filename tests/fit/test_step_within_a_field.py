@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import recording_from_arrays
 from erclutch.logs.dataset import build_dataset
 
 
+@pytest.mark.slow
 def test_a_threshold_on_a_middle_field_stands_in_for_a_level() -> None:
     """It tied with Bingham's law on MADE-UP rows at three fields, and erred by 10 times the noise at a fourth."""
     rng = np.random.default_rng(2)

@@ -79,6 +79,7 @@ def structure(stages: str, law: str = "bingham", device: Any = "single") -> Stru
     return Structure(device, law, law_from_name(law, device), stages, friction=True, offset=True)
 
 
+@pytest.mark.slow
 def test_known_numbers_are_found_in_kelvin() -> None:
     found = {e.name: e for e in fit_structure(log(), structure("arrhenius+softening")).estimates}
     assert found["B_eta"].unit == "K"
@@ -207,11 +208,13 @@ def test_gaps_stay_gaps() -> None:
     assert to_kelvin(np.array([20.0, np.nan]), "°C", "x") == (1.0, 273.15)
 
 
+@pytest.mark.slow
 def test_a_log_without_the_column_is_refused(model: TorqueModel) -> None:
     with pytest.raises(ErclutchError, match="--temperature"):
         model.predict(replace(log(), extras={}))
 
 
+@pytest.mark.slow
 def test_it_comes_back_from_its_file_and_says_its_equation(model: TorqueModel) -> None:
     data, again = log(), model_from_dict(model.to_dict())
     np.testing.assert_array_equal(again.predict(data), model.predict(data))

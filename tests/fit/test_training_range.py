@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -39,6 +40,7 @@ def within(places: list[tuple[float, float]]) -> Dataset:
     return rows_at(800.0 * x[:, 0], 80.0 * x[:, 1] - 30.0)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.lists(ANY_PLACE, max_size=30), st.lists(ANY_PLACE, min_size=1, max_size=30))
 def test_near_is_a_sixteenth_of_the_range_and_an_eighth_is_far(
@@ -67,6 +69,7 @@ def split() -> tuple[Dataset, Mask]:
     return rows_at(field, rng.uniform(-30.0, 50.0, field.size)), field == 400.0
 
 
+@pytest.mark.slow
 def test_the_check_the_model_and_the_step_count_the_same_rows() -> None:
     data, test = split()
     finding = next(f for f in check(data, test) if f.subject == "coverage")

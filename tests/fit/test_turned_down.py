@@ -96,6 +96,7 @@ def test_a_row_that_is_no_better_is_not_told() -> None:
     assert "not recommended" not in verdict(comparison)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sound", [True, False])
 def test_the_verdict_tells_a_better_row_and_why_it_is_not_recommended(sound: bool) -> None:
     told = verdict(with_a_better_row(sound))
@@ -104,6 +105,7 @@ def test_the_verdict_tells_a_better_row_and_why_it_is_not_recommended(sound: boo
     assert told.endswith(f"there and is not recommended: {reason}.")
 
 
+@pytest.mark.slow
 def test_the_report_tells_a_better_row_too(tmp_path: Path) -> None:
     run = read_run(write_run(tmp_path / "run", with_a_better_row(True), [logged()]))
     assert choice(material_of(run)).endswith("there and is not recommended: it is worse elsewhere.")

@@ -80,18 +80,21 @@ def bench(
     return joined(logs)
 
 
+@pytest.mark.slow
 def test_logs_have_fields_and_motions() -> None:
     logs = groups_of(bench())
     assert list(logs.field) == [0, 1, 2, 3] * 3
     assert list(logs.motion) == [0] * 4 + [1] * 4 + [2] * 4
 
 
+@pytest.mark.slow
 def test_fields_that_change_within_logs_are_no_groups() -> None:
     data = bench()
     switched = replace(data.elements[0], field=np.where(np.arange(data.rows) % 50 < 25, 1.0, 0.0))
     assert set(groups_of(replace(data, elements=(switched,))).field) == {0}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fields", [FIELDS, FIELDS[:3]])
 def test_both_colours_of_the_chessboard_have_all_fields_and_all_motions(
     fields: tuple[float, ...],
@@ -104,6 +107,7 @@ def test_both_colours_of_the_chessboard_have_all_fields_and_all_motions(
         assert {logs.motion[k] for k in own} == set(logs.motion)
 
 
+@pytest.mark.slow
 def test_whole_fields_and_whole_motions_are_left_out_where_there_are_such() -> None:
     data = bench()
     parts = parts_of_training(data)
@@ -156,6 +160,7 @@ def test_each_of_two_logs_of_two_motions_is_left_out(
         assert not parts.further
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "fields", [(0.0, 0.2, 0.4, 0.7, 1.0), (0.0, 0.5, 1.0), (0.2, 0.4, 0.7, 1.0)]
 )
@@ -179,6 +184,7 @@ def test_a_memory_is_found_whatever_the_order_of_the_logs() -> None:
     assert rungs[1].error < 0.5 * rungs[0].error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "stages", ["lag", "rise-fall+lugre/field", "two-lags+dahl-2", "lugre+effort-lag"]
 )
@@ -357,6 +363,7 @@ def test_another_law_gets_the_memory_where_logs_have_fields_of_their_own() -> No
     assert remembering[0] != remembering[-1]  # the last is the richest rung of the search
 
 
+@pytest.mark.slow
 def test_a_refit_keeps_the_numbers_that_are_held() -> None:
     data = bench(rows=100, saturates_at=0.5)
     law = law_from_name("bingham/saturating", "single")
@@ -369,6 +376,7 @@ def test_a_refit_keeps_the_numbers_that_are_held() -> None:
     assert free.shape["n"] != pytest.approx(model.shape["n"], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_a_refit_ends_at_its_minimum() -> None:
     """Dead time and time constant of a lag trade off: Gauss and Newton alone stopped 4e-6 of the cost above."""
     columns = synthetic_log(3.0)
@@ -471,6 +479,7 @@ def of_known_errors(name: str, freedom: int, errors: Array) -> Any:
     return SimpleNamespace(candidate=SimpleNamespace(refit=lambda *rows: outcome), outcome=outcome)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("last_block", "taken"), [(0.6, "network"), (0.8, "law")])
 def test_a_network_that_loses_a_quiet_block_of_a_log_can_be_chosen(
     last_block: float, taken: str
@@ -505,6 +514,7 @@ def test_a_network_has_to_be_worth_its_freedom_where_no_law_is_sound() -> None:
     assert choice.recommended == "bingham+dahl"
 
 
+@pytest.mark.slow
 def test_states_run_through_a_block_that_a_fit_leaves_out() -> None:
     """A travel that began anew behind the block would make another stiffness of it, SYNTHETIC."""
     t = PERIOD * np.arange(800)
@@ -532,6 +542,7 @@ def test_states_run_through_a_block_that_a_fit_leaves_out() -> None:
     assert not unknown_start(bent, data)
 
 
+@pytest.mark.slow
 def test_columns_at_some_rows_are_those_rows_of_the_columns() -> None:
     data = bench(rows=100)
     law = Structure("single", "bingham", law_from_name("bingham"), "lag+dahl", True, True)

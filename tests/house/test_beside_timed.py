@@ -11,6 +11,8 @@ import pytest
 
 from tests.support.beside_timed import give_way
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).resolve().parents[2]
 TESTS = """
 import os
@@ -44,7 +46,6 @@ def test_a_process_gives_way() -> None:
     assert done.stdout == b"True\n"
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "SCHED_IDLE"), reason="needs the scheduler of Linux")
 @pytest.mark.parametrize(("timed", "other"), [(True, True), (False, True), (True, False)])
 def test_what_fails_alone_or_among_the_others_fails(

@@ -44,21 +44,25 @@ def test_no_arrow_points_up(house: Any) -> None:
     assert list(house.arrows_up) == []
 
 
+@pytest.mark.slow
 def test_no_function_is_long(house: Any) -> None:
     lengths = [length for length, _ in house.functions]
     assert lengths[-1] <= 100, house.functions[-1]
 
 
+@pytest.mark.slow
 def test_no_file_is_long(house: Any) -> None:
     assert house.longest_file[0] <= 450, house.longest_file
 
 
+@pytest.mark.slow
 def test_a_logs_way_is_short_past_the_rules_of_reading(house: Any) -> None:
     stays = house.way_of_a_log
     assert len(stays) <= 30, stays
     assert len(stays) - len(set(stays)) <= 10, stays
 
 
+@pytest.mark.slow
 def test_tests_need_no_study() -> None:
     """What both need stands in tests/support; `studies` are not shipped with the tests."""
     own = {"test_house.py", "test_mutate.py", "test_study_of_formats.py"}  # of the study itself
@@ -70,10 +74,12 @@ def test_tests_need_no_study() -> None:
     assert takers <= own
 
 
+@pytest.mark.slow
 def test_modules_are_imported_by_name(house: Any) -> None:
     assert {place.rpartition(":")[0] for place in house.import_tricks} <= TRICKS
 
 
+@pytest.mark.slow
 def test_no_module_needs_one_that_needs_it(house: Any) -> None:
     assert house.circles(lazy=False) == []
     assert house.circles(lazy=True) == []
@@ -83,6 +89,7 @@ def test_no_c_file_needs_one_that_needs_it(house: Any) -> None:
     assert house.c_circles() == []
 
 
+@pytest.mark.slow
 def test_no_two_classes_share_a_name(house: Any) -> None:
     assert house.shared_classes == {}
 
@@ -91,10 +98,12 @@ def test_no_two_modules_share_a_name(house: Any) -> None:
     assert house.shared_stems == {}
 
 
+@pytest.mark.slow
 def test_few_ask_of_which_kind_a_model_is(house: Any) -> None:
     assert len(house.model_kinds) <= 5
 
 
+@pytest.mark.slow
 def test_the_alias_of_arrays_stands_once(house: Any) -> None:
     assert house.places(r"^Array(: TypeAlias)? = NDArray\[np\.float64\]") == ["signals/array.py:8"]
 
@@ -155,6 +164,7 @@ def test_the_code_is_without_what_is_said(small: Any) -> None:
     assert small.places("import_module") == ["one/first.py:2", "one/first.py:7"]
 
 
+@pytest.mark.slow
 def test_a_logs_way_is_counted_past_the_rules_of_a_table_and_through_them(tmp_path: Path) -> None:
     files = {
         "logs/read_logs.py": (

@@ -54,6 +54,7 @@ def test_c_is_changed_outside_comments_and_texts(tmp_path: Path) -> None:
     assert mutants(tmp_path, source, ".c") == [source.replace("&&", "||")]
 
 
+@pytest.mark.slow
 def test_a_longer_sample_begins_with_the_shorter_one() -> None:
     long = study.sample(ROOT, ["signals", "live"], seed=3, count=20)
     assert study.sample(ROOT, ["signals", "live"], seed=3, count=8) == long[:8]
@@ -61,6 +62,7 @@ def test_a_longer_sample_begins_with_the_shorter_one() -> None:
     assert {mutant["room"] for mutant in long} == {"signals", "live"}
 
 
+@pytest.mark.slow
 def test_the_tests_that_call_a_function_meet_its_mutants() -> None:
     text = (
         "class A:\n    def f(self):\n        def g():\n            return 1\n        return g\n\n\n"
@@ -86,6 +88,7 @@ def test_the_tests_that_call_a_function_meet_its_mutants() -> None:
     assert study.tests_of(ROOT, mutant, seen) == files
 
 
+@pytest.mark.slow
 def test_where_no_test_of_the_room_imports_a_module_others_that_do_count() -> None:
     files = study.files_of(ROOT, "fit", ROOT / study.PACKAGE / "fit/networks/exchange.py")
     assert files[0] == "tests/models/networks/test_exchange.py"

@@ -79,6 +79,7 @@ def test_every_law_is_in_the_readme() -> None:
         assert f"`{name}`" in README, name
 
 
+@pytest.mark.slow
 def test_rooms_import_what_the_architecture_says() -> None:
     text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `(\w+)` \|[^|]*\| ([^|]*) \|$", text, re.MULTILINE)

@@ -46,6 +46,7 @@ def test_names_and_owners_are_taken_from_the_text_and_found_again() -> None:
     assert not like_reserved("you/afridata", owners, names)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not RESERVED.exists(), reason="needs ../shared/reserved.md, which is not part of the project"
 )

@@ -59,6 +59,7 @@ def listed() -> dict[str, dict[str, Any]]:
     }
 
 
+@pytest.mark.slow
 def test_the_bill_lists_each_package_that_runs_in_its_locked_version() -> None:
     lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
     pins = {
@@ -83,6 +84,7 @@ def test_the_bill_lists_each_package_that_runs_in_its_locked_version() -> None:
     assert BILL["bomFormat"] == "CycloneDX"
 
 
+@pytest.mark.slow
 def test_what_only_an_extra_needs_is_optional() -> None:
     always = needed("erclutch", frozenset(), set())
     for name, part in listed().items():

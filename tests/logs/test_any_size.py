@@ -94,6 +94,7 @@ def test_kept_stretches_are_rows_of_the_whole_log(tmp_path: Path) -> None:
     assert seen[-1] == ("reading 2.parquet", 2 * N, 2 * N)
 
 
+@pytest.mark.slow
 def test_what_is_said_of_a_log_in_blocks_is_what_its_recording_says(tmp_path: Path) -> None:
     path = written(tmp_path / "a.parquet", log_columns())
     (recording,) = Reading().read(path, "single")
@@ -104,6 +105,7 @@ def test_what_is_said_of_a_log_in_blocks_is_what_its_recording_says(tmp_path: Pa
     assert log.duration == pytest.approx(recording.duration, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_tasks_begin_behind_gaps(tmp_path: Path) -> None:
     path = written(tmp_path / "a.parquet", log_columns())
     (log,) = read_rows([path], Reading(), memory=memory_for(20_000)).in_blocks
@@ -128,6 +130,7 @@ def test_logs_of_which_nothing_is_kept_are_no_sources(tmp_path: Path) -> None:
     assert [rows.in_blocks[k].name for k in rows.numbers] == list(rows.data.sources)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_a_format_that_is_read_whole_is_kept_in_stretches_too(tmp_path: Path) -> None:
     from scipy.io import savemat
@@ -159,6 +162,7 @@ def test_what_logs_in_blocks_cannot_have(tmp_path: Path) -> None:
         read_rows([tmp_path / "none.csv"], Reading(), memory=few)
 
 
+@pytest.mark.slow
 def test_logs_in_blocks_that_differ_by_an_unlogged_field_are_asked_about(tmp_path: Path) -> None:
     paths: list[Path] = []
     for duty in (10, 50):

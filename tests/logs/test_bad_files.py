@@ -108,6 +108,7 @@ def test_no_permission() -> None:
     assert "the file cannot be read (Permission denied). Check its permissions" in message
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize(
     ("suffix", "problem"),

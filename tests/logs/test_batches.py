@@ -54,6 +54,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rows", "starts"), [(10_000, [0, 10_000]), (13_000, [0]), (40_000, [0])])
 def test_all_rows_once_and_in_order(log: Path, rows: int, starts: list[int]) -> None:
     """The last rows, fewer than two batches and a margin, come together."""
@@ -73,6 +74,7 @@ def test_all_rows_once_and_in_order(log: Path, rows: int, starts: list[int]) -> 
     assert at == N
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["savgol", "kalman"])
 def test_speeds_run_over_the_edges(log: Path, name: Any) -> None:
     derivative = Derivative(name)
@@ -94,6 +96,7 @@ def test_speeds_run_over_the_edges(log: Path, name: Any) -> None:
     assert together.source_rows == ((0, N),)
 
 
+@pytest.mark.slow
 def test_rows_cut_out_of_a_block_say_whether_they_go_on(log: Path) -> None:
     data = build_dataset([read(log)])  # the gap is before row 13,001
     assert [
@@ -111,6 +114,7 @@ def test_rows_cut_out_of_a_block_say_whether_they_go_on(log: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_some_rows_of_a_file_are_read_as_in_the_whole_file(log: Path) -> None:
     derivative = Derivative()
     whole = build_dataset([read(log)], derivative=derivative)
@@ -142,6 +146,7 @@ def test_a_rate_counts_on_from_batch_to_batch(tmp_path: Path) -> None:
         np.testing.assert_allclose(batch.recording.time, batch.rows / 500.0)
 
 
+@pytest.mark.slow
 def test_missing_values_are_named_with_their_rows_or_dropped(tmp_path: Path) -> None:
     of = columns()
     of["effort [N*m]"] = np.where(
@@ -162,6 +167,7 @@ def test_missing_values_are_named_with_their_rows_or_dropped(tmp_path: Path) -> 
     )
 
 
+@pytest.mark.slow
 def test_stretches_without_a_row_are_left_out_unless_all_are(tmp_path: Path) -> None:
     of = columns()
     of["effort [N*m]"] = np.where(np.arange(N) >= 9_000, np.nan, of["effort [N*m]"])

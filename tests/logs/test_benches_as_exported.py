@@ -98,6 +98,7 @@ def test_a_second_stamp_that_differs_is_not_left_out(tmp_path: Path) -> None:
     assert not any("repeats" in note for note in plan.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "above",
     [
@@ -147,6 +148,7 @@ def test_words_that_change_from_row_to_row_are_not_left_out(tmp_path: Path) -> N
     assert "reading" not in read_table(path).columns
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "names", ["Torque:{:.4f},RPM:{:.1f},Current:{:.2f}", "T={:.4f} w={:.1f} I={:.2f}"]
 )
@@ -164,6 +166,7 @@ def test_a_serial_monitor_stamps_lines_that_name_their_values(tmp_path: Path, na
     assert table.clock[-1] == pytest.approx(2.99)
 
 
+@pytest.mark.slow
 def test_the_specimens_of_a_testing_machine_are_logs_below_their_results(tmp_path: Path) -> None:
     lines = [
         "Results Table 1,,",

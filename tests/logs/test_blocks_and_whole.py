@@ -14,6 +14,8 @@ from erclutch.errors import LogError
 from erclutch.logs import read, read_batches
 from tests.support.slow_params import slow_but
 
+pytestmark = pytest.mark.slow
+
 TIME = np.arange(12_000) / 1000
 SPEED = 5 * np.sin(9 * TIME)
 TORQUE = np.tanh(SPEED)

@@ -78,6 +78,7 @@ def test_each_limit_is_told_with_its_number() -> None:
         held.take_text(TEXT + 1)
 
 
+@pytest.mark.slow
 def test_a_user_may_allow_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "wide.csv"
     path.write_text(("1," * 200 + "1\n") * 2, encoding="utf-8")
@@ -116,6 +117,7 @@ def test_little_address_space_gives_one_error_and_no_hang(tmp_path: Path, mib: i
         )
 
 
+@pytest.mark.slow
 def test_what_takes_longer_than_its_time_is_told_in_any_thread() -> None:
     said: list[str] = []
 

@@ -28,6 +28,7 @@ def table_of_messages(path: Path, brackets: str, names: str, joints: int = 3) ->
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("brackets", ["()", "[]"])
 def test_lists_in_cells_are_columns_of_joints(tmp_path: Path, brackets: str) -> None:
     table = read_table(table_of_messages(tmp_path / "a.csv", brackets, "['hip', 'knee', 'foot']"))
@@ -40,12 +41,14 @@ def test_lists_in_cells_are_columns_of_joints(tmp_path: Path, brackets: str) -> 
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", ["['hip', 'knee']", "['hip', 'hip', 'foot']", "[]"])
 def test_lists_whose_places_have_no_names_are_numbered(tmp_path: Path, names: str) -> None:
     table = read_table(table_of_messages(tmp_path / "a.csv", "()", names))
     assert np.array_equal(table.columns["velocity_2"], SPEEDS[1])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "broken", slow_behind(2, ["(0.1, 0.2)", "(0.1, x, 0.2)", "", "(0.1, 0.2, 0.3"])
 )

@@ -182,6 +182,7 @@ def test_sensors_above_names_that_differ_change_no_name(tmp_path: Path) -> None:
     assert list(table.columns) == ["Time", "Speed", "Torque", "Current"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("setting", ["Current: {} A", "Coil current,{},A", "Strom = {} A"])
 def test_tables_below_each_other_have_the_field_that_stands_above_each(
     tmp_path: Path, setting: str
@@ -195,6 +196,7 @@ def test_tables_below_each_other_have_the_field_that_stands_above_each(
     assert plan.constants["field"] == 0.5
 
 
+@pytest.mark.slow
 def test_what_stands_above_the_first_table_alone_is_no_setting_of_it(tmp_path: Path) -> None:
     text = "Current: 0.7 A\n"
     for _ in range(2):
@@ -317,6 +319,7 @@ def test_a_decimal_comma_in_the_name_of_a_file_is_read() -> None:
     assert constants_of("damper_{field}A", "damper_0,5A.csv") == {"field": (0.5, "A")}
 
 
+@pytest.mark.slow
 def test_the_same_motion_at_several_fields_is_no_copy(tmp_path: Path) -> None:
     from erclutch.errors import AlikeRecordingsError
 
@@ -413,6 +416,7 @@ def test_lines_with_a_key_in_front_say_what_the_channels_are(
     assert table.columns["Torque"][:2].tolist() == [2.5, 3.5]
 
 
+@pytest.mark.slow
 def test_channels_of_two_rates_are_no_columns_of_one_table(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text(keyed(";", {**FAMOS, "Delta-X": "20|10|20"}))
@@ -420,6 +424,7 @@ def test_channels_of_two_rates_are_no_columns_of_one_table(tmp_path: Path) -> No
         read_table(path)
 
 
+@pytest.mark.slow
 @given(text=st.text(alphabet='Kanal;,\t\n"0.5Einht', max_size=200))
 def test_any_text_may_have_lines_with_keys(text: str) -> None:
     changed, note = with_keyed_heads(text)

@@ -104,6 +104,7 @@ def test_larger_files_have_more_time_and_memory(tmp_path: Path, reader: str) -> 
     assert budget.size_of(tmp_path / "none") == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("how", "said"),
     [
@@ -131,6 +132,7 @@ def test_each_failure_is_a_line(reader: str, tmp_path: Path, how: str, said: str
         )
 
 
+@pytest.mark.slow
 def test_a_log_that_became_a_pipe_is_a_line(reader: str, tmp_path: Path) -> None:
     """Nobody fills it, so to open it had no end: the child was killed after minutes."""
     os.mkfifo(tmp_path / "a.mat")
@@ -191,6 +193,7 @@ def test_no_room_for_what_was_read_is_no_damage(
         child_process._answer(tmp_path, 0, b"", 1)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     not sys.platform.startswith("linux"), reason="only Linux ends a child with its parent"
 )

@@ -17,6 +17,8 @@ from erclutch.logs.read_logs import read_all
 from erclutch.logs.readers import child_process
 from tests.support.command import good
 
+pytestmark = pytest.mark.slow
+
 TIME = np.arange(80) / 100  # s
 LOG = {"t": TIME, "speed": np.sin(9 * TIME), "torque": np.cos(7 * TIME)}
 

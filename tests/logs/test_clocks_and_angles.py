@@ -95,6 +95,7 @@ def test_a_numbered_time_that_grows_evenly_is_proposed(tmp_path: Path, names: st
     assert plan.command().endswith(f' --time "{names.split(",")[0]} [s]"')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("above", "name", "counts", "period"),
     [
@@ -200,6 +201,7 @@ def test_a_time_since_1970_is_known_by_its_numbers(
     assert any("as a time since 1970 has them" in note for note in log.notes)
 
 
+@pytest.mark.slow
 def test_large_numbers_that_do_not_rise_or_have_a_unit_are_no_time(tmp_path: Path) -> None:
     for name, numbers in (("k", 1.7e9 + 100.0 * SPEED), ("k [N/m]", 1.7e9 + TIME)):
         columns = [numbers, SPEED * 1e3, FORCE, CURRENT]

@@ -94,6 +94,7 @@ def robot(rests: int = 0) -> dict[str, Array]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rests", "joint"), slow_behind(1, [(0, 0), (1, 1), (3, 3)]))
 def test_of_a_robot_without_torques_speed_and_current_of_the_first_joint_that_moves_are_proposed(
     tmp_path: Path, rests: int, joint: int
@@ -120,6 +121,7 @@ def test_the_entries_of_a_whole_matrix_are_no_field(names: list[str], settled: b
     assert (not planned(columns).questions) == settled
 
 
+@pytest.mark.slow
 def test_the_motion_of_another_joint_is_no_field_and_is_not_proposed_as_one() -> None:
     other = {"q2": 0.5 * np.cos(2 * TIME), "dq2": -np.sin(2 * TIME)}
     both = {
@@ -188,6 +190,7 @@ def test_laps_of_a_pin_on_a_disc_are_no_field() -> None:
     assert (plan.questions, field.column) == ((), "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "unit", "effort"),
     slow_behind(

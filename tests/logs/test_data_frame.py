@@ -61,6 +61,7 @@ def test_a_recording_made_of_arrays_is_copied_and_sent_to_other_processes() -> N
     assert np.array_equal(copy.deepcopy(data).effort, data.effort)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None)
 @given(st.lists(st.tuples(_TEXTS, st.sampled_from(sorted(_COLUMNS))), max_size=5))
 def test_any_columns_give_numbers_of_one_length_or_one_error(

@@ -223,6 +223,7 @@ def datasets(draw: st.DrawFn) -> Dataset:
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(data=datasets(), seed=st.integers(0, 2**32 - 1), share=st.floats(0, 1))
 def test_take_keeps_rows_spans_and_sources(data: Dataset, seed: int, share: float) -> None:
@@ -305,6 +306,7 @@ def test_patterns_that_leave_nothing_or_match_nothing() -> None:
         hold_out(data, ["*"])
 
 
+@pytest.mark.slow
 @given(rows=st.integers(40, 400), count=st.integers(2, 8))
 def test_blocks_put_each_row_into_one(rows: int, count: int) -> None:
     data = build_dataset(recording(rows))
@@ -490,6 +492,7 @@ def test_an_angle_that_starts_again_is_drawn_out(first: float) -> None:
     assert not any("full turn" in note for note in plain.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_stretches_held_out_are_like_the_log_and_lie_between_rows_that_are_fitted(
     seed: int,

@@ -298,6 +298,7 @@ def text_of(*columns: Array) -> list[str]:
     return [";".join(f"{each:.5g}" for each in row) for row in zip(*columns, strict=True)]
 
 
+@pytest.mark.slow
 def test_rows_with_decimal_commas_below_rows_with_points_are_read(tmp_path: Path) -> None:
     lines = text_of(TIME, DRAG, TURN, LEVELS)
     half = [line.replace(".", ",") for line in lines[N // 2 :]]
@@ -324,6 +325,7 @@ def test_a_row_with_both_marks_is_refused(tmp_path: Path, row: str) -> None:
         read(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["ms", "Millisecond"])
 def test_milliseconds_beside_a_date_and_whole_seconds_are_one_time(
     tmp_path: Path, name: str

@@ -12,6 +12,8 @@ import erclutch
 from erclutch.errors import LogError, MappingError
 from erclutch.signals.array import Array
 
+pytestmark = pytest.mark.slow
+
 TIME = np.arange(0.0, 20.0, 0.005)
 CURRENT = np.where(TIME < 10.0, 0.2, 1.0)
 SPEED = 0.2 * np.sin(2 * np.pi * 0.4 * TIME)

@@ -128,6 +128,7 @@ def test_waveforms_of_two_steps_are_left_as_they_are() -> None:
     assert with_steps_above(text) == (text, "")
 
 
+@pytest.mark.slow
 @given(text=st.text(alphabet="XCHt0123,.\t\nde la:Incremt Start", max_size=200))
 def test_any_text_may_have_lines_of_steps(text: str) -> None:
     said, note = with_steps_above(text)
@@ -180,6 +181,7 @@ def tidy(path: Path, names: str, form: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "form"),
     slow_behind(
@@ -199,6 +201,7 @@ def test_a_tidy_signal_in_two_units_is_brought_to_one(
     np.testing.assert_allclose(recording.signals["field"], CURRENT)
 
 
+@pytest.mark.slow
 def test_a_tidy_signal_in_units_of_two_quantities_is_no_column(tmp_path: Path) -> None:
     path = tidy(
         tmp_path / "long.csv", "time,quantity,unit,value", "{t:.3f},{name},{unit},{number:.8g}"
@@ -233,6 +236,7 @@ def workbook(path: Path, sheets: dict[str, tuple[list[str], list[Array]]]) -> Pa
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("unit", "in_unit"), slow_behind(1, [("s", 1.0), ("ms", 1e3)]))
 def test_a_field_in_another_sheet_is_asked_about_and_joined(
     tmp_path: Path, unit: str, in_unit: float
@@ -252,6 +256,7 @@ def test_a_field_in_another_sheet_is_asked_about_and_joined(
     assert np.count_nonzero(differs) < 0.05 * recording.rows  # a value is held until the next
 
 
+@pytest.mark.slow
 def test_a_field_in_a_sheet_without_a_time_is_told(tmp_path: Path) -> None:
     motion = (["Time (s)", "Speed (rad/s)", "Torque (Nm)"], [TIME, SPEED, TORQUE])
     path = workbook(

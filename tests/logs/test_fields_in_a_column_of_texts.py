@@ -10,6 +10,8 @@ import pytest
 from erclutch.logs import read_table
 from tests.support.command import run
 
+pytestmark = pytest.mark.slow
+
 ROWS = 100  # of each part
 TIME = np.arange(ROWS) / 100
 VELOCITY = 0.3 * np.sin(10.7 * TIME)

@@ -38,6 +38,7 @@ def folder_of(path: Path, efforts: Mapping[str, float]) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "pattern"),
     slow_behind(
@@ -64,6 +65,7 @@ def test_logs_that_names_alone_tell_apart_are_asked_about(
     assert "at the same slip" in refused("fit", "logs", cwd=tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "pattern"),
     slow_behind(
@@ -90,6 +92,7 @@ def test_fields_in_names_that_are_near_each_other_are_asked_about(
     good("inspect", "logs", "--field", "none", cwd=tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "names",
     [("brake_1.4", "brake_1.2", "brake_1.0"), ("run1", "run2", "run3"), ("b_1.4", "b_1.2", "b_1")],
@@ -101,6 +104,7 @@ def test_numbers_in_names_that_no_effort_rises_with_are_no_field(
     good("inspect", "logs", cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_logs_that_a_test_plan_alone_tells_apart_are_asked_about(tmp_path: Path) -> None:
     logs = folder_of(tmp_path / "logs", {"run1": 0.1, "run2": 0.6})
     (logs / "testplan.csv").write_text("run,current_A\n1,0\n2,0.5\n")
@@ -114,6 +118,7 @@ def test_logs_that_a_test_plan_alone_tells_apart_are_asked_about(tmp_path: Path)
     assert "Understood" in run("inspect", "logs", cwd=tmp_path).out
 
 
+@pytest.mark.slow
 def test_the_pattern_of_a_folder_tells_the_field(tmp_path: Path) -> None:
     for name, effort in (("I0", 0.1), ("I0.5", 0.6)):
         folder_of(tmp_path / name, {"run1": effort, "run2": 1.02 * effort})
@@ -134,6 +139,7 @@ def test_logs_of_like_efforts_have_one_field(tmp_path: Path, efforts: tuple[floa
     assert build_dataset(logs).rows == 800
 
 
+@pytest.mark.slow
 def test_noise_is_no_field(tmp_path: Path) -> None:
     paths = [brake(tmp_path / f"run{place}.csv", 0.0) for place in (1, 2)]
     noise = np.random.default_rng(1).normal(size=(2, TIME.size))
@@ -146,12 +152,14 @@ def test_noise_is_no_field(tmp_path: Path) -> None:
     assert build_dataset(list(map(read, paths))).rows == 800
 
 
+@pytest.mark.slow
 def test_logs_at_other_slips_are_not_compared(tmp_path: Path) -> None:
     fast = read(brake(tmp_path / "fast.csv", 2.0, speed=90.0))
     slow = read(brake(tmp_path / "slow.csv", 0.1, speed=3.0))
     assert build_dataset([fast, slow]).rows == 800
 
 
+@pytest.mark.slow
 def test_who_says_that_there_is_no_field_is_not_asked(tmp_path: Path) -> None:
     paths = [brake(tmp_path / f"run{place}.csv", float(place)) for place in (1, 3)]
     assert build_dataset([read(path, field="none") for path in paths]).rows == 800
@@ -183,6 +191,7 @@ def test_a_unit_with_a_slash_names_no_folder() -> None:
     }
 
 
+@pytest.mark.slow
 def test_a_plan_and_a_calibration_are_no_logs(tmp_path: Path) -> None:
     logs = folder_of(tmp_path, {"0A": 0.1, "1A": 1.1, "2A": 2.1})
     (logs / "Plan.csv").write_text("file,current_A\n0A.csv,0\n1A.csv,1\n")
@@ -236,6 +245,7 @@ def test_a_log_without_a_field_beside_one_with_a_field_is_named(
         build_dataset([logs[place] for place in order])
 
 
+@pytest.mark.slow
 def test_hidden_files_and_locks_are_no_logs_and_packed_ones_are(tmp_path: Path) -> None:
     for name, effort in (("1A.csv", 1.1), ("2A.csv", 2.1)):
         text = brake(tmp_path / "logs" / name, effort).read_bytes()
@@ -250,6 +260,7 @@ def test_hidden_files_and_locks_are_no_logs_and_packed_ones_are(tmp_path: Path) 
     ]
 
 
+@pytest.mark.slow
 def test_one_log_without_a_field_beside_others_with_a_column_is_settled_by_one_command(
     tmp_path: Path,
 ) -> None:
@@ -296,6 +307,7 @@ PLANS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("plan", slow_behind(3, PLANS))
 @pytest.mark.parametrize(
     "effort", slow_behind(1, [0.6, 0.12]), ids=["far apart", "near each other"]
@@ -317,6 +329,7 @@ def test_the_fields_of_a_plan_beside_logs_are_offered_and_one_command_takes_them
     assert fields == [{0.0}, {0.5}]
 
 
+@pytest.mark.slow
 def test_files_of_settings_that_are_called_like_logs_tell_their_fields(tmp_path: Path) -> None:
     logs = folder_of(tmp_path / "logs", {"a": 0.1, "b": 0.6})
     for name, amperes in (("a", 0), ("b", 0.5)):
@@ -343,6 +356,7 @@ def test_a_mapping_file_names_the_logs_whose_fields_nothing_says(tmp_path: Path)
     assert set(read(logs / "high.csv").signals["field"]) == {0.5}
 
 
+@pytest.mark.slow
 def test_fields_in_names_without_one_pattern_go_into_a_mapping_file(tmp_path: Path) -> None:
     folder_of(tmp_path / "logs", {"b_0A_slow": 0.1, "b_0.5A_fast": 0.6, "b_1A_slow": 1.1})
     # The pattern of one name was printed, which no other name has.
@@ -353,6 +367,7 @@ def test_fields_in_names_without_one_pattern_go_into_a_mapping_file(tmp_path: Pa
     assert '"b_0.5A_fast.csv" = "0.5 A"' in (tmp_path / "logs/erclutch.toml").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_a_log_whose_name_tells_nothing_has_its_field_filled_in(tmp_path: Path) -> None:
     folder_of(tmp_path / "logs", {"off": 0.1, "on_500mA": 0.6, "on_1A": 1.1})
     last = good("inspect", "logs", cwd=tmp_path, code=1).splitlines()[-1]

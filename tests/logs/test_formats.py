@@ -415,6 +415,7 @@ def test_several_lists_of_json_are_several_recordings(tmp_path: Path) -> None:
     assert read_table(path, variable="run2").rows == 12
 
 
+@pytest.mark.slow
 def test_a_list_of_settings_beside_lists_of_rows_blocks_none_of_them(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     settings = [{"k": k, "gap": 1.0} for k in range(20)]
@@ -430,6 +431,7 @@ def test_a_list_of_settings_beside_lists_of_rows_blocks_none_of_them(tmp_path: P
         read_all(path, ColumnMap())
 
 
+@pytest.mark.slow
 def test_dates_of_json_are_a_clock_and_equal_ends_keep_their_whole_names(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     rows = [
@@ -496,6 +498,7 @@ def test_each_reader_says_whether_it_tells_damage(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("kind", ["scan", "course"])
 def test_a_topic_of_long_lists_beside_one_of_numbers_is_left_out(tmp_path: Path, kind: str) -> None:

@@ -119,6 +119,7 @@ def test_a_radius_of_a_load_cell_makes_a_torque_of_its_force(
     assert '--scale "effort=0.15 N*m/N"' in said
 
 
+@pytest.mark.slow
 def test_a_load_cell_at_a_radius_without_a_unit_stays_as_logged(tmp_path: Path) -> None:
     said = command(
         tmp_path, "# Load cell at r = 0.15 m", {"speed [rad/s]": SPEED, "Load cell": TORQUE}

@@ -45,6 +45,7 @@ def test_rows_at_each_level_stand_one_after_another(tmp_path: Path, header: str)
         assert recording.signals["effort"][start:stop] == pytest.approx(force, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("over", [",,0 A,1 A", "Current [A],,0,1"])
 def test_efforts_that_share_a_motion_are_a_log_each(tmp_path: Path, over: str) -> None:
     header = f"{over}\nt (s),velocity (m/s),force (N),force (N)"
@@ -54,6 +55,7 @@ def test_efforts_that_share_a_motion_are_a_log_each(tmp_path: Path, over: str) -
     assert [float(log.signals["field"][0]) for log in logs] == [0.0, 1.0]
 
 
+@pytest.mark.slow
 def test_names_of_a_current_without_a_unit_are_levels(tmp_path: Path) -> None:
     header = "Current,0,0,1,1\n,velocity,force,velocity,force"
     last = run("inspect", sheet(tmp_path, header).name, cwd=tmp_path).out.splitlines()[-1]
@@ -61,6 +63,7 @@ def test_names_of_a_current_without_a_unit_are_levels(tmp_path: Path) -> None:
     assert "none" not in last.partition("--field")[2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("over", [",Run 1,Run 1,Run 2,Run 2", "Test,1,,2,", ",Front,,Rear,"])
 def test_headings_that_are_no_field_are_asked_about(tmp_path: Path, over: str) -> None:
     header = f"{over}\nTime (s),velocity (m/s),force (N),velocity (m/s),force (N)"
@@ -69,6 +72,7 @@ def test_headings_that_are_no_field_are_asked_about(tmp_path: Path, over: str) -
     assert "force, " in said.out or "force [N], " in said.out
 
 
+@pytest.mark.slow
 def test_a_unit_below_the_first_name_is_no_name(tmp_path: Path) -> None:
     header = "x,velocity,force,F2,F3\nmm,,,,"
     said = run("inspect", sheet(tmp_path, header).name, cwd=tmp_path).out

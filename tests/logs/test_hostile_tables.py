@@ -73,6 +73,7 @@ def test_a_line_that_may_be_a_title_takes_the_time_of_its_length(line: str) -> N
     assert within(process_time() - begun, MOST_SECONDS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["1" + " " * SIZE + "x", "1" * SIZE + "x"])
 def test_a_remark_of_a_field_takes_the_time_of_its_length(text: str) -> None:
     columns = {"w": np.arange(9.0), "torque": np.arange(9.0) ** 2}

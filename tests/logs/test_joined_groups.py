@@ -129,6 +129,7 @@ def test_a_slow_channel_that_ends_long_before_still_ends_the_log() -> None:
     assert any("3499 rows of quick before or after the others left out" in n for n in joined.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_a_file_of_two_rates_is_one_log(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"

@@ -131,6 +131,7 @@ def test_of_several_joints_each_has_its_columns(tmp_path: Path) -> None:
     assert shlex.split(plan.command())[3:] == ["--slip", "knee.velocity", "--effort", "knee.effort"]
 
 
+@pytest.mark.slow
 def test_joints_that_come_in_another_order_keep_their_columns() -> None:
     names = [["hip", "knee"], ["knee", "hip"]]
     table = table_of(bag([state(row, names[row % 2]) for row in range(ROWS)]))
@@ -139,6 +140,7 @@ def test_joints_that_come_in_another_order_keep_their_columns() -> None:
     assert np.array_equal(table.columns["knee.effort"], EFFORT * (3 - share))
 
 
+@pytest.mark.slow
 def test_a_joint_that_some_messages_lack_is_missing_there() -> None:
     table = table_of(
         bag([state(row, ["hip", "knee"] if row % 2 else ["hip"]) for row in range(ROWS)])
@@ -243,6 +245,7 @@ def lerobot(joints: int, kind: Any) -> Any:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize(
     "kind", [pa.list_(pa.float64()), pa.list_(pa.float64(), 3), pa.large_list(pa.float64())]

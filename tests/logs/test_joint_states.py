@@ -9,6 +9,8 @@ import pytest
 
 from erclutch.logs import read, read_table
 
+pytestmark = pytest.mark.slow
+
 TIME = np.arange(400) / 200.0
 SPEED = np.round(5.0 * np.sin(6.0 * TIME), 6)
 PLACE = np.round(-5.0 / 6.0 * np.cos(6.0 * TIME), 6)

@@ -76,6 +76,7 @@ def answered(plan: Plan) -> Plan:
     return plan_of(read_table(plan.path), ColumnMap.from_dict({"columns": told}))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moving", slow_behind(1, [1, 3, 6]))
 def test_of_several_joints_the_one_that_moves_is_proposed_and_one_command_settles_it(
     tmp_path: Path, moving: int
@@ -86,6 +87,7 @@ def test_of_several_joints_the_one_that_moves_is_proposed_and_one_command_settle
     assert not answered(plan).questions
 
 
+@pytest.mark.slow
 def test_the_joint_in_the_name_of_the_file_is_proposed_first(tmp_path: Path) -> None:
     plan = planned(saved(tmp_path / "friction_joint_5.npz", robot(2)))
     assert '--slip "qd_5" --effort "tau_measured_5"' in plan.command()
@@ -325,6 +327,7 @@ def tdms(path: Path, starts: list[float], values: list[np.ndarray], **properties
     return path
 
 
+@pytest.mark.slow
 def test_channels_that_were_started_within_a_sample_are_on_one_clock(tmp_path: Path) -> None:
     values = [RATE, np.tanh(RATE), np.ones(TIME.size)]
     path = tdms(tmp_path / "a.tdms", [0.0, 14e-6, 28e-6], values)
@@ -425,6 +428,7 @@ def test_a_bag_of_ros_1_is_read_and_lists_beside_names_are_columns_of_joints(
     assert not answered(plan).questions
 
 
+@pytest.mark.slow
 def test_messages_that_hold_a_batch_each_are_rows_on_their_own_milliseconds(tmp_path: Path) -> None:
     fields = (
         "float64[] milliseconds\nfloat64[] position\nfloat64[] velocity\nfloat64[] applied_torque"
@@ -624,6 +628,7 @@ def test_currents_of_as_many_joints_as_torques_are_no_field(tmp_path: Path) -> N
     assert not plan_of(read_table(path), told_by(plan)).questions
 
 
+@pytest.mark.slow
 def test_the_motion_of_the_joint_goes_with_its_torque_where_the_motor_in_front_of_the_gear_is_logged_too(
     tmp_path: Path,
 ) -> None:
@@ -701,6 +706,7 @@ def written_csv(folder: Path, columns: dict[str, np.ndarray]) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_torques_that_the_drives_of_a_robot_estimate_are_offered_where_none_was_measured(
     tmp_path: Path,
 ) -> None:

@@ -219,6 +219,7 @@ def test_any_document_is_read_or_refused(
     assert len({values.size for values in table.columns.values()}) == 1
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(
     form=st.sampled_from(list(FORMS)),
@@ -326,6 +327,7 @@ def test_rows_under_their_numbers_as_pandas_writes_them_are_rows(
     assert table.columns["torque"].tolist() == TORQUE
 
 
+@pytest.mark.slow
 def test_objects_of_one_set_of_keys_that_are_no_numbers_are_no_rows(tmp_path: Path) -> None:
     joints = {name: {f"q{k}": 0.1 * k for k in range(40)} for name in ("left", "right")}
     path = tmp_path / "a.json"

@@ -120,12 +120,14 @@ def test_words_with_numbers_behind_them_are_no_rows(head: bytes) -> None:
     assert not READER.claims(head)
 
 
+@pytest.mark.slow
 def test_a_time_that_is_called_as_a_torque_is_proposed_as_the_time(tmp_path: Path) -> None:
     written(tmp_path / "serial.txt", "T{t:.2f} F{f:.3f} v{w:.3f}")
     said = good("inspect", "serial.txt", cwd=tmp_path, code=1).splitlines()[-1]
     assert '--time "T [s]"' in said
 
 
+@pytest.mark.slow
 @given(st.text(st.sampled_from("ab:=,; \t1.2e-\n"), max_size=300))
 def test_any_text_is_claimed_or_not(text: str) -> None:
     READER.claims(text.encode())

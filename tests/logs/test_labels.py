@@ -216,6 +216,7 @@ def test_a_header_in_cells_states_a_number_with_its_unit(line: str, pair: dict[s
     assert header_pairs([line]) == pair
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sign", slow_behind(3, ['"', "1", ".", ",", '",', "1,", "\t", "a", " "]))
 def test_a_long_line_of_a_header_takes_no_long_time(sign: str) -> None:
     begun = time.process_time()

@@ -254,6 +254,7 @@ def test_positions_of_a_valve_in_both_senses_are_rows_of_their_own(tmp_path: Pat
     assert np.count_nonzero(slip < 0.0) == 2 * speed.size
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_the_command_about_sheets_that_differ_by_clicks_is_one_that_goes_on(tmp_path: Path) -> None:
     book = Workbook()
@@ -400,6 +401,7 @@ def test_soft_and_hard_pieces_of_a_material_are_no_levels(tmp_path: Path) -> Non
     assert "specimen" in read_table(path).words
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["F@{}A", "F @ {} A", "F_{}A"])
 def test_forces_at_levels_in_one_time_are_logs_at_their_fields(tmp_path: Path, name: str) -> None:
     time = np.arange(60) / 100

@@ -42,6 +42,7 @@ def test_other_numbers_state_it(name: str, field: float) -> None:
     assert not open_field_in(name)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("names", [("F_0A", "F_05A", "F_1A"), ("F_0A", "F_0_5A", "F_1A")])
 def test_variables_without_a_point_are_asked_about(tmp_path: Path, names: tuple[str, ...]) -> None:
@@ -60,6 +61,7 @@ def test_variables_without_a_point_are_asked_about(tmp_path: Path, names: tuple[
     assert [float(log.signals["field"][0]) for log in logs] == [*FIELDS]
 
 
+@pytest.mark.slow
 def test_a_file_whose_name_lacks_the_point_is_asked_about(tmp_path: Path) -> None:
     for name, field in zip(("b_0A", "b_05A", "b_1A"), FIELDS, strict=True):
         rows = "".join(
@@ -82,6 +84,7 @@ def test_points_at_a_level_without_a_point_are_not_put_under_another_level(tmp_p
     assert [*read_table(path).columns] == ["speed", "T_0A", "T_05A", "T_1A"]
 
 
+@pytest.mark.slow
 def test_numbers_in_two_units_are_all_left_to_the_user(tmp_path: Path) -> None:
     # The unit behind the last of them would be that of all.
     fields = {"off": 0.0, "on_500mA": 0.5, "on_1A": 1.0}

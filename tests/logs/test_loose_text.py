@@ -88,6 +88,7 @@ def test_whatever_the_text_no_number_is_made_up(text: str) -> None:
     assert (apart != text) == bool(note)
 
 
+@pytest.mark.slow
 def test_a_long_line_of_brackets_takes_time_of_its_length(tmp_path: Path) -> None:
     path = tmp_path / "hostile.csv"
     path.write_text("[" * 200_000 + "\n" + "[ " * 100_000)
@@ -142,6 +143,7 @@ def test_a_table_that_labview_wrote_without_headers_is_a_table(tmp_path: Path) -
     assert np.allclose(np.column_stack([*read_table(path).columns.values()]), ROWS, atol=1e-6)
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 3), min_size=2, max_size=8),
     st.sampled_from([" ", ", ", "\t"]),

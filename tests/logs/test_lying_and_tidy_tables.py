@@ -60,6 +60,7 @@ def test_rows_with_a_name_that_are_no_signals_stay_rows(tmp_path: Path) -> None:
     assert read_table(written(tmp_path, text)).rows == 12
 
 
+@pytest.mark.slow
 @given(st.text(max_size=300))
 def test_any_text_is_set_upright_or_left_alone(text: str) -> None:
     again, note = upright(text)
@@ -95,6 +96,7 @@ def test_the_signals_of_a_tidy_table_with_times_of_their_own_are_joined_at_those
     assert not plan_of(table, ColumnMap()).questions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("id_of", [lambda name: f"0x{len(name):03X}", lambda name: str(len(name))])
 def test_the_number_of_a_message_is_no_signal_of_a_tidy_table(
     tmp_path: Path, id_of: Callable[[str], str]
@@ -134,6 +136,7 @@ def test_a_tidy_table_that_cannot_be_joined_is_left_as_it_is(
     assert "signal" in table.words
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delimiter", [" ", "\t", ","])
 def test_rows_of_numbers_wider_than_any_log_are_columns(tmp_path: Path, delimiter: str) -> None:
     long = np.arange(1500) / 100
@@ -147,11 +150,13 @@ def test_rows_of_numbers_wider_than_any_log_are_columns(tmp_path: Path, delimite
     assert plan_of(table, ColumnMap()).questions  # names say nothing
 
 
+@pytest.mark.slow
 def test_rows_of_numbers_no_wider_than_a_log_stay_rows(tmp_path: Path) -> None:
     lines = [" ".join(str(k * m) for k in range(200)) for m in range(1, 13)]
     assert read_table(written(tmp_path, "\n".join(lines) + "\n", "log.txt")).rows == 12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("word", slow_behind(2, ["OL", "-OL", "OVLD", "ovld", "OVRNG"]))
 def test_a_reading_beyond_the_range_of_its_meter_is_missing_and_told(
     tmp_path: Path, word: str

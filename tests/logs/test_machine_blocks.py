@@ -69,6 +69,7 @@ def test_a_line_of_units_is_no_line_of_names_where_sensors_are_called_by_numbers
     assert plan.clock.column == "Laufzeit"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("below", [False, True])
 def test_the_ends_of_the_ranges_beside_a_test_are_left_out(tmp_path: Path, below: bool) -> None:
     test = _block(0, 60, "1,0")

@@ -10,6 +10,7 @@ from erclutch.logs.readers.text_bytes import decode
 from tests.support.made_up_files import ASKED, MISREAD, RIGHT, tried
 
 
+@pytest.mark.slow
 def test_a_few_made_up_files_are_read_right(tmp_path: Path) -> None:
     assert tried((2, 3), tmp_path)[RIGHT] == 2
 

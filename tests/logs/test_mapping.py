@@ -81,6 +81,7 @@ def test_no_field_is_logged(log: Callable[..., Path], rows: Rows, header: str) -
     assert f"{NO_FIELD}: taken as one constant field, written as 0" in recording.notes
 
 
+@pytest.mark.slow
 def test_a_further_column_that_may_be_the_field_is_asked_about(
     log: Callable[..., Path], rows: Rows
 ) -> None:
@@ -114,6 +115,7 @@ def test_two_candidates_are_not_guessed(log: Callable[..., Path], rows: Rows) ->
     assert '--field "voltage"' in message
 
 
+@pytest.mark.slow
 def test_columns_of_a_coaxial_pair_point_to_its_device(
     log: Callable[..., Path], rows: Rows
 ) -> None:
@@ -451,6 +453,7 @@ def with_holes(where: np.ndarray, rows: int = 200) -> dict[str, np.ndarray]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("where", [[20], [0, 1], [199], [20, 21, 90], [*range(10, 200, 20)]])
 def test_a_log_is_cut_where_a_few_values_are_missing(where: list[int]) -> None:
     columns = with_holes(np.array(where))

@@ -204,6 +204,7 @@ def test_a_path_that_a_controldesk_recording_has_twice_is_lost_only_where_its_nu
     np.testing.assert_array_equal(second, 2 * first)
 
 
+@pytest.mark.slow
 @both
 @pytest.mark.usefixtures("read_here")
 def test_a_controldesk_recording(tmp_path: Path, save: Save) -> None:
@@ -226,6 +227,7 @@ def test_a_controldesk_recording_without_time_uses_its_period(tmp_path: Path, sa
     assert recording.rows == COUNT
 
 
+@pytest.mark.slow
 @both
 @pytest.mark.usefixtures("read_here")
 def test_several_recordings_need_a_choice(tmp_path: Path, save: Save) -> None:
@@ -327,6 +329,7 @@ def test_an_array_of_structs_that_are_signals_is_one_log(tmp_path: Path, named: 
         np.testing.assert_array_equal(table.columns[table.numbered(2) or ""], SLIP)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("of_a_scope", [False, True])
 def test_of_two_signals_with_one_name_none_is_lost(tmp_path: Path, of_a_scope: bool) -> None:
@@ -460,6 +463,7 @@ sys.exit(child_process.serve(read))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("how", "problem"),
     slow_behind(
@@ -510,6 +514,7 @@ LEAVES = (
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None)
 @given(
     st.recursive(
@@ -540,6 +545,7 @@ def test_a_mutated_file_gives_a_table_or_an_error_of_ours(
         assert isinstance(read_table(path), Table)
 
 
+@pytest.mark.slow
 def test_the_tree_of_a_file(tmp_path: Path) -> None:
     for tree in (
         mat_tree.load_v5(str(save5(tmp_path / "a.mat", {"rec": dspace()}))),

@@ -157,6 +157,7 @@ def test_a_timetable_is_read_by_its_row_times(tmp_path: Path, save: Save) -> Non
     check(save(tmp_path / "a.mat", {"log": timetable(columns, duration(5.0 + TIME))}), start=5.0)
 
 
+@pytest.mark.slow
 @versions
 def test_a_timetable_with_a_rate_or_a_step_has_even_times(tmp_path: Path, save: Save) -> None:
     columns = {"Current": CURRENT, "Speed": SPEED, "Torque": TORQUE}
@@ -179,6 +180,7 @@ def test_a_timetable_with_a_rate_or_a_step_has_even_times(tmp_path: Path, save: 
     check(save(tmp_path / "b.mat", {"log": timetable(columns, by_step)}))
 
 
+@pytest.mark.slow
 @versions
 @pytest.mark.parametrize("stored", [True, False])
 def test_timeseries_beside_each_other_are_one_recording(
@@ -204,6 +206,7 @@ def test_times_in_another_unit_are_turned_into_seconds(tmp_path: Path, save: Sav
     check(save(tmp_path / "a.mat", {"log": dataset(*signals)}))
 
 
+@pytest.mark.slow
 @versions
 def test_logged_signals_of_simulink_are_called_as_the_user_called_them(
     tmp_path: Path, save: Save
@@ -219,6 +222,7 @@ def test_logged_signals_of_simulink_are_called_as_the_user_called_them(
     check(save(tmp_path / "b.mat", {"out": out}))
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 @versions
 def test_signals_of_two_rates_are_recordings_that_can_be_joined(tmp_path: Path, save: Save) -> None:
@@ -282,6 +286,7 @@ def test_an_object_that_holds_itself_is_none() -> None:
     assert Objects(subsystem.cells(), Budget(1000)).resolved(reference) is None
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(300), deadline=None)
 @given(st.data())
 def test_a_damaged_subsystem_gives_no_object_and_no_traceback(data: st.DataObject) -> None:

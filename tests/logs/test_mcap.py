@@ -258,6 +258,7 @@ def test_no_damage_gets_through(changes: list[tuple[int, int]]) -> None:
         require_a_part_or_all(table_of(bytes(data)))
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(
     st.binary(max_size=300).map(lambda tail: b"\x89MCAP0\r\n" + tail)
@@ -290,6 +291,7 @@ def test_a_summary_that_says_otherwise_is_refused_without_checksums_too() -> Non
 UNGUARDED = written(crc=False, compression=CompressionType.NONE)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(
     st.lists(
@@ -306,6 +308,7 @@ def test_a_mutated_file_without_checksums_gives_a_table_or_an_error_of_ours(
         assert table_of(bytes(data)).columns
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(50), deadline=None)
 @given(
     st.lists(st.tuples(*[st.floats(allow_nan=False, width=32)] * 3), min_size=1, max_size=40),

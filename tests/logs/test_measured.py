@@ -9,6 +9,8 @@ import pytest
 
 from erclutch.logs import read
 
+pytestmark = pytest.mark.slow
+
 NEES = {"field": "Y [V]", "slip": "V [cm/s]", "position": "D [cm]", "effort": "F [N]"}
 SMOOTHED = {
     "time": 1,
@@ -29,7 +31,6 @@ def test_the_nees_damper(shared: Path) -> None:
     assert "each row ends in a delimiter: the empty last column is left out" in recording.notes
 
 
-@pytest.mark.slow
 def test_all_smoothed_logs_by_one_name_pattern(shared: Path) -> None:
     paths = sorted((shared / "mr_damper_utfsm" / "preprocessed").glob("*.txt"))
     recordings = [read(path, SMOOTHED) for path in paths]
@@ -39,7 +40,6 @@ def test_all_smoothed_logs_by_one_name_pattern(shared: Path) -> None:
     assert all(recording.uniform and len(recording.segments) == 1 for recording in recordings)
 
 
-@pytest.mark.slow
 def test_daq_exports_with_pauses(shared: Path) -> None:
     folder = shared / "mr_damper_utfsm" / "raw"
     columns = {"position": "CHANNEL0 [cm]", "effort": "CHANNEL1 [980.665 N]"}

@@ -57,6 +57,7 @@ def test_a_torque_that_is_called_tor_is_an_effort(tmp_path: Path) -> None:
     assert (taken["slip"], taken["effort"]) == ("velAct", "torAct")
 
 
+@pytest.mark.slow
 def test_torques_that_joints_were_told_are_not_proposed_beside_those_that_were_measured(
     tmp_path: Path,
 ) -> None:

@@ -36,6 +36,7 @@ KINDS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("columns", "wanted"), slow_behind(3, KINDS))
 def test_the_command_has_the_columns_that_the_numbers_speak_for(
     tmp_path: Path, columns: list[Array], wanted: str
@@ -49,6 +50,7 @@ def test_the_command_has_the_columns_that_the_numbers_speak_for(
     assert any("by the numbers alone" in question.problem for question in plan.questions)
 
 
+@pytest.mark.slow
 def test_stamps_of_a_busy_logger_are_the_time_and_no_effort(tmp_path: Path) -> None:
     late = RNG.uniform(-0.05, 0.05, TIME.size) * 0.002
     with_gaps = late + np.where(TIME > 2.0, 0.5, 0.0)
@@ -60,6 +62,7 @@ def test_stamps_of_a_busy_logger_are_the_time_and_no_effort(tmp_path: Path) -> N
         assert '--effort "c1"' not in command
 
 
+@pytest.mark.slow
 def test_the_time_is_proposed_though_the_others_are_not(tmp_path: Path) -> None:
     path = tmp_path / "log.txt"
     others = RNG.normal(size=(TIME.size, 3))
@@ -69,6 +72,7 @@ def test_the_time_is_proposed_though_the_others_are_not(tmp_path: Path) -> None:
     assert '--effort "COLUMN' in command
 
 
+@pytest.mark.slow
 def test_a_first_column_that_stands_still_or_counts_is_no_time(tmp_path: Path) -> None:
     for first in (np.round(TIME, 2), np.arange(TIME.size), TIME[::-1]):
         path = tmp_path / "log.txt"
@@ -95,6 +99,7 @@ def test_an_array_beside_a_time_is_asked_about_so_too(tmp_path: Path) -> None:
     assert command.endswith('--field none --slip "simout_2" --effort "simout_3"')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "columns",
     [
@@ -114,6 +119,7 @@ def test_where_the_numbers_tell_nothing_a_place_is_left_to_fill_in(
     assert "COLUMN" in plan.command() or "position" in plan.command()
 
 
+@pytest.mark.slow
 def test_columns_with_names_are_none_of_these(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     rows = np.column_stack([TIME, PLACE, SPEED, FRICTION])
@@ -172,6 +178,7 @@ def test_the_question_says_how_the_numbers_of_each_column_run(tmp_path: Path) ->
     assert "c3 changes its sign" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("times", "unit"), [(1.0, "s"), (1000.0, "ms")])
 def test_a_time_that_begins_anew_at_each_level_is_offered(
     tmp_path: Path, times: float, unit: str
@@ -208,6 +215,7 @@ LEARNT = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", ["mat", "npz"])
 @pytest.mark.parametrize(("arrays", "effort"), slow_behind(2, LEARNT))
 def test_arrays_of_learning_are_offered_by_their_numbers(

@@ -18,6 +18,7 @@ def _answer(tmp_path: Path, names: str, capsys: pytest.CaptureFixture[str]) -> s
     return " ".join(capsys.readouterr().out.split())
 
 
+@pytest.mark.slow
 def test_of_a_rotor_that_coasts_the_answer_says_how_to_make_the_torque(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

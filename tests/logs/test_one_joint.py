@@ -92,6 +92,7 @@ def test_the_joint_that_the_file_is_called_after_is_proposed() -> None:
     assert taken(planned(columns, "friction_joint_3.csv")) == {"slip": "vel3", "effort": "torque3"}
 
 
+@pytest.mark.slow
 def test_logs_of_one_robot_give_the_same_joint_whichever_moves_most() -> None:
     names = [f"vel{k}" for k in (1, 2, 3)], [f"torque{k}" for k in (1, 2, 3)]
     assert taken(planned(robot(*names, (0.5, 1.0, 0.4)))) == taken(
@@ -132,6 +133,7 @@ def test_joints_of_which_few_have_an_effort_are_asked_about() -> None:
     assert planned(columns).questions
 
 
+@pytest.mark.slow
 def test_positions_and_accelerations_of_the_joints_are_no_field() -> None:
     columns = robot([f"q{k}_dot" for k in (1, 2)], [f"tau{k}" for k in (1, 2)])
     for k, size in ((1, 2.0), (2, 3.0)):

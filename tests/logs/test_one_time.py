@@ -87,6 +87,7 @@ def test_without_a_time_nothing_is_joined() -> None:
     assert unwoven(before) is before
 
 
+@pytest.mark.slow
 def test_a_woven_file_is_understood_at_once(tmp_path: Path) -> None:
     columns = woven().columns
     cells = [

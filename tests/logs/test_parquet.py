@@ -268,6 +268,7 @@ def damaged_in_silence(checksums: bool, flips: int = 150) -> int:
     return wrong
 
 
+@pytest.mark.slow
 def test_checksums_are_checked_and_a_file_without_them_says_so() -> None:
     assert damaged_in_silence(checksums=True) == 0
     assert damaged_in_silence(checksums=False) > 50

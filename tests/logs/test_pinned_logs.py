@@ -390,6 +390,7 @@ def recording(gap: bool = True, name: str = "a.csv", rows: int = 300) -> Recordi
     return apply(plan_of(table, ColumnMap.from_dict({"inputs": ["u"]})), table)
 
 
+@pytest.mark.slow
 def test_other_rates(pinned: Pinned) -> None:
     log = recording()
     rates = (
@@ -500,6 +501,7 @@ def test_mapping_files(name: str, tmp_path: Path, pinned: Pinned) -> None:
     assert path.read_text() == "x = 1\n"
 
 
+@pytest.mark.slow
 def test_dates(pinned: Pinned) -> None:
     import pandas as pd
 
@@ -577,6 +579,7 @@ def test_vectors_in_files(pinned: Pinned) -> None:
     pinned(found)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_a_log_in_batches(tmp_path: Path, pinned: Pinned) -> None:
     import erclutch.logs as logs

@@ -78,6 +78,7 @@ def test_tdms(tmp_path: Path, pinned: Pinned) -> None:
     pinned(found)
 
 
+@pytest.mark.slow
 def test_hdf5(tmp_path: Path, pinned: Pinned) -> None:
     h5py: Any = pytest.importorskip("h5py")
     from erclutch.logs.readers import hdf5
@@ -102,6 +103,7 @@ def test_hdf5(tmp_path: Path, pinned: Pinned) -> None:
     pinned([*found, told(lambda: hdf5.find(str(path), None))])
 
 
+@pytest.mark.slow
 def test_spreadsheets(tmp_path: Path, pinned: Pinned) -> None:
     openpyxl: Any = pytest.importorskip("openpyxl")
     pytest.importorskip("python_calamine")
@@ -135,6 +137,7 @@ def test_spreadsheets(tmp_path: Path, pinned: Pinned) -> None:
     pinned([*found, told(lambda: spreadsheet.find(str(path), None))])
 
 
+@pytest.mark.slow
 def test_mat(tmp_path: Path, pinned: Pinned) -> None:
     from scipy.io import savemat
 
@@ -249,6 +252,7 @@ def test_mdf(monkeypatch: pytest.MonkeyPatch, pinned: Pinned) -> None:
     pinned(found)
 
 
+@pytest.mark.slow
 def test_mat_73(tmp_path: Path, pinned: Pinned, monkeypatch: pytest.MonkeyPatch) -> None:
     h5py: Any = pytest.importorskip("h5py")
     from erclutch.logs.readers import mat, mat_tree

@@ -102,6 +102,7 @@ def test_what_is_asked_about_for_another_reason_says_too_that_it_was_planned(
     assert "name says that it was planned, not measured" in told
 
 
+@pytest.mark.slow
 def test_the_command_that_is_printed_settles_it(tmp_path: Path) -> None:
     planned(tmp_path / "BF_traj.csv", BARE)
     said = good("inspect", "BF_traj.csv", cwd=tmp_path, code=1).splitlines()[-1]

@@ -112,6 +112,7 @@ def test_a_motion_is_asked_for_its_rate(
         read(path, field="none")
 
 
+@pytest.mark.slow
 def test_rows_are_points_where_the_user_says_that_there_is_no_time(tmp_path: Path) -> None:
     path = written(tmp_path, "Speed [rpm],Torque [N*m]", MANY % 700, MANY % 9)
     log = read(path, time="none")
@@ -135,11 +136,13 @@ def test_a_rate_that_is_given_counts_for_points_too(tmp_path: Path) -> None:
     assert log.period == pytest.approx(0.02)
 
 
+@pytest.mark.slow
 def test_inspect_understands_points(tmp_path: Path) -> None:
     written(tmp_path, "RPM,Torque (ft-lbs)", MANY, 30.0 + MANY % 9)
     assert good("inspect", "points.csv", cwd=tmp_path).splitlines()[-1].startswith("Understood.")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("word", ["cell", "trial", "well"])
 def test_a_time_that_no_row_follows_is_told_and_the_rows_are_taken_as_points(
     tmp_path: Path, word: str
@@ -190,6 +193,7 @@ def test_positions_swept_anew_for_each_current_are_said_to_be_a_map_at_rest(tmp_
     assert "at rest" not in str(told.value)
 
 
+@pytest.mark.slow
 def test_a_time_that_stands_still_is_told_with_the_command_that_takes_the_rows_as_points(
     tmp_path: Path,
 ) -> None:

@@ -29,6 +29,7 @@ def assert_is_read(path: Path) -> None:
     assert log.signals["effort"] == pytest.approx(TORQUE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_index", [True, False])
 @pytest.mark.parametrize("lasted", [True, False])
 def test_a_print_of_pandas_is_a_table(tmp_path: Path, is_index: bool, lasted: bool) -> None:
@@ -49,6 +50,7 @@ def test_a_print_of_r_has_its_time_in_front(tmp_path: Path) -> None:
     assert_is_read(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["pandas", "iso", "index"])
 def test_a_time_that_lasted_is_a_clock(tmp_path: Path, form: str) -> None:
     lasted = pd.to_timedelta(TIME, unit="s")
@@ -61,6 +63,7 @@ def test_a_time_that_lasted_is_a_clock(tmp_path: Path, form: str) -> None:
     assert_is_read(path)
 
 
+@pytest.mark.slow
 def test_a_line_that_counts_the_columns_is_no_row(tmp_path: Path) -> None:
     speeds = np.linspace(-50.0, 50.0, 40)
     frame = pd.DataFrame({0: speeds, 1: np.round(0.2 * np.sign(speeds) + 0.004 * speeds, 5)})
@@ -72,6 +75,7 @@ def test_a_line_that_counts_the_columns_is_no_row(tmp_path: Path) -> None:
         assert printed.splitlines()[-1].endswith(answer)
 
 
+@pytest.mark.slow
 def test_a_first_row_that_looks_like_a_count_stays_a_row(tmp_path: Path) -> None:
     rows = [f"{0.01 * k:g},{1 + 0.02 * k:g}" for k in range(40)]
     (tmp_path / "log.csv").write_text("\n".join(["0,1", *rows[1:]]) + "\n")

@@ -15,6 +15,8 @@ from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.planning.one_of_several import guess
 from erclutch.logs.table import Table
 
+pytestmark = pytest.mark.slow
+
 FILES = tomllib.loads(Path(__file__).with_name("public_headers.toml").read_text(encoding="utf-8"))[
     "file"
 ]
@@ -54,7 +56,6 @@ def test_headers_of_public_data_are_understood(held_out: bool, least: float) -> 
     assert len(other) <= 0.2 * (len(cells) - len(known))
 
 
-@pytest.mark.slow
 def test_no_column_is_guessed_for_another_signal() -> None:
     """Whole rows of headers: a guess is right, or there is a question."""
     asked = right = 0

@@ -19,6 +19,7 @@ TORQUE = (0.3 + 1.5 * FIELD) * np.tanh(2 * SLIP)  # N m
 RATED = 2.0  # N m
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "of_rated", "sensor"),
     [
@@ -61,6 +62,7 @@ def test_a_torque_in_its_unit_is_no_share(tmp_path: Path, name: str) -> None:
     assert read(tmp_path / "log.csv").units["effort"] == "N*m"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("above", "name", "of_rated"),
     [
@@ -89,6 +91,7 @@ def test_a_rated_torque_above_the_rows_is_put_into_the_scale(
     assert log.signals["effort"] == pytest.approx(TORQUE, abs=2e-4)
 
 
+@pytest.mark.slow
 def test_a_rated_speed_or_power_says_nothing_of_a_torque(tmp_path: Path) -> None:
     rows = zip(TIME, SLIP, FIELD, TORQUE, strict=True)
     text = "\n".join(f"{t:.2f},{w:.4f},{i:g},{torque:.4f}" for t, w, i, torque in rows)

@@ -46,6 +46,7 @@ def test_options_of_a_run_are_understood_as_on_the_command_line() -> None:
         ColumnMap.from_options({"constant": ["speed=2"]})
 
 
+@pytest.mark.slow
 def test_a_run_scales_the_sensor_of_another_log_as_its_own(log: Path, tmp_path: Path) -> None:
     reading = LogOptions(effort="torque [V]", scale=("effort=2 N*m/V",))
     recordings = reading.read([log])

@@ -27,6 +27,7 @@ def written(folder: Path, **recordings: list[dict[str, Any]]) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_only_recording_with_a_motion_and_an_effort_is_the_log(tmp_path: Path) -> None:
     path = written(tmp_path, fits=RESULTS, measured=ROWS, settings=RESULTS[:20])
     table = table_of_log(path, ColumnMap(), None)
@@ -38,6 +39,7 @@ def test_the_only_recording_with_a_motion_and_an_effort_is_the_log(tmp_path: Pat
     assert read(path).rows == 60
 
 
+@pytest.mark.slow
 def test_several_logs_of_a_file_are_asked_about_with_the_option_that_takes_them(
     tmp_path: Path,
 ) -> None:
@@ -51,6 +53,7 @@ def test_several_logs_of_a_file_are_asked_about_with_the_option_that_takes_them(
     assert "run2" in good("inspect", "log.json", "--variable", "all", cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_several_logs_with_one_question_are_settled_by_one_command(tmp_path: Path) -> None:
     rows = [{**row, "mode": k // 20} for k, row in enumerate(ROWS)]
     written(tmp_path, run1=rows, run2=rows, fits=RESULTS)
@@ -58,6 +61,7 @@ def test_several_logs_with_one_question_are_settled_by_one_command(tmp_path: Pat
     assert last == 'What settles it: erclutch inspect log.json --variable all --field "mode"'
 
 
+@pytest.mark.slow
 def test_a_question_keeps_the_recording_and_the_window_that_were_given(tmp_path: Path) -> None:
     """Without them the command that settles the one question asks the other one again, for ever."""
     rows = [{**row, "torque 2 [N*m]": (k % 9) - 4.0, "mode": k // 20} for k, row in enumerate(ROWS)]
@@ -76,6 +80,7 @@ def test_a_file_without_any_log_is_refused_as_before(tmp_path: Path) -> None:
         table_of_log(written(tmp_path, fits=RESULTS, more=RESULTS), ColumnMap(), None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("header", "command"),
     [
@@ -98,6 +103,7 @@ def test_the_last_line_of_inspect_is_the_command_that_settles_it(
     assert said.splitlines()[-1] == f"What settles it: {command}"
 
 
+@pytest.mark.slow
 def test_recordings_of_the_same_columns_are_several_logs_at_once(tmp_path: Path) -> None:
     other = [{**row, "speed [rad/s]": (k % 11) - 5.0} for k, row in enumerate(ROWS)]
     path = written(tmp_path, run1=ROWS, run2=other, fits=RESULTS)
@@ -128,6 +134,7 @@ def test_recordings_in_other_units_and_copies_of_one_motion_are_asked_about(
         Reading().read(written(tmp_path, run1=ROWS, run2=other), None)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("beside", "answer"),
     [

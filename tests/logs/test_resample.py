@@ -94,6 +94,7 @@ def test_each_stretch_by_itself() -> None:
     assert "1 stretch too short for the filter left out" in got.notes[-1]
 
 
+@pytest.mark.slow
 def test_unequal_steps_become_equal() -> None:
     rng = np.random.default_rng(0)
     t = np.cumsum(rng.uniform(0.8e-3, 1.2e-3, 3000))
@@ -179,6 +180,7 @@ def test_what_is_no_rate(text: str) -> None:
         number_of("resample", text, HERTZ)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.text(max_size=15))
 def test_any_text_is_a_rate_or_one_line(text: str) -> None:
@@ -210,6 +212,7 @@ def test_any_ratio_keeps_a_line_and_its_time(rows: int, ratio: float) -> None:
     assert got.time[-1] <= t[-1] + 1e-9
 
 
+@pytest.mark.slow
 def test_an_angle_that_starts_again_is_drawn_out_before_the_filter(tmp_path: Path) -> None:
     t = np.arange(4000) / 1000
     angle = 2.0 * np.sin(2.0 * t) + 9.0 * t  # rad

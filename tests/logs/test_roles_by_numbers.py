@@ -129,6 +129,7 @@ def book_of(path: Path, names: list[str]) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "letter"), slow_behind(1, [(["1A", "2A", "3A"], "A"), (["2V", "1V"], "V")])
 )
@@ -148,6 +149,7 @@ def test_sheets_that_are_counted_may_be_specimens_and_are_asked_about(
     assert sorted(fields) == [*range(1, len(names) + 1)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "names",
     slow_behind(
@@ -184,6 +186,7 @@ def test_alternating_currents_by_their_names_are_no_field() -> None:
     assert is_without_field(planned({**columns, "Speed [rpm]": STEPS, "Torque [Nm]": 2 + SLOW}))
 
 
+@pytest.mark.slow
 def test_three_direct_currents_may_be_those_of_coils_and_are_asked_about() -> None:
     columns = {"time [s]": TIME} | {
         f"{letter}{k}": 1 + k * SLOW**2 for letter in "UI" for k in (1, 2, 3)
@@ -263,6 +266,7 @@ def test_a_position_that_a_drive_estimates_stays_one() -> None:
     assert position.column == "pos_estimate"
 
 
+@pytest.mark.slow
 def test_parts_of_rows_in_no_order_are_points_too(tmp_path: Path) -> None:
     speed = np.random.default_rng(3).normal(0.0, 10.0, 300)
     rows = [f"{'MLH'[k % 3]},{v:.4f},{np.tanh(v / 3):.4f}" for k, v in enumerate(speed)]
@@ -325,6 +329,7 @@ def test_a_drive_s_torque_that_is_a_current_times_a_number_gives_way_to_a_sensor
     assert kept is None or kept.column != "adc_measured_torque"
 
 
+@pytest.mark.slow
 def test_the_command_for_one_of_several_joints_leads_to_no_second_question() -> None:
     joints: dict[str, Array] = {"time": TIME}
     for joint in range(1, 4):

@@ -60,6 +60,7 @@ def written(path: Path, message: Callable[[int], str], end: str = "---\n") -> Pa
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("message", [ros_1, ros_2, nested])
 @pytest.mark.parametrize("end", ["---\n", ""])
 def test_each_message_is_a_row(tmp_path: Path, message: Callable[[int], str], end: str) -> None:
@@ -124,6 +125,7 @@ def test_other_texts_are_not_claimed(head: bytes) -> None:
 _PIECES = ["a: 1\n", "b:\n", "  - 2\n", "- [1,\n", "]\n", "  c: x\n", "---\n", "9" * 30, "[", "\n"]
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200))
 @given(st.lists(st.sampled_from(_PIECES), max_size=30).map("".join))
 def test_any_text_is_read_or_refused(text: str) -> None:

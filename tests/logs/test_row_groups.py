@@ -92,6 +92,7 @@ def test_points_of_several_words_are_asked_about(
     assert plan.examples == (f'--variable "{proposed}"',)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", slow_behind(2, ["direction", "trial", "Versuch", "Test_Run"]))
 def test_points_and_logs_of_several_trials_are_those_of_one_device(
     tmp_path: Path, column: str
@@ -102,6 +103,7 @@ def test_points_and_logs_of_several_trials_are_those_of_one_device(
     assert [stop - start for start, stop in timed.segments] == [400, 400, 400]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", slow_behind(2, ["damper", "Probe", "group", "trial"]))
 def test_logs_whose_times_restart_with_each_word_are_asked_about(
     tmp_path: Path, column: str
@@ -178,6 +180,7 @@ def test_words_of_json_lines_part_the_rows(tmp_path: Path) -> None:
     assert read_table(path, variable="material=b").rows == len(SPEEDS)
 
 
+@pytest.mark.slow
 def test_words_of_a_sheet_part_its_rows(tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     book = openpyxl.Workbook()
@@ -190,6 +193,7 @@ def test_words_of_a_sheet_part_its_rows(tmp_path: Path) -> None:
     assert np.allclose(table.columns["torque"], [2 * (0.3 + 0.001 * speed) for speed in SPEEDS])
 
 
+@pytest.mark.slow
 def test_inspect_ends_in_the_command_that_settles_it(tmp_path: Path) -> None:
     path = written(tmp_path, trials_of(["a", "b"], "setup"))
     done = run("inspect", path)
@@ -200,6 +204,7 @@ def test_inspect_ends_in_the_command_that_settles_it(tmp_path: Path) -> None:
     assert "--variable setup=all --out RUN" in again.out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", ["gamma,tau", "γ,τ", "Gamma,Tau"])
 def test_a_gamma_beside_a_tau_is_for_flowcurve(tmp_path: Path, names: str) -> None:
     rows = "".join(f"{word},{x},{20 + x}\n" for word in "AB" for x in range(1, 13))
@@ -210,6 +215,7 @@ def test_a_gamma_beside_a_tau_is_for_flowcurve(tmp_path: Path, names: str) -> No
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [["up", "down"], ["Anfang", "Ende"]])
 def test_words_beside_a_shear_rate_part_the_curves_that_inspect_proposes(
     tmp_path: Path, words: list[str]
@@ -270,6 +276,7 @@ def loops_of(words: list[str], course: str, restarts: bool) -> str:
     return "\n".join(lines) + "\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("course", ["phase", "share of cycle", "percent"])
 def test_rows_without_a_time_whose_course_restarts_with_each_word_are_asked_about(
     tmp_path: Path, course: str

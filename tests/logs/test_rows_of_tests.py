@@ -104,6 +104,7 @@ def test_words_that_end_so_sum_up_nothing() -> None:
     assert sums_of(["climax", "max", "stamp", "pump", "torque_std", "format"], "effort") == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["a" * 20_000, "max" * 7_000, "a_" * 10_000, "F max " * 4_000])
 def test_a_name_of_20_000_letters_is_looked_at_in_no_time(name: str) -> None:
     began = time.process_time()

@@ -39,6 +39,7 @@ def test_channels_keep_their_names_and_units(tmp_path: Path, head: str) -> None:
     assert table.columns["CH2"] == pytest.approx(CHANNELS[:, 1], abs=1e-5)
 
 
+@pytest.mark.slow
 def test_labels_name_the_channels(tmp_path: Path) -> None:
     head = "Model,X2\nLabel,slip,torque,coil\nSource,CH1,CH2,CH3\nSecond,Volt,Volt,Ampere\n"
     written(tmp_path / "scope.csv", head)

@@ -183,6 +183,7 @@ def test_weights_and_rates_end_a_name(label: str, unit: str) -> None:
     assert split_end(label)[1] == unit
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "warned"),
     [

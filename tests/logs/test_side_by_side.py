@@ -47,6 +47,7 @@ def test_each_table_is_a_recording_at_the_field_of_its_heading(tmp_path: Path) -
         )
 
 
+@pytest.mark.slow
 def test_runs_of_one_motion_at_several_fields_are_all_taken(tmp_path: Path) -> None:
     path = runs(tmp_path / "runs.csv")
     seen = run("inspect", path)
@@ -77,6 +78,7 @@ def test_a_heading_of_words_states_no_field(tmp_path: Path) -> None:
     assert "field" not in read_table(path, variable="soft").columns
 
 
+@pytest.mark.slow
 def test_channels_with_times_of_their_own_are_joined(tmp_path: Path) -> None:
     lines = [
         "Force,,Position,,Current,",
@@ -117,6 +119,7 @@ def test_names_with_a_colon_beside_a_shared_time_are_names(tmp_path: Path) -> No
     assert [*read_table(tmp_path / "a.csv").columns] == names.replace(" [s]", "").split(",")
 
 
+@pytest.mark.slow
 @given(text=st.text(alphabet="ab, \n;:1.A", max_size=120))
 def test_any_text_is_read_or_refused(text: str, tmp_path_factory: pytest.TempPathFactory) -> None:
     path = tmp_path_factory.mktemp("any") / "a.csv"
@@ -148,6 +151,7 @@ def _specimens(path: Path, names: tuple[str, str, str]) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_units_that_stand_with_the_first_test_hold_for_those_beside_it(tmp_path: Path) -> None:
     path = _specimens(tmp_path / "tests.csv", ("t", "x", "F"))
     assert recordings_in(path) == ["S.1", "S.2", "S.1 (2)"]

@@ -52,6 +52,7 @@ def holds_the_truth(path: Path) -> None:
     }
 
 
+@pytest.mark.slow
 def test_a_folder_with_a_file_for_each_signal(tmp_path: Path) -> None:
     folder = folder_of(tmp_path / "run")
     holds_the_truth(folder)
@@ -65,6 +66,7 @@ def test_a_folder_with_a_file_for_each_signal(tmp_path: Path) -> None:
     assert "the clocks of the files are taken for one clock" in notes
 
 
+@pytest.mark.slow
 def test_files_that_are_named_are_one_log(tmp_path: Path) -> None:
     folder = folder_of(tmp_path / "run")
     files = sorted(folder.iterdir())
@@ -80,6 +82,7 @@ def test_inspect_shows_the_log_of_several_files(tmp_path: Path) -> None:
     assert "column current of current.csv: each value held until the next" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "heads",
     [
@@ -94,6 +97,7 @@ def test_a_column_without_a_name_has_that_of_its_file(
     holds_the_truth(folder_of(tmp_path / "run", heads))
 
 
+@pytest.mark.slow
 def test_times_in_other_units_are_converted(tmp_path: Path) -> None:
     folder = folder_of(tmp_path / "run")
     (folder / "current.csv").write_text(
@@ -102,6 +106,7 @@ def test_times_in_other_units_are_converted(tmp_path: Path) -> None:
     holds_the_truth(folder)
 
 
+@pytest.mark.slow
 def test_a_time_since_1970_stays_one(tmp_path: Path) -> None:
     folder = folder_of(tmp_path / "run")
     for name, time, values in (
@@ -121,6 +126,7 @@ def test_a_time_since_1970_stays_one(tmp_path: Path) -> None:
 # --- what is asked or refused -----------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("head", "time", "words"),
     slow_behind(
@@ -146,6 +152,7 @@ def test_times_that_do_not_fit_are_refused(
         read_table(folder)
 
 
+@pytest.mark.slow
 def test_dates_are_refused_since_each_file_counts_from_its_own_first_row(tmp_path: Path) -> None:
     folder = folder_of(tmp_path / "run")
     rows = "".join(f"2024-05-01 10:00:{i / 100:09.6f},{i}\n" for i in range(200))
@@ -154,6 +161,7 @@ def test_dates_are_refused_since_each_file_counts_from_its_own_first_row(tmp_pat
         read_table(folder / "current.csv + speed.csv + torque.csv")
 
 
+@pytest.mark.slow
 def test_a_cell_that_cannot_be_read_stops_the_log(tmp_path: Path) -> None:
     """A current that is left out would be a log without a field."""
     folder = folder_of(tmp_path / "run")
@@ -167,6 +175,7 @@ def test_a_cell_that_cannot_be_read_stops_the_log(tmp_path: Path) -> None:
 WORDS = "Tests of 3 May\n\ntorque.csv is in N m.\nspeed.csv at 1000 Hz, current.csv at 100 Hz\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", slow_behind(1, ["README.txt", "Notizen.txt", "bench.log"]))
 def test_words_about_the_files_of_a_folder_are_left_out_with_a_word(
     tmp_path: Path, name: str
@@ -221,6 +230,7 @@ def test_a_folder_of_logs_stays_a_folder_of_logs(tmp_path: Path) -> None:
         read_table(tmp_path)
 
 
+@pytest.mark.slow
 def test_runs_of_one_signal_are_not_put_together(tmp_path: Path) -> None:
     for run in (1, 2):
         (tmp_path / f"run{run}.csv").write_text(

@@ -49,6 +49,7 @@ def test_a_dash_within_words_stays() -> None:
     )
 
 
+@pytest.mark.slow
 @given(st.text(alphabet="0123456789,;. \u2212\u2013-eE\n", max_size=60))
 def test_no_digit_is_lost(text: str) -> None:
     plain, _ = with_plain_minus(text)
@@ -87,6 +88,7 @@ def test_units_in_capitals_below_the_names(tmp_path: Path) -> None:
     assert table.units == {"TIME": "SEC", "DISP": "mm", "FORCE": "kN", "CURRENT": "A"}
 
 
+@pytest.mark.slow
 def test_minutes_and_seconds_are_a_time_and_begin_anew_at_a_full_hour(tmp_path: Path) -> None:
     stamps = [
         f"{(3599 * 100 + 50 + row) // 6000 % 60:02d}:{(3599 * 100 + 50 + row) % 6000 / 100:06.3f}"
@@ -147,6 +149,7 @@ def test_a_page_break_above_the_rows_is_no_line(tmp_path: Path, above: str, betw
         assert table.units == {"t": "s", "a": "A", "b": "N"}
 
 
+@pytest.mark.slow
 def test_the_mean_of_a_test_to_and_fro_is_no_effort(tmp_path: Path) -> None:
     # It was taken in silence, and efforts forth and back cancel out in it.
     speeds = np.repeat([50.0, 100.0, 200.0, 400.0, 600.0], 4)
@@ -161,6 +164,7 @@ def test_the_mean_of_a_test_to_and_fro_is_no_effort(tmp_path: Path) -> None:
     assert said.endswith('--effort "F_max [N]"')
 
 
+@pytest.mark.slow
 def test_the_mean_current_of_each_test_is_offered_as_its_field(tmp_path: Path) -> None:
     # That no field was logged was offered.
     speeds = np.repeat([50.0, 100.0, 200.0, 400.0, 600.0], 4)

@@ -20,6 +20,7 @@ TORQUE = (0.2 + LEVELS) * np.tanh(SPEED / 0.3)
 BESIDE = np.column_stack([SPEED, TORQUE, LEVELS])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "variables",
     [
@@ -46,6 +47,7 @@ def test_columns_of_an_output_without_names_are_asked_about_in_one_command(
     assert "at 100 Hz" in said
 
 
+@pytest.mark.slow
 def test_a_signal_of_a_simulink_output_keeps_its_label(tmp_path: Path) -> None:
     signals = np.array(
         [(SPEED[:, None], "omega"), (TORQUE[:, None], "T_brake"), (LEVELS[:, None], "I_coil")],

@@ -79,6 +79,7 @@ def test_a_remark_with_a_tolerance_changes_nothing(tmp_path: Path) -> None:
     assert not any("scatter" in note for note in table.notes)
 
 
+@pytest.mark.slow
 @given(
     st.lists(
         st.tuples(st.decimals(0, 999, places=2), st.decimals(0, 99, places=2)),

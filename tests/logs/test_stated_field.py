@@ -73,6 +73,7 @@ def test_numbers_of_instruments_are_no_field(tmp_path: Path, above: str) -> None
     assert not np.any(log.signals["field"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("line", "quoted", "field"),
     [
@@ -103,6 +104,7 @@ def test_a_line_that_may_state_the_field_is_quoted_and_asked_about(
     assert "Understood" in good("inspect", "log.csv", *shlex.split(answer), cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_two_lines_that_may_state_the_field_are_both_quoted(tmp_path: Path) -> None:
     written(tmp_path / "log.csv", "Command: 0.5 A\nB = 0.2 T\n")
     printed = good("inspect", "log.csv", cwd=tmp_path, code=1)
@@ -130,6 +132,7 @@ def test_a_column_goes_before_the_header(tmp_path: Path) -> None:
     assert field.column == "I"
 
 
+@pytest.mark.slow
 def test_a_number_of_each_recording_is_its_field(tmp_path: Path) -> None:
     runs = np.empty(3, dtype=object)
     for place in range(3):
@@ -141,6 +144,7 @@ def test_a_number_of_each_recording_is_its_field(tmp_path: Path) -> None:
     assert [np.unique(log.signals["field"]).tolist() for log in logs] == [[0.0], [1.0], [2.0]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "pattern"),
     slow_behind(
@@ -177,6 +181,7 @@ def test_other_names_state_no_field(tmp_path: Path, name: str) -> None:
     assert not np.any(read(written(tmp_path / name)).signals["field"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("folder", "field", "pattern"),
     slow_behind(
@@ -205,6 +210,7 @@ def test_a_number_in_the_name_of_the_folder_is_asked_about(
     good("inspect", "run1.csv", "--name-pattern", pattern, cwd=tmp_path / folder)
 
 
+@pytest.mark.slow
 def test_so_is_a_number_in_the_name_of_the_folder_above(tmp_path: Path) -> None:
     for current in ("0.5A", "1A"):
         for pace in ("1Hz", "2Hz"):
@@ -215,6 +221,7 @@ def test_so_is_a_number_in_the_name_of_the_folder_above(tmp_path: Path) -> None:
     assert set(read(log, name_pattern="{field}A/{n1}Hz/log").signals["field"]) == {1.0}
 
 
+@pytest.mark.slow
 def test_logs_of_one_name_are_told_apart_by_the_folders_above(tmp_path: Path) -> None:
     for current, size in (("0.5A", 1.0), ("1A", 3.0)):
         for pace in ("1Hz", "2Hz"):
@@ -259,6 +266,7 @@ def test_a_field_in_the_cells_of_a_header_is_not_passed_over(
 MOTION_AT_FIELDS = np.sin(np.arange(300) / 15)
 
 
+@pytest.mark.slow
 def test_efforts_whose_names_differ_by_the_field_are_logs_at_these_fields(tmp_path: Path) -> None:
     columns = [
         np.arange(300) / 100,
@@ -279,6 +287,7 @@ def test_efforts_whose_names_differ_by_the_field_are_logs_at_these_fields(tmp_pa
     assert one.units["field"] == "A"
 
 
+@pytest.mark.slow
 def test_sheets_whose_names_differ_by_the_field_are_logs_at_these_fields(tmp_path: Path) -> None:
     log = tmp_path / "sheets.xlsx"
     with pd.ExcelWriter(log) as book:
@@ -298,6 +307,7 @@ def test_sheets_whose_names_differ_by_the_field_are_logs_at_these_fields(tmp_pat
     assert set(read(log, variable="0p5A", constant=["field=0.5 A"]).signals["field"]) == {0.5}
 
 
+@pytest.mark.slow
 def test_sheets_with_a_current_of_their_own_keep_it(tmp_path: Path) -> None:
     log = tmp_path / "sheets.xlsx"
     with pd.ExcelWriter(log) as book:

@@ -25,6 +25,7 @@ TORQUE = (0.3 + 1.7 * FIELD) * np.tanh(4 * SPEED) + 0.02 * SPEED  # N*m
 COUNTS = np.round(np.cumsum(SPEED) / 200 / (2 * np.pi) * 4096)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("head", "columns"),
     slow_behind(
@@ -72,6 +73,7 @@ def test_a_number_above_the_rows_stands_in_the_command_that_settles_the_question
         assert motion == pytest.approx(SPEED, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_gear_between_signals_of_one_side_is_no_matter(tmp_path: Path) -> None:
     every = {
         "time [s]": TIME,

@@ -207,6 +207,7 @@ def test_the_set_point_of_a_motion_is_no_field(ahead: float) -> None:
     assert asked_field({**SWING, "control": 30.0 * np.sin(ROWS / 31)})  # at a time of its own
 
 
+@pytest.mark.slow
 def test_the_rate_of_a_position_and_a_quotient_are_no_field() -> None:
     assert not asked_field({**SWING, "c5": np.gradient(SWING["x [mm]"], 0.01)})
     rolling, sliding = 200.0 + ROWS % 7, 180.0 + ROWS % 11
@@ -479,6 +480,7 @@ def test_the_frequency_of_an_oscillation_is_no_slip(name: str) -> None:
     assert [question.signal for question in planned(columns).questions] == ["slip"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [("CW", "CCW"), ("forward", "reverse"), ("Zug", "Druck")])
 def test_a_speed_without_a_sign_beside_its_sense_is_doubted(
     tmp_path: Path, words: tuple[str, str]

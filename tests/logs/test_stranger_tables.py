@@ -115,6 +115,7 @@ def workbook(path: Path, sheets: int) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_all_sheets_of_a_workbook_are_read_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -144,6 +145,7 @@ def test_all_sheets_of_a_workbook_are_read_at_once(
     assert len(started) == 1  # names, all tables and each of them
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_what_stands_against_one_sheet_stands_against_no_other(tmp_path: Path) -> None:
     path = workbook(tmp_path / "runs.xlsx", 3)

@@ -72,6 +72,7 @@ def is_the_log(recording: Recording) -> bool:
 # --- decimal marks and thousands --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("between", "thousands", "decimal", "quote"),
     [
@@ -184,6 +185,7 @@ def test_what_is_no_group(cell: str) -> None:
     assert not is_grouped(cell, ",")
 
 
+@pytest.mark.slow
 def test_fortran_writes_d(written: Written) -> None:
     form = lambda value, digits: f"{value:.10e}".replace("e", "D")  # noqa: E731
     assert is_the_log(erclutch.read(written(table(",", form))))
@@ -447,6 +449,7 @@ def test_one_unequal_last_step_is_no_other_clock() -> None:
     assert len(recording.segments) == 1
 
 
+@pytest.mark.slow
 def test_rows_at_any_time_keep_their_stamps() -> None:
     stamps = np.cumsum(np.random.default_rng(0).exponential(1e-3, 2000))
     recording = stamped(np.round(stamps, 9))

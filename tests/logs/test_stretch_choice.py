@@ -16,6 +16,8 @@ from erclutch.signals.device import Element, Units
 from tests.support.examples import examples
 from tests.support.slow_params import slow_behind
 
+pytestmark = pytest.mark.slow
+
 
 def log_of(
     rows: int,
@@ -60,7 +62,6 @@ def test_kept_rows_stay_below_the_limit_and_all_are_kept_where_they_fit(
         assert 0.5 * most - STRETCH <= kept <= most + STRETCH
 
 
-@pytest.mark.slow
 def test_places_are_even_in_time_but_do_not_follow_a_step() -> None:
     data = log_of(200 * STRETCH)
     places = kept_places(data, 50 * STRETCH) // STRETCH
@@ -98,7 +99,6 @@ def test_where_everything_is_rare_few_stretches_are_kept_for_it() -> None:
     assert np.all((parts >= 16) & (parts <= 21))
 
 
-@pytest.mark.slow
 def test_a_log_that_is_longer_than_was_said_is_thinned_out() -> None:
     data = log_of(200 * STRETCH)
     for said in (1, data.rows // 10, data.rows // 2):

@@ -120,6 +120,7 @@ def _woven(joint: list[str], path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("joint", [["joint", "hip", "knee", "ankle"], ["motor_id", "1", "2", "3"]])
 def test_rows_of_joints_that_take_turns_are_asked_about(tmp_path: Path, joint: list[str]) -> None:
     path = _woven(joint, tmp_path / "log.csv")
@@ -131,6 +132,7 @@ def test_rows_of_joints_that_take_turns_are_asked_about(tmp_path: Path, joint: l
     assert chosen.questions == ()
 
 
+@pytest.mark.slow
 def test_words_in_turns_beside_one_course_of_time_ask_nothing(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     rows = [
@@ -217,6 +219,7 @@ def test_runs_of_one_test_stay_recordings_of_their_own(tmp_path: Path) -> None:
         read_table(path)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_a_field_in_another_recording_than_the_only_log_is_asked_about(tmp_path: Path) -> None:
     """It was left out, and the log was read at one field."""
@@ -234,6 +237,7 @@ def test_a_field_in_another_recording_than_the_only_log_is_asked_about(tmp_path:
     assert table_of_log(path, declined, None).rows == TIME.size
 
 
+@pytest.mark.slow
 def test_lists_beside_names_in_json_are_columns_of_joints(tmp_path: Path) -> None:
     path = tmp_path / "log.jsonl"
     lines: list[str] = []

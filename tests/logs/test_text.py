@@ -104,6 +104,7 @@ def test_numbers_come_back_exactly(
     assert any("delimiter" in note for note in table.notes) == trailing
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(st.binary(max_size=300))
 def test_random_bytes_give_a_table_or_an_error_of_ours(data: bytes) -> None:
@@ -131,6 +132,7 @@ def test_a_damaged_log_gives_a_table_or_an_error_of_ours(
         assert table_of(bytes(text[: len(text) - cut % 100])).rows >= 0
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(150), deadline=None)
 @given(st.text("0123456789.,;-+eE \t\n\r\"'#%|ab:/", max_size=200))
 def test_almost_tables_give_a_table_or_an_error_of_ours(text: str) -> None:
@@ -138,6 +140,7 @@ def test_almost_tables_give_a_table_or_an_error_of_ours(text: str) -> None:
         assert table_of(text).rows >= 0
 
 
+@pytest.mark.slow
 def test_a_long_text_tells_how_much_was_read(tmp_path: Path) -> None:
     path, told = tmp_path / "log.csv", list[tuple[int, int]]()
     path.write_text("t,a\n" + "".join(f"{k},{k % 7}\n" for k in range(100_000)))
@@ -201,6 +204,7 @@ def test_a_header_block_gives_period_and_metadata() -> None:
     assert table.metadata["Operator"] == "Meier"
 
 
+@pytest.mark.slow
 def test_dates_become_a_clock() -> None:
     text = "when;F\n" + "".join(f"2024-03-05 10:00:{i:02d},500;1,5\n" for i in range(12))
     table = table_of(text)
@@ -322,6 +326,7 @@ def test_last_lines_without_a_number_are_left_out_and_told(last: str) -> None:
     assert note.startswith(("the last line holds no number", "the last 2 lines hold no number"))
 
 
+@pytest.mark.slow
 def test_a_second_remark_on_a_row_is_left_out_and_told() -> None:
     """A DAQ writes what happened behind the row; nothing stands in between."""
     rows = [f"{k}, 05/25/2022 05:50:06.{k:03d} PM, {k % 7}" for k in range(100, 160)]
@@ -399,6 +404,7 @@ def test_rows_that_are_near_each_other_or_stamped_since_1970_are_not(
     assert read(log).period == pytest.approx(step * (1e-3 if first > 1e12 else 1.0))
 
 
+@pytest.mark.slow
 def test_names_one_short_are_those_of_all_columns_but_of_the_row_names(tmp_path: Path) -> None:
     log, names = tmp_path / "log.csv", "time [s],field [V],slip [rad/s],effort [N*m]\n"
     rows = _signals(k / 100 for k in range(200)).splitlines()
@@ -458,6 +464,7 @@ def test_a_clock_set_back_within_its_zone_goes_on() -> None:
     assert found.tolist() == [0.0, 0.5, 1.5]
 
 
+@pytest.mark.slow
 def test_a_date_and_a_time_in_two_columns(tmp_path: Path) -> None:
     rows = "".join(
         f"31.12.2024;{'23:59:59' if k < 10 else '00:00:00'},{k % 10}00;{k % 2},5;{k % 7},0\n"
@@ -529,6 +536,7 @@ def test_a_gzip_that_unpacks_to_far_more_than_a_log_is_refused(tmp_path: Path) -
         read_table(path)
 
 
+@pytest.mark.slow
 def test_names_are_made_in_linear_time() -> None:
     started = time.process_time()
     names, _, notes = name_columns(["x"] * 20_000 + ["x (7)"])
@@ -538,6 +546,7 @@ def test_names_are_made_in_linear_time() -> None:
     assert notes[0] == "column 2 has the name 'x' of an earlier one: renamed 'x (2)'"
 
 
+@pytest.mark.slow
 @given(
     st.lists(
         st.sampled_from(["x", "x [N]", "x [m]", "x (2)", "", " x", "c2", "a\x00\u202e"]),

@@ -48,6 +48,7 @@ def file_of(folder: Path, text: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("between", "decimal"), [(",", "."), (";", ","), ("\t", ".")])
 @pytest.mark.parametrize(
     ("titles", "names"),
@@ -201,6 +202,7 @@ def test_blocks_whose_time_begins_anew_or_in_other_units_are_recordings_of_their
     assert recordings_in(file_of(tmp_path, other)) == ["table 1", "table 2"]
 
 
+@pytest.mark.slow
 def test_a_text_of_many_tables_is_searched_once_for_all_of_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

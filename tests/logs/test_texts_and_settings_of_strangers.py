@@ -56,6 +56,7 @@ def test_the_gain_of_an_amplifier_is_neither_a_motion_nor_an_effort() -> None:
     assert not [each.column for each in plan.signals if each.column]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "stamp", [lambda second: f"2024-06-03 18:32:{10 + second}", lambda second: f"{second}"]
 )

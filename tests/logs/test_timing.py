@@ -53,6 +53,7 @@ def test_stamps_rounded_when_printed_go_back_on_the_grid(digits: int) -> None:
     assert any("put on the regular grid" in note for note in clock.notes)
 
 
+@pytest.mark.slow
 def test_six_significant_digits_are_finer_where_numbers_are_small() -> None:
     true = np.arange(40_000) * 3.328e-4
     clock = clock_of(np.array([float(f"{value:.6g}") for value in true]))
@@ -154,6 +155,7 @@ def test_steps_that_no_logger_makes_are_refused() -> None:
         clock_of(1e-239 * np.arange(20))
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(
     st.lists(

@@ -34,6 +34,7 @@ def fields_of(path: Path) -> list[float]:
     return [float(log.signals["field"][0]) for log in logs]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "title",
     [
@@ -54,6 +55,7 @@ def test_titles_below_one_line_of_names_part_the_tests(tmp_path: Path, title: st
     assert fields_of(path) == [*FIELDS]
 
 
+@pytest.mark.slow
 def test_the_first_title_may_stand_above_the_names(tmp_path: Path) -> None:
     text = "Bench: 3\nTest 1: 0 A\n" + NAMES + "\n" + rows_at(0.0) + "\nTest 2: 0.5 A\n"
     path = tmp_path / "tests.csv"
@@ -61,6 +63,7 @@ def test_the_first_title_may_stand_above_the_names(tmp_path: Path) -> None:
     assert fields_of(path) == [0.0, 0.5]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("has_names_each", [True, False])
 def test_titles_may_have_a_decimal_comma(tmp_path: Path, has_names_each: bool) -> None:
     names = "Zeit [s]\tSchlupf [rad/s]\tDrehmoment [Nm]\n"
@@ -74,6 +77,7 @@ def test_titles_may_have_a_decimal_comma(tmp_path: Path, has_names_each: bool) -
     assert fields_of(path) == [*FIELDS]
 
 
+@pytest.mark.slow
 def test_titles_above_tables_tell_the_fields(tmp_path: Path) -> None:
     """The count of the tests stood in the way, and all three were read as logs at field 0."""
     blocks = [
@@ -87,6 +91,7 @@ def test_titles_above_tables_tell_the_fields(tmp_path: Path) -> None:
     assert last == "Understood. Fit it: erclutch fit tests.csv --variable all --out RUN"
 
 
+@pytest.mark.slow
 def test_what_stands_above_the_names_is_said_of_all_tests(tmp_path: Path) -> None:
     text = "Coil current: 2 A\nSampling rate: 100 Hz\nSlip [rad/s],Torque [N m]\n"
     for n in (1, 2):
@@ -105,6 +110,7 @@ def test_remarks_between_rows_part_nothing(tmp_path: Path, remark: str) -> None:
     assert read(path).signals["slip"].size == TIME.size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "title",
     ["# I = {field} A", "{field} A", "% current {field} A, 10 mm", "# I = {field}", "#I\t{field}"],
@@ -140,6 +146,7 @@ def test_a_setting_without_a_unit_is_a_title_and_a_status_is_none(tmp_path: Path
     assert [log.rows for log in read_all(path, ColumnMap())] == [TIME.size]
 
 
+@pytest.mark.slow
 def test_a_remark_that_the_field_was_changed_is_asked_about(tmp_path: Path) -> None:
     path = tmp_path / "tests.csv"
     path.write_text(f"{NAMES}\n{rows_at(0.0)}\n# from here on 0.5 A\n{rows_at(0.5)}\n")
@@ -149,6 +156,7 @@ def test_a_remark_that_the_field_was_changed_is_asked_about(tmp_path: Path) -> N
     assert [float(log.signals["field"][0]) for log in logs] == [0.0, 0.5]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "title",
     [

@@ -27,6 +27,7 @@ def log_with(folder: Path, **columns: np.ndarray) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     slow_behind(
@@ -54,6 +55,7 @@ def test_an_effort_that_nobody_measured_is_neither_taken_nor_offered(
     good("inspect", "log.csv", "--effort", name, cwd=tmp_path)  # who says so is believed
 
 
+@pytest.mark.slow
 def test_measured_and_told_values_of_german_drives_are_told_apart(tmp_path: Path) -> None:
     log_with(
         tmp_path,
@@ -67,6 +69,7 @@ def test_measured_and_told_values_of_german_drives_are_told_apart(tmp_path: Path
     assert "effort <- column Istmoment" in said
 
 
+@pytest.mark.slow
 def test_act_beside_another_effort_is_asked_about_and_beside_a_told_one_is_not(
     tmp_path: Path,
 ) -> None:

@@ -51,6 +51,7 @@ def test_a_column_of_steps_tells_the_rate(name: str, step: float) -> None:
     assert '--rate "200' not in planned(columns).command()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "names",
     [
@@ -155,6 +156,7 @@ def test_a_number_of_turns_in_one_over_a_second_counts_turns(name: str, *, turns
     assert slip.factor == pytest.approx(2.0 * np.pi if turns else 1.0)
 
 
+@pytest.mark.slow
 def test_a_torque_in_percent_of_the_full_scale_asks_for_that_scale(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     rows = np.column_stack([TIME, FIELD, SPEED, 50.0 * TORQUE])

@@ -119,6 +119,7 @@ def test_a_field_for_each_row_of_a_matrix_is_of_its_trial(tmp_path: Path) -> Non
     assert set(read(tmp_path / "runs.npz", variable="trial(2)").signals["field"]) == {0.3}
 
 
+@pytest.mark.slow
 def test_the_field_of_a_run_stands_in_its_group_or_its_object(tmp_path: Path) -> None:
     fields = (0.0, 0.3, 0.6)
     objects: list[dict[str, Any]] = []

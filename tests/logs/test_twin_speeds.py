@@ -24,6 +24,7 @@ def written(path: Path, columns: dict[str, np.ndarray]) -> None:
     path.write_text(",".join(columns) + "\n" + text + "\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("letters", ["ev", "ab", "pt"])
 def test_one_of_two_lettered_speeds_is_asked_about(tmp_path: Path, letters: str) -> None:
     """``omega_v`` was taken for the slip of a clutch between an engine and a vehicle."""
@@ -41,6 +42,7 @@ def test_a_speed_and_the_one_that_it_was_told_are_not_asked_about(tmp_path: Path
     assert read(tmp_path / "log.csv").signals["slip"] == pytest.approx(speed, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("has_units", [True, False])
 def test_numbered_speeds_with_numbered_torques_differ_by_the_slip(
     tmp_path: Path, has_units: bool
@@ -53,6 +55,7 @@ def test_numbered_speeds_with_numbered_torques_differ_by_the_slip(
     assert '--slip "n1 - n2' in last
 
 
+@pytest.mark.slow
 def test_two_joints_with_torques_of_their_own_make_no_difference(tmp_path: Path) -> None:
     columns = {"t [s]": TIME, "dq1 [rad/s]": DRIVING, "dq2 [rad/s]": DRIVEN}
     columns |= {"tau1 [Nm]": TORQUE, "tau2 [Nm]": 3 * np.cos(5 * TIME)}

@@ -89,6 +89,7 @@ def test_the_word_clutch_settles_it(place: str) -> None:
     assert slip.column == "n_in - n_out"
 
 
+@pytest.mark.slow
 def test_a_difference_is_named_with_a_sign_and_a_unit(tmp_path: Path) -> None:
     log = tmp_path / "pair.csv"
     rows = np.column_stack([TIME, DRIVING, DRIVING - TURNS, np.tanh(TURNS), FIELD])
@@ -138,6 +139,7 @@ def test_the_file_is_said_to_have_its_own_columns_alone() -> None:
     assert "n_in - n_out" not in plan.spare
 
 
+@pytest.mark.slow
 @given(
     st.lists(
         st.sampled_from(["a", "b", "a - b", "b - a", "c"]), min_size=1, max_size=5, unique=True

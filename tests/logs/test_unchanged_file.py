@@ -108,6 +108,7 @@ def made_a_pipe(path: Path, other: Path) -> None:
         os.mkfifo(one)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", WHOLE)
 def test_a_log_that_is_replaced_before_its_reader_opens_it_is_the_old_log_or_told(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, read_here: None

@@ -92,6 +92,7 @@ def test_numbers_of_samples_are_left_as_they_are(tmp_path: Path) -> None:
     assert without_units_in_cells(text) == (text, "")
 
 
+@pytest.mark.slow
 @given(text=st.text(alphabet="0.5 AmN,;\n[]-e", max_size=200))
 def test_any_text_is_taken(text: str) -> None:
     changed, note = without_units_in_cells(text)

@@ -105,6 +105,7 @@ def test_arithmetic_is_no_unit(text: str) -> None:
     assert not units.is_unit(text)
 
 
+@pytest.mark.slow
 @given(st.text(max_size=30) | st.text("mNsradVA/*^-.() 0123456789%µ°kg", max_size=20))
 def test_any_text_is_a_unit_or_a_unit_error(text: str) -> None:
     with suppress(UnitError):

@@ -28,6 +28,7 @@ def test_a_text_cut_at_tabs_keeps_its_names_beside_words_with_blanks(
     assert len(table.words["part"].words) == 3
 
 
+@pytest.mark.slow
 def test_a_workbook_keeps_its_names_beside_words_with_blanks(
     tmp_path: Path, log: pd.DataFrame, read_here: None
 ) -> None:

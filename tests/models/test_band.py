@@ -84,6 +84,7 @@ def _found(fields: Any, slips: Any, followed: Any) -> list[Any]:
     return [field, slip, place, BAND.switching(field, followed)]
 
 
+@pytest.mark.slow
 @given(st.tuples(NUMBERS, NUMBERS), st.tuples(NUMBERS, NUMBERS), NUMBERS)
 def test_cell_and_leading_element(
     fields: tuple[float, float], slips: tuple[float, float], followed: float

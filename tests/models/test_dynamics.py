@@ -64,6 +64,7 @@ def test_step_response(tau: float, at: int) -> None:
     np.testing.assert_allclose(field, 1 - np.exp(-since / tau), atol=1e-12)
 
 
+@pytest.mark.slow
 @free
 @given(rise=st.floats(2e-4, 0.1), fall=st.floats(2e-4, 0.1), sign=st.sampled_from([1.0, -1.0]))
 def test_rise_and_fall_have_their_own_time_constants(rise: float, fall: float, sign: float) -> None:
@@ -148,6 +149,7 @@ def test_a_clock_of_stamps_equals_a_uniform_one(
     np.testing.assert_allclose(two, one, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("uniform", [True, False])
 @pytest.mark.parametrize(("rise", "fall"), [(6e-3, 6e-3), (3e-3, 9e-3)])
 def test_it_solves_the_differential_equation(rise: float, fall: float, uniform: bool) -> None:
@@ -273,6 +275,7 @@ commands = st.integers(0, 2**32 - 1).map(
 taus = st.floats(-3.7, 0.0).map(lambda e: 10.0**e)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(20), deadline=None)
 @given(delay=st.floats(0.0, 20e-3), switches=st.booleans())
 def test_rows_that_are_moved_have_the_bits_of_rows_that_are_looked_up(
@@ -303,6 +306,7 @@ def row_by_row(u: np.ndarray, clock: Clock, up: np.ndarray, down: np.ndarray) ->
     return out
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(command=commands, rise=taus, fall=taus, uniform=st.booleans())
 def test_the_search_for_the_modes_equals_the_row_by_row_one(

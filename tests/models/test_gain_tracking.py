@@ -76,6 +76,7 @@ def test_a_gain_and_an_offset_are_followed() -> None:
     assert mine[-1] - mine[2000] < 0.02 * (base[-1] - base[2000])
 
 
+@pytest.mark.slow
 def test_what_is_right_is_left_alone() -> None:
     efforts = efforts_of(1, 500)[:, None]
     _, _, state = ran(efforts, lambda k, _: efforts[k])
@@ -152,11 +153,13 @@ def never_worse(kind: str, seeds: range, rows: int) -> float:
     return float(np.sqrt((mine[some] / base[some]).max(initial=0.0)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", slow_but(("stuck", "missing", "jumps", "adversary"), KINDS))
 def test_a_thousand_hostile_streams_cost_at_most_two_per_cent_after_any_row(kind: str) -> None:
     assert never_worse(kind, range(120), 600) <= ALLOWED
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(40), deadline=None)
 @given(
     st.lists(st.tuples(st.floats(-3.0, 3.0), st.floats(allow_nan=True)), min_size=1, max_size=60)

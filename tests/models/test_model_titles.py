@@ -63,6 +63,7 @@ _NAMES = st.builds(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(_NAMES, min_size=2, max_size=12, unique=True))
 def test_no_two_models_of_a_ranking_have_the_same_title(names: list[str]) -> None:
     titles = titles_of(names)

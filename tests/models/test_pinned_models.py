@@ -169,6 +169,7 @@ def test_a_model(name: str, pinned: Pinned) -> None:
     pinned(found)
 
 
+@pytest.mark.slow
 def test_laws_in_words(pinned: Pinned) -> None:
     laws = [law_from_name(name) for name in shown_laws()]
     kept = {law.name: [law.title, law.source, equation_latex(law)] for law in laws}
@@ -199,6 +200,7 @@ def test_laws_in_words(pinned: Pinned) -> None:
     )
 
 
+@pytest.mark.slow
 def test_stages_in_words(pinned: Pinned) -> None:
     about = [
         [s.name, s.title, s.source, s.equation, s.place, s.switches]
@@ -249,6 +251,7 @@ def test_networks_in_words(pinned: Pinned) -> None:
 WRONG: tuple[Any, ...] = (None, -1, 0, 1e308, "x", True, [], {}, [1, 2], "a*/b", 1e-320)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     slow_behind(3, ["hem+rise-fall+dahl, coaxial", "bingham+arrhenius", "fnn-3", "rbfn-3+lag"]),

@@ -85,6 +85,7 @@ def log(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", BROKEN)
 def test_a_broken_kind_stops_no_law_and_no_model(
     text: str, broken: Callable[..., None], tmp_path: Path
@@ -99,6 +100,7 @@ def test_a_broken_kind_stops_no_law_and_no_model(
     assert load_model(path).name == "bingham"
 
 
+@pytest.mark.slow
 def test_a_kind_of_others_takes_no_name_of_ours(broken: Callable[..., None]) -> None:
     broken("kinds", KIND + "THING = Odd()")
     for name in ("bingham", "bingham+lag", "rbfm-5", "fnn-3", "hb/critical"):
@@ -106,6 +108,7 @@ def test_a_kind_of_others_takes_no_name_of_ours(broken: Callable[..., None]) -> 
     assert kind_of("mine") not in [kind for plugin, kind in kinds() if plugin.own]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "part",
     [
@@ -139,6 +142,7 @@ def test_broken_advice_costs_its_own_lines(text: str, broken: Callable[..., None
     assert "the advice 'odd' of bench-odd 1.5" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text", [*BROKEN, "def THING(path, given): return 5", "def THING(path, given): 1 / 0"]
 )
@@ -321,6 +325,7 @@ def test_the_parts_of_a_stage_are_looked_at(part: str, broken: Callable[..., Non
         stages_of("odd")
 
 
+@pytest.mark.slow
 def test_what_a_package_prints_as_it_is_imported_is_in_no_table(
     broken: Callable[..., None], capsys: pytest.CaptureFixture[str], log: Path
 ) -> None:

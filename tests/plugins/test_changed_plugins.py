@@ -60,6 +60,7 @@ def forgotten() -> Iterator[None]:
     forget_stages()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("forgotten")
 @pytest.mark.parametrize(
     ("group", "text", "model"),

@@ -82,6 +82,7 @@ def test_a_law_with_a_name_of_ours_is_never_loaded(
     assert "it was loaded" not in said
 
 
+@pytest.mark.slow
 def test_the_check_is_of_others_only(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

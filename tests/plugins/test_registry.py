@@ -16,6 +16,7 @@ from erclutch.registry import GROUPS, find, hidden, names, plugins, require
 from tests.support.installed_plugin import Install
 
 
+@pytest.mark.slow
 def test_ours_are_files_and_need_no_list() -> None:
     assert {"bingham", "on-off", "rbfm"} <= set(names("erclutch.laws"))
     measured = {"mdf", "tdms", "rosbag", "hdf5", "spreadsheet", "lvm", "jsonl"}
@@ -51,6 +52,7 @@ def test_two_packages_of_one_name_are_refused(install: Install) -> None:
         find("erclutch.laws", "mine")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "ends",
     [
@@ -145,6 +147,7 @@ def test_a_reader_that_is_broken_is_left_out_and_said(install: Install, tmp_path
     assert any("my-reader 1.5" in note and "left out" in note for note in table.notes)
 
 
+@pytest.mark.slow
 def test_a_law_of_another_package_is_fitted_only_where_it_is_named(install: Install) -> None:
     """Installing a package changes no figure of the default fit; a broken one does not end it."""
     from erclutch.models.laws import ladder
@@ -216,6 +219,7 @@ def test_a_package_whose_own_files_cannot_be_read_stops_no_command(
     assert "theirs" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_what_a_package_says_of_itself_is_short_and_only_shown(
     install: Install, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -14,6 +14,8 @@ from erclutch.errors import RunError
 from erclutch.report.numbers.run_material import material_of
 from erclutch.runs.run_folder import read_run
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def run(kept_run: Path, tmp_path: Path) -> Path:
@@ -62,6 +64,7 @@ def test_an_edited_file(run: Path, name: str, how: str) -> None:
     assert f"{name}: changed after the run" in error_of(run)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "most"), [("table.csv", "64 MiB"), ("predictions.parquet", "4096 MiB")]
 )
@@ -142,7 +145,6 @@ def test_a_folder_that_cannot_be_written(run: Path, monkeypatch: pytest.MonkeyPa
         may_write_report(run / "report.html")
 
 
-@pytest.mark.slow
 def test_a_disk_that_fills_up(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from erclutch.report.html.report_page import write_report
 

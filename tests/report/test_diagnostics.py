@@ -176,6 +176,7 @@ def test_nothing_crosses_a_gap() -> None:
     assert spectrum(rows_of(e, e, e, {"m": e * 0}, cuts=tuple(range(50, 1000, 50))), ["m"]) is None
 
 
+@pytest.mark.slow
 def test_windows_are_held_out_and_rank_as_they_say() -> None:
     e = noise(20_000)
     e[17_000:17_200] *= 20.0
@@ -244,6 +245,7 @@ def chain(name: str, **numbers: float) -> dict[str, Any]:
     return {"name": name, "dynamics": numbers}
 
 
+@pytest.mark.slow
 def test_step_responses() -> None:
     lagged = chain("b+rise-fall", delay=0.002, tau_rise=0.01, tau_fall=0.05)
     (step,) = step_responses({"ranking": [chain("a"), lagged]}, ["a", "b+rise-fall"])
@@ -268,6 +270,7 @@ def test_step_responses_come_from_the_stages_whatever_the_chain() -> None:
     assert step_responses({"ranking": [alone]}, [alone["name"]]) == ()
 
 
+@pytest.mark.slow
 def test_a_step_that_comes_at_once_is_not_drawn() -> None:
     """Iron that keeps 0.1 % back drew a ramp of a nanosecond."""
     brake = chain("a+remanence", r_h=0.001, s_h=1.0)
@@ -373,6 +376,7 @@ def test_units() -> None:
     assert span(-1.0, None) == "−1.00 to –"
 
 
+@pytest.mark.slow
 def test_flow_curves_go_through_their_own_rows(tmp_path: Path) -> None:
     """Rows made by a law lie on its curve."""
     from erclutch.fit.comparison import Settings, compare
@@ -446,6 +450,7 @@ def test_logs_of_different_rates_are_not_mixed() -> None:
     assert memory.lag[1] == pytest.approx(1e-3)
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.floats(-100, 100), min_size=1, max_size=60), st.integers(1, 20), st.floats(0, 200)
 )

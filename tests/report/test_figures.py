@@ -16,6 +16,8 @@ from erclutch.signals.device import EFFORT_OF, DeviceName
 from tests.support.pair import pair_log, single_log
 from tests.support.slow_params import slow_but
 
+pytestmark = pytest.mark.slow
+
 MAGIC = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}
 
 
@@ -44,7 +46,6 @@ def test_section_and_coverage(tmp_path: Path, suffix: str, device: DeviceName) -
     )
 
 
-@pytest.mark.slow
 def test_the_same_log_gives_the_same_bytes(tmp_path: Path) -> None:
     log = pair_log(1.0)
     for suffix in MAGIC:
@@ -55,7 +56,6 @@ def test_the_same_log_gives_the_same_bytes(tmp_path: Path) -> None:
         assert first == second, suffix
 
 
-@pytest.mark.slow
 def test_what_cannot_be_drawn(tmp_path: Path) -> None:
     log = pair_log(1.0)
     with pytest.raises(RunError, match=r"cannot end in '.gif'"):

@@ -29,6 +29,8 @@ from erclutch.report.plots.plot_description import (
 from erclutch.report.plots.run_plots import write_figure
 from erclutch.report.printed_table import PRINTERS, PaperTable, parameter_table, ranking_table
 
+pytestmark = pytest.mark.slow
+
 HOSTILE = (
     r"a_b\end{tabular}|<b>%$1 & x^2~#{}µλΩ℃·³ 10⁻⁹ → 温 é ř ł ﬁ ½ '\"--`"
     + "\u2013\u2212\u221e\u00ab"
@@ -65,7 +67,6 @@ def test_nothing_in_a_text_is_a_command_of_latex(text: str) -> None:
     assert all(c.isascii() or ord(c) < 0x180 for c in shown)
 
 
-@pytest.mark.slow
 def test_a_pgf_without_latex_is_refused(
     material: Material, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -75,7 +76,6 @@ def test_a_pgf_without_latex_is_refused(
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.slow
 def test_pdflatex_sets_tables(material: Material, tmp_path: Path) -> None:
     law = next(name for name in material.run.names if name.startswith("bingham"))
     long = PaperTable(
@@ -88,7 +88,6 @@ def test_pdflatex_sets_tables(material: Material, tmp_path: Path) -> None:
     compiled(tmp_path, "\n".join(PRINTERS["latex"](table) for table in tables))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("width", [COLUMN, PAGE])
 def test_pdflatex_sets_figures(material: Material, tmp_path: Path, width: float) -> None:
     """A map has a picture beside it; the file names it, and holds no place of this machine."""

@@ -54,6 +54,7 @@ def test_an_exponent_between_two_fields_was_not_measured(material: Material) -> 
     assert why_not_measured(two_fields, exponent | {"at_bound": None}) == ""
 
 
+@pytest.mark.slow
 def test_a_part_that_the_fit_is_best_without_is_not_needed_and_no_worry(material: Material) -> None:
     """A yield effort of zero, which a memory's effort stands in for, was said to be not measured."""
     run = material.run
@@ -80,6 +81,7 @@ def test_a_spring_that_pushes_along_is_told_with_the_way_out() -> None:
     assert negative_gains(model) == []
 
 
+@pytest.mark.slow
 def test_curves_of_the_model_are_its_settled_effort(material: Material) -> None:
     model = material.models[material.recommended]
     (over_slip,), over_field = (
@@ -108,6 +110,7 @@ def test_a_turn_lies_where_the_effort_goes_back(material: Material) -> None:
         assert abs(first - last) == pytest.approx(turn.back)
 
 
+@pytest.mark.slow
 def test_the_model_stands_before_the_ranking_with_every_constant(material: Material) -> None:
     values = MODEL.fill(material)
     assert sum(map(len, values["halves"])) == len(
@@ -129,6 +132,7 @@ def test_eight_models_are_ranked_and_the_others_folded(material: Material) -> No
     ]
 
 
+@pytest.mark.slow
 def test_figures_of_every_row_stand_in_the_page(
     material: Material, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -148,6 +152,7 @@ def test_figures_of_every_row_stand_in_the_page(
     assert "it needs its past rows" in html
 
 
+@pytest.mark.slow
 def test_a_run_without_a_recommendation_shows_the_nearest(material: Material) -> None:
     run = replace(material.run, body={**material.body, "recommended": None})
     html = report_html(replace(material, run=run))
@@ -155,6 +160,7 @@ def test_a_run_without_a_recommendation_shows_the_nearest(material: Material) ->
     assert '<span class="tag">nearest</span>' in html
 
 
+@pytest.mark.slow
 def test_what_is_said_of_a_run_is_kept_and_shown(
     kept_run: Path, tmp_path: Path, material: Material
 ) -> None:

@@ -17,6 +17,8 @@ import erclutch
 from erclutch.errors import SettingError
 from erclutch.report.numbers.run_material import Material
 
+pytestmark = pytest.mark.slow
+
 _HOSTILE = 'a<script>alert(1)</script>&"\x1b[31m.csv'
 
 
@@ -44,7 +46,6 @@ def test_single_settings_may_stand_in_the_call(shown: dict[str, Any]) -> None:
     assert found.settings.test == erclutch.Settings().test
 
 
-@pytest.mark.slow
 def test_a_model_is_exported_and_verified_from_the_top(
     shown: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -83,6 +84,7 @@ def test_a_line_needs_few_modules() -> None:
     assert done.stdout.split() == []
 
 
+@pytest.mark.slow
 def test_without_the_face_of_the_package_nothing_shows(
     monkeypatch: pytest.MonkeyPatch, shown: dict[str, Any]
 ) -> None:
@@ -113,6 +115,7 @@ def test_a_recording_goes_out_as_a_frame_and_comes_back(shown: dict[str, Any]) -
         np.testing.assert_array_equal(back.signals[name], values)
 
 
+@pytest.mark.slow
 def test_tables_hold_the_figures_unrounded(shown: dict[str, Any]) -> None:
     found, entry = shown["Comparison"], shown["RankedModel"]
     ranking = found.table()
@@ -153,7 +156,6 @@ def test_every_public_name_is_listed() -> None:
     assert dir(erclutch) == sorted(erclutch.__all__)
 
 
-@pytest.mark.slow
 def test_a_plot_leaves_the_notebooks_backend_as_it_set_itself_up(
     kept_run: Path, tmp_path: Path
 ) -> None:

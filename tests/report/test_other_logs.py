@@ -28,6 +28,8 @@ from erclutch.runs.written_run import write_run
 from erclutch.signals.array import Array
 from tests.report.test_in_browser import CHROMIUM, browser, visit
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["browser", "visit"]
 
 
@@ -151,6 +153,7 @@ def test_a_share_of_the_variance_near_none_is_read_at_once(noise: Material) -> N
     assert "10⁻" not in fact
 
 
+@pytest.mark.slow
 def test_a_low_shear_rate_is_no_rest(points: Material) -> None:
     assert not points.rows.data.at_rest.any()
 
@@ -160,7 +163,6 @@ def test_strong_fields_are_read_in_kilovolts_a_millimetre(size: float, unit: str
     assert scale_for("V/m", size).unit == unit
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not CHROMIUM.exists(), reason="needs chromium: apt install chromium")
 def test_long_numbers_stay_in_their_box(
     without_field: Material, visit: Callable[..., Any], tmp_path: Path
@@ -187,6 +189,7 @@ def stamped(without_field: Material) -> Material:
     return replace(without_field, rows=replace(rows, data=replace(rows.data, clock=clock)))
 
 
+@pytest.mark.slow
 def test_epochs_are_counted_from_the_start_of_the_log(stamped: Material) -> None:
     """Ten digits lay on each other below the traces, and each tick of a plot was 2·10⁹."""
     page = report_html(stamped)
@@ -249,7 +252,6 @@ def test_a_bar_that_leaves_the_scale_is_torn(without_field: Material) -> None:
     assert '<span class="unseen">off the scale</span>' in page
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not CHROMIUM.exists(), reason="needs chromium: apt install chromium")
 def test_a_map_without_a_field_speaks_of_slip_alone(
     stamped: Material, visit: Callable[..., Any], tmp_path: Path
@@ -263,7 +265,6 @@ def test_a_map_without_a_field_speaks_of_slip_alone(
     assert page.locator("#panel-slip .uplot").count() == 1
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not CHROMIUM.exists(), reason="needs chromium: apt install chromium")
 def test_errors_by_log_leave_room_for_the_table(
     without_field: Material, visit: Callable[..., Any], tmp_path: Path

@@ -10,12 +10,14 @@ from hypothesis import strategies as st
 from erclutch.report.html.packed_rows import Packer, channel, coarse, packed, rounded, unpacked
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(-32768, 32767), min_size=1, max_size=300))
 def test_what_was_packed_comes_back(values: list[int]) -> None:
     array = np.array(values, np.int64)
     assert np.array_equal(unpacked(packed(array)), array)
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.floats(-1e6, 1e6, allow_subnormal=False), min_size=1, max_size=200),
     st.floats(1e-9, 1e3),
@@ -32,6 +34,7 @@ def test_rounding_is_within_half_a_step_and_fits_16_bits(
     assert np.abs(back - array).max() <= 0.5 * made.step + 1e-9 * np.abs(array).max()
 
 
+@pytest.mark.slow
 @given(st.integers(1, 400), st.integers(1, 50), st.integers(0, 2**32 - 1))
 def test_a_coarse_layer_encloses_its_rows(rows: int, bucket: int, seed: int) -> None:
     values = np.random.default_rng(seed).integers(-1000, 1000, rows)

@@ -176,6 +176,7 @@ def test_every_meaning_has_its_colour_on_the_page_and_in_print() -> None:
         assert name == "other" or re.search(rf"\.{name}\b", css), name
 
 
+@pytest.mark.slow
 def test_the_table_is_the_one_described(tmp_path: Path) -> None:
     table = PlotTable(("a", "b"), [(1, 2.0), (3, 0.1)])
     bars = NamedBars(["one", "two"], X[1:3], X[:2], X[2:4], ["best", "other"])
@@ -188,6 +189,7 @@ def test_the_table_is_the_one_described(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_the_page_shows_the_panels_of_the_figures(material: Material) -> None:
     """The page and the paper draw the same description."""
     from erclutch.report.html.report_page import report_html

@@ -43,6 +43,7 @@ def runs(recording: Recording, tmp_path_factory: pytest.TempPathFactory) -> tupl
     )
 
 
+@pytest.mark.slow
 def test_the_same_rows(runs: tuple[Run, Run]) -> None:
     found = pair(runs)
     assert found.rows == 1200
@@ -58,6 +59,7 @@ def test_the_same_rows(runs: tuple[Run, Run]) -> None:
     assert found.differing == (("models", ("quadratic", "bingham, quadratic")),)
 
 
+@pytest.mark.slow
 def test_the_same_model_does_not_differ(runs: tuple[Run, Run]) -> None:
     found = pair(runs, ["quadratic"])
     more = found.contenders[1].more
@@ -68,6 +70,7 @@ def test_the_same_model_does_not_differ(runs: tuple[Run, Run]) -> None:
     assert found.same[0].share.value == 0.0
 
 
+@pytest.mark.slow
 def test_only_rows_that_all_held_out_count(
     recording: Recording, runs: tuple[Run, Run], tmp_path: Path
 ) -> None:
@@ -95,6 +98,7 @@ def test_another_log_is_refused(
         pair([runs[0], scaled])
 
 
+@pytest.mark.slow
 def test_the_page_holds_all_runs(runs: tuple[Run, Run], tmp_path: Path) -> None:
     text = write_comparison(pair(runs), tmp_path / "c.html").read_text()
     for words in (

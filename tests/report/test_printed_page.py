@@ -63,6 +63,7 @@ printf '%%PDF-1.4\\n/MediaBox [0 0 594.9 840.0]\\n/end [9 0 R /XYZ 0 %s 0]\\n' $
     return fake_browser(folder, script)
 
 
+@pytest.mark.slow
 def test_a_last_page_that_would_be_half_empty_is_filled_by_a_chapter(
     material: Material, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -76,6 +77,7 @@ def test_a_last_page_that_would_be_half_empty_is_filled_by_a_chapter(
     assert (tmp_path / "printed").read_text().split() == ["once", "once"]
 
 
+@pytest.mark.slow
 def test_where_nothing_fills_the_last_page_the_fullest_is_kept(
     material: Material, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -85,6 +87,7 @@ def test_where_nothing_fills_the_last_page_the_fullest_is_kept(
     assert printed_page.last_page_fill(printed) == pytest.approx(1 - 500 / 840)
 
 
+@pytest.mark.slow
 def test_the_page_for_print_has_traces_and_the_constants_of_the_recommended_model(
     material: Material,
 ) -> None:
@@ -112,6 +115,7 @@ def test_without_a_browser_it_says_how_to_print(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("script", "said"),
     [

@@ -64,6 +64,7 @@ class Tags(HTMLParser):
         self._inside = False
 
 
+@pytest.mark.slow
 def test_it_needs_nothing_from_outside(html: str) -> None:
     for tag, attributes in Tags(html).tags:
         assert tag not in ("link", "iframe", "img", "object", "embed", "form"), tag
@@ -74,6 +75,7 @@ def test_it_needs_nothing_from_outside(html: str) -> None:
     assert not re.search(r"@import|url\(", html)
 
 
+@pytest.mark.slow
 def test_only_its_own_scripts_may_run(html: str) -> None:
     tags = Tags(html)
     policy = next(a["content"] for t, a in tags.tags if t == "meta" and "http-equiv" in a) or ""
@@ -95,6 +97,7 @@ def test_uplot_is_the_one_that_its_origin_names() -> None:
         assert hashlib.sha256((folder / name).read_bytes()).hexdigest() == digest
 
 
+@pytest.mark.slow
 def test_all_sections_are_there(html: str) -> None:
     for section in SECTIONS:
         if section.folded:
@@ -126,6 +129,7 @@ def test_the_verdict_says_what_the_run_says(html: str, material: Material) -> No
         assert material.effort.band(other["test"]["rmse"]) in html
 
 
+@pytest.mark.slow
 def test_where_no_fit_is_sound_the_nearest_model_is_not_called_recommended(
     material: Material,
 ) -> None:
@@ -138,18 +142,21 @@ def test_where_no_fit_is_sound_the_nearest_model_is_not_called_recommended(
     assert '<span class="tag">recommended</span>' in report_html(material)
 
 
+@pytest.mark.slow
 def test_the_same_run_gives_the_same_bytes(html: str, kept_run: Path, tmp_path: Path) -> None:
     path = write_report(material_of(read_run(kept_run)), tmp_path / "again.html")
     assert path.read_text(encoding="utf-8") == html
     assert [p.name for p in tmp_path.iterdir()] == ["again.html"]
 
 
+@pytest.mark.slow
 def test_the_folder_alone_is_enough(html: str, kept_run: Path, tmp_path: Path) -> None:
     """Nothing is taken from the log or from where the run was made."""
     moved = Path(shutil.copytree(kept_run, tmp_path / kept_run.name))
     assert report_html(material_of(read_run(moved))) == html
 
 
+@pytest.mark.slow
 def test_packed_rows_are_those_of_the_run(html: str, material: Material) -> None:
     traces = json.loads(Tags(html).scripts[0])["traces"]
     rows = material.rows
@@ -173,6 +180,7 @@ def test_packed_rows_are_those_of_the_run(html: str, material: Material) -> None
     assert (begin, end) == (rows.data.clock.time[0], pytest.approx(rows.data.clock.time[-1]))
 
 
+@pytest.mark.slow
 def test_names_cannot_become_code(tmp_path: Path, kept_run: Path) -> None:
     """A log may be called anything."""
     from erclutch.models.model_file import digest_of
@@ -310,6 +318,7 @@ def test_never_over_what_is_no_report(tmp_path: Path) -> None:
         may_write_report(tmp_path)
 
 
+@pytest.mark.slow
 def test_an_earlier_report_is_replaced(tmp_path: Path, material: Material) -> None:
     path = write_report(material, tmp_path / "report.html")
     whole = path.read_bytes()
@@ -344,6 +353,7 @@ def test_logarithmic_ticks() -> None:
     assert len(round_ticks(30.0, 90.0, 6, log=True)) >= 1
 
 
+@pytest.mark.slow
 def test_the_next_step_is_the_controller(material: Material, tmp_path: Path) -> None:
     """The file that the report names is the one that its command writes."""
     from erclutch.report.html.verdict_section import VERDICT
@@ -395,6 +405,7 @@ def test_each_law_has_its_equation(html: str, material: Material) -> None:
                 assert p["name"].replace("_", "").replace("eta", "η") in symbols
 
 
+@pytest.mark.slow
 def test_a_mapping_file_is_part_of_what_repeats_the_run(tmp_path: Path) -> None:
     from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import read
@@ -415,6 +426,7 @@ def test_a_mapping_file_is_part_of_what_repeats_the_run(tmp_path: Path) -> None:
     assert "All by default" not in html
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("still", [0.0, 0.3])
 def test_the_error_over_rows_in_motion(still: float, tmp_path: Path) -> None:
     """Where many rows held out are at rest, the figure over the others stands beside that over all."""
@@ -468,6 +480,7 @@ def test_a_negative_inertia_is_explained(mass: float, tmp_path: Path) -> None:
     )  # a worry, and below its table
 
 
+@pytest.mark.slow
 def test_both_clutches_of_a_pair_have_flow_curves(tmp_path: Path) -> None:
     from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import recording_from_arrays

@@ -40,6 +40,7 @@ def numbers(path: Path) -> tuple[list[str], list[list[str]]]:
     return header, rows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", slow_but(("trace",), FIGURES))
 def test_three_files_each(name: str, material: Material, tmp_path: Path) -> None:
     paths = write_figure(name, material, tmp_path)
@@ -58,6 +59,7 @@ def test_no_text_is_cut_off_or_left_as_tex(name: str, material: Material) -> Non
     nothing_is_cut_off(FIGURES[name][1](material))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "label",
     [
@@ -133,6 +135,7 @@ def test_a_ranking_says_what_it_leaves_out(material: Material) -> None:
     assert FIGURES["ranking"][1](material).panels[0].title == ""
 
 
+@pytest.mark.slow
 def test_other_formats_and_both_columns(material: Material, tmp_path: Path) -> None:
     paths = write_figure("ranking", material, tmp_path, kinds=("svg",), wide=True)
     assert [p.name for p in paths] == ["ranking.svg", "ranking.csv"]

@@ -116,6 +116,7 @@ def test_names_that_no_file_can_have_are_kept_apart() -> None:
     assert files[-1] == "bingham_power+lag"
 
 
+@pytest.mark.slow
 def test_a_further_input_beyond_the_training_rows_is_a_guess_as_in_the_exported_step(
     recording: Recording,
 ) -> None:

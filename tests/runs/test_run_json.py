@@ -142,6 +142,7 @@ def test_one_change_of_run_json_is_refused_or_harmless(
         use(folder, run, log)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("place", "value", "said"),
     [
@@ -199,6 +200,7 @@ def test_the_error_names_the_place_and_what_was_expected(
     assert str(caught.value).endswith(". Fit the log again.")
 
 
+@pytest.mark.slow
 def test_two_models_of_one_name_are_refused(run: Path, tmp_path: Path) -> None:
     body = body_of(run)
     body["ranking"].append(body["ranking"][0])
@@ -206,6 +208,7 @@ def test_two_models_of_one_name_are_refused(run: Path, tmp_path: Path) -> None:
         read_run(placed(body, tmp_path / "twice", run))
 
 
+@pytest.mark.slow
 def test_dynamics_that_are_not_the_models_are_refused(run: Path, tmp_path: Path) -> None:
     body = body_of(run)
     lagging = next(entry for entry in body["ranking"] if entry["name"] == "bingham+lag")
@@ -238,6 +241,7 @@ def test_further_keys_of_a_newer_version_are_let_be(run: Path, tmp_path: Path) -
     assert read_run(placed(body, tmp_path / "newer", run)).names
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_a_recalibrated_run_opens(recalibrated_run: Path, log: Path) -> None:
     use(recalibrated_run, log.parent / "run", log)

@@ -58,6 +58,7 @@ def bytes_of(folder: Path) -> dict[str, str]:
     }
 
 
+@pytest.mark.slow
 def test_the_files_of_a_run(run: Path) -> None:
     assert sorted(bytes_of(run)) == [
         "models/bingham_square.json",
@@ -87,6 +88,7 @@ def test_the_same_log_and_settings_give_the_same_bytes(
     assert all(bytes_of(folder) == first for folder in folders[1:])
 
 
+@pytest.mark.slow
 def test_a_run_reads_back(run: Path, compared: Comparison) -> None:
     back = read_run(run)
     assert back.names == tuple(e.name for e in compared.entries)
@@ -101,6 +103,7 @@ def test_a_run_reads_back(run: Path, compared: Comparison) -> None:
         back.model("hem")
 
 
+@pytest.mark.slow
 def test_an_id_names_a_model_of_a_run(run: Path, compared: Comparison) -> None:
     back = read_run(run)
     for place, entry in enumerate(compared.entries):
@@ -185,6 +188,7 @@ def test_a_column_that_holds_no_numbers_is_one_line(run: Path) -> None:
         read_rows(read_run(run))
 
 
+@pytest.mark.slow
 def test_predictions_of_several_logs_name_them(tmp_path: Path, recording: Recording) -> None:
     import pyarrow.parquet as pq
 

@@ -54,6 +54,7 @@ def test_channels_of_one_kind_have_one_unit() -> None:
         named("coaxial", {"alpha": "table [m]"})
 
 
+@pytest.mark.slow
 @settings(deadline=None)  # the first unit that is no common one loads pint
 @given(
     st.sampled_from(DEVICES),

@@ -124,6 +124,7 @@ def ended() -> None:
     signal.raise_signal(signal.SIGTERM)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_a_plot_has_all_its_files_or_none(
     number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -11,6 +11,8 @@ import pytest
 import erclutch
 from erclutch.logs.synthetic import write_synthetic_log
 
+pytestmark = pytest.mark.slow
+
 
 def test_a_flow_curve_shows_itself() -> None:
     from matplotlib import pyplot
@@ -29,7 +31,6 @@ def test_a_flow_curve_shows_itself() -> None:
     pyplot.close("all")
 
 
-@pytest.mark.slow
 def test_a_fleet_shows_its_devices(tmp_path: Path) -> None:
     for seed, name in enumerate(("one", "two")):
         write_synthetic_log(tmp_path / f"{name}.csv", 1.2, seed)

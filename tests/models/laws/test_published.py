@@ -116,6 +116,7 @@ def test_casson_adds_roots(r: float, T_y: float) -> None:
     assert np.all(np.abs(torque - expected * SIGN) <= np.abs(expected) * (1e-12 + small))
 
 
+@pytest.mark.slow
 @free
 @given(
     k_2=st.floats(0.01, 5.0),

@@ -73,6 +73,7 @@ def test_text_of_every_law_is_one_readable_line(law: Law) -> None:
         assert parameter.name in text
 
 
+@pytest.mark.slow
 def test_a_power_of_a_power_has_a_short_exponent() -> None:
     def columns(E: Any, w: Any, w_s: Any, m: Any, n: Any) -> tuple[Any, ...]:
         return (power(power(power(E, n), 1.0 / m) + np.abs(w), m) * direction(w, w_s),)

@@ -12,6 +12,8 @@ from erclutch.models.structure import Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
+pytestmark = pytest.mark.slow
+
 VOLT, RAD_S, NEWTON_METRE = 1e-3, 1e3 / 60.0, 1e3  # a thousandth of the number, and so on
 
 

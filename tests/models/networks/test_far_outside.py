@@ -94,6 +94,7 @@ def test_at_a_field_that_no_row_had_the_law_is_alone(device: DeviceName, field: 
     )
 
 
+@pytest.mark.slow
 def test_between_both_nothing_jumps() -> None:
     network, _ = trained("single")
     field = np.linspace(-0.3, 1.3, 200_001)
@@ -137,6 +138,7 @@ def test_a_lone_row_has_the_bits_of_many() -> None:
         assert lone[0] == many[k]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("dynamics", ["none", "lag", "inertia"])
 def test_an_exported_step_fades_as_predict_does(precision: Any, dynamics: str) -> None:

@@ -191,6 +191,7 @@ def test_a_start_that_cannot_be_improved_says_so() -> None:
 # --- compression ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(30), deadline=None)
 @given(
     inputs=st.integers(1, 6),
@@ -256,6 +257,7 @@ def test_more_neurons_fit_better() -> None:
 # --- models -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", slow_behind(4, ["fnn-4", "rbfn-6", "rbfn-6/kmeans", "rbfn-4/spreads", "fnn-3-2"])
 )
@@ -270,6 +272,7 @@ def test_a_network_survives_its_file(data: Dataset, tmp_path: Path, name: str) -
     assert pickle.loads(pickle.dumps(model)).name == model.name
 
 
+@pytest.mark.slow
 def test_equations_18_and_20_choose_the_inputs(data: Dataset) -> None:
     first, second = data.elements
     for name, expected in (
@@ -398,6 +401,7 @@ def test_a_yield_effort_that_rises_with_the_temperature_is_read_again(fall: floa
         network_from_dict(beyond.to_dict())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", ["digest", "weights", "inputs", "scaling", "schema", "network"])
 def test_a_network_file_that_was_changed(body: dict[str, Any], change: str) -> None:
     from erclutch.models.model_file import digest_of

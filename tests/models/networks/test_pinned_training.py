@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
 from erclutch.fit.networks import fit_rbfn
 from erclutch.fit.networks.backprop import WeightedRows
@@ -73,6 +74,7 @@ def test_exchanges(pinned: Pinned) -> None:
     pinned([found.cost, found.steps, found.stop], rel=0.02)
 
 
+@pytest.mark.slow
 def test_centres(pinned: Pinned) -> None:
     x, y = inputs(900)
     cells = compress(x, y, 0)

@@ -23,6 +23,7 @@ def _rows(
     return WeightedRows(x, y, None, sizes, single=False), x
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(30), deadline=None)
 @given(
     seed=st.integers(0, 999),

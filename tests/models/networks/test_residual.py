@@ -35,6 +35,8 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from tests.support.examples import examples
 
+pytestmark = pytest.mark.slow
+
 PERIOD = 1e-3
 DYNAMICS = "lag+dahl+effort-lag"
 
@@ -78,7 +80,6 @@ def _rms(x: np.ndarray) -> float:
     return float(np.sqrt(np.mean(x**2)))
 
 
-@pytest.mark.slow
 def test_the_network_takes_what_the_law_misses(data: Dataset) -> None:
     model = fit_residual(data, structure(network="fnn-10")).model
     fresh = device(seed=1)
@@ -86,7 +87,6 @@ def test_the_network_takes_what_the_law_misses(data: Dataset) -> None:
     assert both < 0.4 * alone
 
 
-@pytest.mark.slow
 def test_nothing_is_added_where_nothing_is_missed() -> None:
     found = fit_residual(device(missed=0.0), structure())
     fresh = device(seed=1, missed=0.0)
@@ -97,7 +97,6 @@ def test_nothing_is_added_where_nothing_is_missed() -> None:
 ANY = st.floats(allow_nan=True, allow_infinity=True)
 
 
-@pytest.mark.slow
 @settings(max_examples=examples(300), deadline=None)
 @given(x=st.lists(st.tuples(ANY, ANY, ANY, ANY), min_size=1, max_size=5))
 def test_the_limit_holds_for_any_input(
@@ -173,6 +172,7 @@ def _no_network(body: dict[str, Any]) -> None:
     del body["network"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spoil", [_limit_of_zero, _one_corner_less, _corners_swapped, _no_network])
 def test_a_spoilt_file_is_refused(spoil: Any, model: ResidualModel, tmp_path: Path) -> None:
     body = json.loads(json.dumps(model.to_dict()))
@@ -187,7 +187,6 @@ def test_a_spoilt_file_is_refused(spoil: Any, model: ResidualModel, tmp_path: Pa
 
 
 @pytest.mark.usefixtures("compiled_plainly")
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["model", "with_memory"])
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_the_c_has_predicts_bits_and_off_those_of_the_law(
@@ -214,7 +213,6 @@ def test_the_c_has_predicts_bits_and_off_those_of_the_law(
     assert np.array_equal(made.run(rows)[0], expected)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["model", "with_memory"])
 @pytest.mark.parametrize("on", [True, False])
 def test_the_inverse_of_the_next_step_feels_the_switch(kind: str, on: bool, request: Any) -> None:
@@ -236,7 +234,6 @@ def test_the_state_has_the_switch_only_where_there_is_a_network_on_a_law(
     assert SWITCHED_OFF not in step_record(step_of(model.law)).record.after
 
 
-@pytest.mark.slow
 def test_a_comparison_names_fits_and_says_what_the_network_adds() -> None:
     found = compare(
         device(30_000), Settings(models=("bingham", "bingham+fnn-4"), lag="none", test=0.3)
@@ -258,7 +255,6 @@ def remembering(data: Dataset, travel: float = 3.0) -> Dataset:
     return replace(data, effort=data.effort + (1.0 + 4.0 * field) * memory)
 
 
-@pytest.mark.slow
 def test_the_default_tries_a_network_on_what_the_law_with_memory_misses() -> None:
     found = compare(remembering(device(30_000)), Settings(models=("bingham", "fnn-4")))
     best = found.entries[0]
@@ -271,7 +267,6 @@ def test_the_default_tries_a_network_on_what_the_law_with_memory_misses() -> Non
     assert both.law.to_dict() == replace(law.outcome.model, band=None).to_dict()
 
 
-@pytest.mark.slow
 def test_a_short_log_gets_no_network_with_more_weights_than_rows(data: Dataset) -> None:
     short = remembering(data).take(np.arange(data.rows) < 300)
     found = compare(short, Settings(models=("bingham", "fnn-50")))
@@ -285,7 +280,6 @@ def test_a_short_log_gets_no_network_with_more_weights_than_rows(data: Dataset) 
     assert all(outcome.weights < found.data.take(~found.test).rows for outcome in networks.values())
 
 
-@pytest.mark.slow
 def test_a_block_that_holds_the_only_other_field_counts_as_not_helped() -> None:
     steps = device(field=np.where(np.arange(6000) < 1200, 0.5, 1.0))
     network = fit_residual(steps, structure()).model.correction.network
@@ -340,7 +334,6 @@ def test_cells_are_only_values() -> None:
     assert box.weight([float("nan")]) == 0.0
 
 
-@pytest.mark.slow
 def test_the_equation_says_each_stage_once(with_memory: ResidualModel) -> None:
     said = with_memory.equation()
     for name in DYNAMICS.split("+"):

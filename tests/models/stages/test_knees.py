@@ -51,6 +51,7 @@ def test_below_its_knees_a_damper_is_as_the_law_says_and_beyond_them_the_columns
     assert backward.tolist() == [-1.0, 0.0, 0.0, 0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_known_numbers_are_found() -> None:
     outcome = fit_structure(damper(-1800.0, -2500.0), structure("knees"))
     found = {estimate.name: estimate for estimate in outcome.estimates}

@@ -88,6 +88,7 @@ def test_it_becomes_dahls(name: str, q: list[float]) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exponent", [1, 2])
 @pytest.mark.parametrize("beta", [0.5, 0.8, 2.0])
 def test_bouc_wen_solves_its_equation(exponent: int, beta: float) -> None:
@@ -102,6 +103,7 @@ def test_bouc_wen_solves_its_equation(exponent: int, beta: float) -> None:
     _agrees(lambda slip: response(f"bouc-wen-{exponent}", slip, 1.0, [r, beta]), rate, t, 2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "more_forward"), [("lugre", ()), ("lugre/sides", (0.2,))])
 def test_lugre_solves_its_equation(name: str, more_forward: tuple[float, ...]) -> None:
     r, h, w_l = 0.02, 1.7, 0.4
@@ -159,6 +161,7 @@ def published(t: Array, slip: Callable[[float], float], volt: float, start: Arra
     return np.array([c_1 * crawl(slip(at), z, d) for at, z, d in zip(t, *found, strict=True)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("volt", [0.0, 1.0, VOLT])
 def test_spencer_with_the_papers_parameters(volt: float) -> None:
     """The stage with numbers that follow from the published ones solves the published equations."""

@@ -119,6 +119,7 @@ def test_what_stays_does_not_hang_on_the_pace_or_on_noise(stage: str) -> None:
     assert behind(stage, np.concatenate([command, waiting]), 0.3, 0.6)[-1] == pytest.approx(left)
 
 
+@pytest.mark.slow
 def test_known_numbers_are_found_in_the_unit_of_the_field() -> None:
     command = ramps()
     log = brake(command, behind("remanence", command, 0.15, 0.6))
@@ -218,6 +219,7 @@ def test_a_steady_field_is_not_asked() -> None:
     assert len(rungs) == 1
 
 
+@pytest.mark.slow
 def test_a_play_within_the_noise_of_a_measured_current_is_no_remanence() -> None:
     """It smooths the noise, and an estimate gets better by that; the iron of this brake keeps nothing."""
     true = np.abs(ramps())

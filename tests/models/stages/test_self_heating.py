@@ -92,6 +92,7 @@ def test_a_heat_that_no_log_had_takes_the_effort_no_further() -> None:
     assert of_viscous[-1] == 60.0
 
 
+@pytest.mark.slow
 def test_known_numbers_are_found_in_units() -> None:
     log = brake(0.0, 20.0)
     reference = rms(log.elements[0].slip)
@@ -112,6 +113,7 @@ def test_known_numbers_are_found_in_units() -> None:
     assert found["tau_h"].high - found["tau_h"].low < 0.2 * 20.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("fade", "tau_s"), slow_behind(1, [(0.08, 30.0), (0.15, 100.0), (0.2, 15.0)])
 )
@@ -129,12 +131,14 @@ def test_the_rest_of_a_log_is_told_where_the_device_warms(fade: float, tau_s: fl
     assert errors[1] < 0.5 * errors[0]
 
 
+@pytest.mark.slow
 def test_a_viscosity_that_falls_gets_its_own_gain() -> None:
     log = brake(0.05, 40.0, thinning=0.5)
     rungs = grown(log, structure(), among=("self-heating", "self-heating/viscous"))
     assert rungs[-1].structure.dynamics == "self-heating/viscous"
 
 
+@pytest.mark.slow
 def test_a_device_that_stays_cold_is_not_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[str] = []
     searched = rungs_of.rung_of
@@ -151,6 +155,7 @@ def test_a_device_that_stays_cold_is_not_asked(monkeypatch: pytest.MonkeyPatch) 
     }  # the law alone, with either yield effort: no search was made for a stage
 
 
+@pytest.mark.slow
 def test_a_log_that_is_cut_for_the_search_is_whole_where_the_device_warms(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -13,6 +13,8 @@ from erclutch.models.structure import Structure
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 
+pytestmark = pytest.mark.slow
+
 ROWS = 6000
 LAW = law_from_name("bingham", "single")
 
@@ -64,7 +66,6 @@ def test_the_ways_change_places_where_the_slip_and_the_effort_turn_round() -> No
     assert found["T_ay"].low < -60.0 < found["T_ay"].high
 
 
-@pytest.mark.slow
 def test_the_data_ask_for_it_only_where_the_ways_differ() -> None:
     among = ("dahl/field", "viscous", "sides")
     asked = grown(damper(-300.0, 60.0), structure("none"), among=among)

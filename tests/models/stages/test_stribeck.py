@@ -120,6 +120,7 @@ def test_its_derivatives_in_the_turning_slip_are_those_of_differences() -> None:
         np.testing.assert_allclose(partial_of(exact, k), slope, atol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("one_way", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_known_numbers_are_found_in_the_units_of_the_log(one_way: bool) -> None:
     outcome = fit_structure(joint(one_way=one_way), structure("stribeck"))
@@ -133,6 +134,7 @@ def test_known_numbers_are_found_in_the_units_of_the_log(one_way: bool) -> None:
     assert outcome.train_cost**0.5 < 1.03 * NOISE * ROWS**0.5
 
 
+@pytest.mark.slow
 def test_a_field_scales_its_own_share_of_the_hump() -> None:
     t = PERIOD * np.arange(float(ROWS))
     slip = 0.7 * np.sin(1.7 * t) + 0.5 * np.sin(4.1 * t)
@@ -161,6 +163,7 @@ def test_a_log_without_a_hump_asks_for_none() -> None:
     assert rungs[-1].structure.dynamics == "none"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("random", [0, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2))])
 def test_a_sheet_of_points_asks_for_a_hump_only_where_there_is_one(random: int) -> None:
     asked = grown(points(STATIC, random), structure("none"), among=("viscous", "stribeck"))
@@ -173,6 +176,7 @@ def test_points_of_a_table_may_ask_for_it_for_it_needs_no_time() -> None:
     assert not needs_time(stage_named("stribeck"))
 
 
+@pytest.mark.slow
 def test_rates_over_decades_make_no_hump_of_a_plain_yield_stress() -> None:
     """The lowest rates lie below the least slip over which a sign turns, and a narrow hump took up what was missing."""
     field = np.repeat(np.linspace(0.0, 2.0, 5), 25)

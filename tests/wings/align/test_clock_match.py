@@ -194,6 +194,7 @@ def pair(
     return Track(a, one, 0.01, whole), Track(a, other, 0.01, whole)
 
 
+@pytest.mark.slow
 def test_the_whole_answer() -> None:
     """Offset and drift are the true ones within their intervals; the figures stay as they are."""
     a, b = pair()
@@ -217,6 +218,7 @@ def test_the_whole_answer() -> None:
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_the_other_way_round() -> None:
     a, b = pair()
     there = match_clocks(a, b)

@@ -19,6 +19,8 @@ from erclutch.wings.align.coarse_search import search_of_all, width_of
 from erclutch.wings.align.track import track_of
 from tests.support.pinning import Pinned, summed, told
 
+pytestmark = pytest.mark.slow
+
 
 @cache
 def _signal() -> Array:

@@ -13,6 +13,8 @@ import erclutch
 from erclutch.errors import ErclutchError
 from erclutch.logs.synthetic import synthetic_log
 
+pytestmark = pytest.mark.slow
+
 OFFSET, DRIFT = -7.3e-3, 40e-6
 _COLUMNS = synthetic_log(30.0, 0)
 _TIME, _SLIP = _COLUMNS["time"][1], _COLUMNS["slip"][1]
@@ -43,7 +45,6 @@ def _b(rate: float = 1000.0, seed: int = 0, *, offset: float = OFFSET) -> pd.Dat
     )
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("rate", [1000.0, 200.0])
 def test_a_made_up_offset_and_drift_are_found(rate: float) -> None:
     found = erclutch.align(_a(), _b(rate), on=("slip", "rpm"))
@@ -56,7 +57,6 @@ def test_a_made_up_offset_and_drift_are_found(rate: float) -> None:
     assert found.joined.units["torque"] == "N*m"
 
 
-@pytest.mark.slow
 def test_either_log_may_be_first() -> None:
     there, back = (
         erclutch.align(_a(), _b(200.0), on=("slip", "rpm")),
@@ -69,7 +69,6 @@ def test_either_log_may_be_first() -> None:
     assert back.matches[0].on_b(middle) == pytest.approx(15.0, abs=1e-6)
 
 
-@pytest.mark.slow
 def test_a_gap_and_a_restart_of_the_clock() -> None:
     b = _b()
     b = b[(b["time [s]"] < 12.0) | (b["time [s]"] > 14.0)].reset_index(drop=True)
@@ -89,7 +88,6 @@ def _sine(shift: float) -> pd.DataFrame:
     return pd.DataFrame({"time [s]": _TIME, "x [mm]": np.sin(4 * np.pi * (_TIME + shift)) + noise})
 
 
-@pytest.mark.slow
 def test_what_cannot_be_matched_is_refused() -> None:
     a = _a()
     for other, on, said in (
@@ -105,7 +103,6 @@ def test_what_cannot_be_matched_is_refused() -> None:
             erclutch.align(a, other, on=on)
 
 
-@pytest.mark.slow
 def test_a_periodic_signal_needs_to_be_told_about_where() -> None:
     with pytest.raises(ErclutchError, match=r"repeats itself.*--near"):
         erclutch.align(_sine(0.0), _sine(0.1))
@@ -123,7 +120,6 @@ def test_a_periodic_signal_needs_to_be_told_about_where() -> None:
             erclutch.align(_sine(0.0), slower, near=0.03)
 
 
-@pytest.mark.slow
 def test_a_slow_signal_is_matched_about_where_the_user_says() -> None:
     """A position that wanders: too few independent samples to find it anywhere, enough to find it near a place."""
     time = 1e-3 * np.arange(20_000)
@@ -148,7 +144,6 @@ def test_a_slow_signal_is_matched_about_where_the_user_says() -> None:
         erclutch.align(a, b, near=6.0)
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("ending", ["csv", "parquet", "mat"])
 def test_what_is_written_is_read_again(ending: str, tmp_path: Path) -> None:

@@ -170,6 +170,7 @@ def test_a_name_is_refused_or_stays_in_the_folder(name: str) -> None:
         assert not kept.name.startswith(("-", "."))
 
 
+@pytest.mark.slow
 @given(
     st.dictionaries(
         st.sampled_from(["models", "lag", "test", "seed", "rate", "column.slip"]),
@@ -436,6 +437,7 @@ def test_idle_connections_do_not_shut_the_owner_out(served: Served) -> None:
         assert [served.ask("GET", "/")[0] for _ in range(3)] == [200, 200, 200]
 
 
+@pytest.mark.slow
 def test_a_folder_with_many_runs_is_shown_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

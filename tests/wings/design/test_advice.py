@@ -45,6 +45,7 @@ def write(folder: Path, data: Dataset) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_log_beside_its_copies_teaches_nothing_new() -> None:
     said = which_logs(joined([log_of(f"run{number}", 2.0, 0.4) for number in range(12)]))
     assert len(said) == 2
@@ -61,6 +62,7 @@ def test_what_no_log_has_is_said_in_the_units_of_the_rig() -> None:
     assert "No log has field 1 .. 2 A with slip 0.133 .. 0.4 m/s." in said
 
 
+@pytest.mark.slow
 def test_of_two_logs_of_the_same_motion_neither_is_said_to_show_what_the_other_does_not() -> None:
     said = which_logs(joined([log_of("monday", 2.0, 0.4), log_of("tuesday", 2.0, 0.4)]))
     assert len(said) == 1
@@ -68,6 +70,7 @@ def test_of_two_logs_of_the_same_motion_neither_is_said_to_show_what_the_other_d
     assert "monday" in said[0] or "tuesday" in said[0]
 
 
+@pytest.mark.slow
 def test_a_gap_over_all_fields_is_said_once() -> None:
     slow, fast = log_of("slow", 0.5, 1.0), log_of("fast", 0.5, 1.0)
     apart = [
@@ -83,6 +86,7 @@ def test_a_gap_over_all_fields_is_said_once() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_logs_of_one_field_each_are_told_that_no_field_changes() -> None:
     logs = [log_of(name, 2.0, 0.4) for name in ("low", "high")]
     still = [
@@ -100,6 +104,7 @@ def test_logs_of_one_field_or_at_rest_say_nothing(field: float, slip: float) -> 
     assert which_logs(joined([log_of("a", field, slip), log_of("b", field, slip)])) == []
 
 
+@pytest.mark.slow
 def test_without_the_wing_nothing_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     rows = joined([log_of("slow", 2.0, 0.1), log_of("fast", 0.9, 0.4)])
     assert advice_on(rows) == which_logs(rows)

@@ -96,6 +96,7 @@ def test_a_cell_tells_field_and_speed_and_whether_each_rises_or_falls() -> None:
     assert not np.any(turned == cells)
 
 
+@pytest.mark.slow
 def test_a_law_is_doubted_as_far_as_its_residual_is_no_noise() -> None:
     data, right = noisy_brake(np.random.default_rng(0), 4000)
     sure = Knowledge(right, data, 1000.0, "I")
@@ -110,6 +111,7 @@ def test_a_law_is_doubted_as_far_as_its_residual_is_no_noise() -> None:
     assert Knowledge(right, late, 1000.0).doubt is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("criterion", ["D", "I"])
 def test_a_stretch_that_was_looked_at_teaches_what_it_would_teach_unseen(
     criterion: Criterion, monkeypatch: pytest.MonkeyPatch

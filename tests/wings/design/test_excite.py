@@ -140,6 +140,7 @@ def test_of_ten_thousand_sequences_none_breaks_a_limit() -> None:
         hold(limits, seed, rate, signed, one_way, candidates=1, worth=Uncounted())
 
 
+@pytest.mark.slow
 def test_a_limit_that_is_broken_is_seen() -> None:
     commands = chosen_sequence(BRAKE, 1000.0, 5.0, np.random.default_rng(0))
     assert broken(commands, BRAKE, 1000.0) == []
@@ -281,6 +282,7 @@ def test_a_sequence_has_rests_zero_fields_switches_and_slow_turns() -> None:
     assert np.mean(slow & (commands.field[1:] > 0.0)) > 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("suffix", [".csv", ".parquet", ".mat"])
 @pytest.mark.parametrize("device", ["brake", "clutch", "damper", "pair"])
@@ -403,6 +405,7 @@ def test_limits_that_leave_no_sequence_are_refused_with_the_limit(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_file_is_not_replaced_unasked(tmp_path: Path) -> None:
     mine = tmp_path / "mine.csv"
     mine.write_text("mine")
@@ -484,6 +487,7 @@ def test_a_sequence_that_cannot_be(tmp_path: Path, options: dict[str, Any]) -> N
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 @given(st.lists(st.integers(0, 9), max_size=40), st.integers(0, 50))
 def test_the_largest_of_the_values_before_is_that_of_each_window(
     values: list[int], rows: int
@@ -495,6 +499,7 @@ def test_the_largest_of_the_values_before_is_that_of_each_window(
 PIECES = st.lists(st.tuples(st.integers(-50, 50), st.integers(1, 9), st.integers(0, 6)), max_size=6)
 
 
+@pytest.mark.slow
 @given(st.integers(-50, 50), PIECES, st.integers(0, 60))
 def test_a_course_of_which_some_rows_are_enough_begins_like_the_whole(
     now: int, pieces: list[tuple[int, int, int]], enough: int

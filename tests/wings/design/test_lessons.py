@@ -52,6 +52,7 @@ def lessons(logs: Sequence[Dataset]) -> Lessons:
     return lessons_of(model, rows)
 
 
+@pytest.mark.slow
 def test_logs_that_repeat_are_told_until_an_interval_would_grow() -> None:
     told = lessons([log_of(1.0, 10.0, seed) for seed in range(12)])
     # Of twelve logs alike, each interval grows as one over the root of the logs that stay: ten are the least.
@@ -60,6 +61,7 @@ def test_logs_that_repeat_are_told_until_an_interval_would_grow() -> None:
     assert set(told.teach) | set(told.repeat) == {f"log-{seed}" for seed in range(12)}
 
 
+@pytest.mark.slow
 def test_the_only_log_of_a_field_or_of_a_slip_is_kept() -> None:
     alike = [log_of(1.0, 10.0, seed) for seed in range(12)]
     told = lessons([*alike, log_of(2.0, 10.0, 20), log_of(1.0, 30.0, 30)])

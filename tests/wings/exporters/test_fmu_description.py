@@ -14,6 +14,8 @@ from erclutch.export.step_record import step_of
 from erclutch.models.model import Model
 from erclutch.wings.exporters.fmu.fmu_description import description, interface
 
+pytestmark = pytest.mark.slow
+
 fmpy: Any = pytest.importorskip("fmpy")
 
 

@@ -64,6 +64,7 @@ HOSTILE = st.one_of(
 )
 
 
+@pytest.mark.slow
 @given(HOSTILE)
 def test_a_comment_is_one_line_that_ends_nothing(text: str) -> None:
     made = comment(text)
@@ -77,6 +78,7 @@ def test_a_plain_comment_stays_as_it_is() -> None:
     )
 
 
+@pytest.mark.slow
 @given(HOSTILE)
 def test_a_string_of_c_holds_the_bytes(text: str) -> None:
     """Python reads these escapes as C does."""
@@ -85,17 +87,20 @@ def test_a_string_of_c_holds_the_bytes(text: str) -> None:
     assert ast.literal_eval(f"b{made}") == text.encode("utf-8", "replace")
 
 
+@pytest.mark.slow
 @given(HOSTILE)
 def test_markup_is_the_text(text: str) -> None:
     made = ElementTree.fromstring(f'<a b="{markup(text)}">{markup(text)}</a>')
     assert made.attrib["b"] == made.text == printable(text) or not text
 
 
+@pytest.mark.slow
 @given(HOSTILE)
 def test_a_string_of_matlab_is_one_literal(text: str) -> None:
     assert re.fullmatch(r"'(?:[^'\n]|'')*'", matlab_string(text))
 
 
+@pytest.mark.slow
 @given(HOSTILE, HOSTILE)
 def test_an_error_is_one_line(problem: str, remedy: str) -> None:
     assert str(ErclutchError(problem, remedy=remedy)).isprintable()
@@ -163,6 +168,7 @@ _HOSTILE_FILES = settings(
 )
 
 
+@pytest.mark.slow
 @_HOSTILE_FILES
 @given(text=HOSTILE, data=st.data())
 def test_text_in_a_models_file(

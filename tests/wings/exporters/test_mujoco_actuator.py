@@ -221,6 +221,7 @@ def exports(
         del sys.modules[name]
 
 
+@pytest.mark.slow
 def test_two_exports_in_two_models_with_two_data_each(
     exports: dict[str, tuple[ModuleType, ModuleType, Path]],
 ) -> None:
@@ -251,6 +252,7 @@ def test_two_exports_in_two_models_with_two_data_each(
                 )
 
 
+@pytest.mark.slow
 def test_a_model_whose_device_was_left_is_refused(
     exports: dict[str, tuple[ModuleType, ModuleType, Path]],
 ) -> None:

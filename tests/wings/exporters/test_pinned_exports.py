@@ -37,6 +37,8 @@ from erclutch.wings.exporters.fmu import fmu_archive
 from erclutch.wings.exporters.onnx_graph import onnx_model
 from erclutch.wings.exporters.targets import cpp
 
+pytestmark = pytest.mark.slow
+
 WIDTHS = tuple(0.01 * 1.3**k for k in range(24))
 BAND = Band(
     *(0.95, 0.01, 40.0, (0.0, 2000 / 3), (-30.1, 30.1), (100.0, 300.0, 500.0), (5.0, 20.0)),

@@ -73,6 +73,7 @@ OPTIONS: tuple[dict[str, Any], ...] = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label", LABELS)
 def test_options(label: str, models: dict[str, Model], pinned: Pinned) -> None:
     def said(options: dict[str, Any]) -> Any:
@@ -168,6 +169,7 @@ def test_foreign_text(pinned: Pinned) -> None:
     pinned({way.__name__: [way(text) for text in texts] for way in ways})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label", [*LABELS, "on-off, coaxial", "rbfm-5+lag, coaxial"])
 def test_numbers_around_a_step(label: str, models: dict[str, Model], pinned: Pinned) -> None:
     model = models[label]
@@ -184,6 +186,7 @@ def test_numbers_around_a_step(label: str, models: dict[str, Model], pinned: Pin
     refuse_noise(step)
 
 
+@pytest.mark.slow
 def test_a_check_passes_at_its_limit_and_no_further(models: dict[str, Model]) -> None:
     assert [
         Check("x", 1, other, ulp, 4.0).passed for other in (None, 0, 1) for ulp in (3.9, 4.0, 4.1)
@@ -215,6 +218,7 @@ def test_a_token_is_of_the_c_alone(models: dict[str, Model]) -> None:
     assert token(replace(face, code=(face.code[0] + " ", face.code[1]))) != token(face)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "label",
     ["fnn-3+rise-fall, single", pytest.param("hem+rise-fall, coaxial", marks=pytest.mark.slow)],

@@ -78,6 +78,7 @@ def test_a_force_over_a_speed_moves_a_mass_on_a_slide(models: dict[str, Model]) 
     assert f'mass="{max(map(abs, linear.trained_on.effort)) / 100.0:.6g}"' in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("label", ["bingham, single", "hem+rise-fall, coaxial"])
 def test_the_example_in_the_header_lies_where_the_model_was_trained(
     models: dict[str, Model], label: str

@@ -107,6 +107,7 @@ def test_float32_on_every_target(
     _conforms(models[label], to, "float32", tmp_path, need)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("compiled_plainly")
 @pytest.mark.usefixtures("own_machine")
 @pytest.mark.parametrize("to", slow_but(("mujoco",), WRAPPERS))
@@ -117,6 +118,7 @@ def test_angles_on_every_target(
     _conforms(models[label], to, "float64", tmp_path, need, inputs="angles", period=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("to", ["onnx", pytest.param("simulink", marks=pytest.mark.slow)])
 def test_numbers_of_another_model_are_found_out(
     to: str, models: dict[str, Model], tmp_path: Path, need: Callable[..., None]
@@ -150,6 +152,7 @@ def test_one_wrong_weight_is_found_out(models: dict[str, Model], tmp_path: Path)
     assert [c.passed for c in checks] == [False]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("precision", ["float64", "float32"])
 def test_onnx_says_what_it_is(precision: str, models: dict[str, Model], tmp_path: Path) -> None:
     import onnx
@@ -169,6 +172,7 @@ def test_onnx_says_what_it_is(precision: str, models: dict[str, Model], tmp_path
     assert said["effort"] == "N*m"
 
 
+@pytest.mark.slow
 def test_a_static_model_has_no_state_in_onnx(models: dict[str, Model], tmp_path: Path) -> None:
     import onnx
 

@@ -31,6 +31,8 @@ from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outli
 from erclutch.wings.fleet.fleet_tables import fit_row, tables_of
 from tests.support.dask_cluster import dask_cluster, kill_a_worker, peak
 
+pytestmark = pytest.mark.slow
+
 FAST = Settings(lag="none")
 MODELS = ("quadratic",)
 
@@ -133,7 +135,6 @@ def test_a_changed_mapping_beside_the_logs_fits_them_again(logs: Path, tmp_path:
     assert (again.taken, again.failed) == (0, {})
 
 
-@pytest.mark.slow
 def test_logs_of_a_folder_are_one_device(logs: Path, tmp_path: Path) -> None:
     for name, log in (("b/1.csv", "unit1.csv"), ("b/2.csv", "unit3.csv"), ("a/1.csv", "unit5.csv")):
         (tmp_path / "logs" / name).parent.mkdir(parents=True, exist_ok=True)
@@ -145,7 +146,6 @@ def test_logs_of_a_folder_are_one_device(logs: Path, tmp_path: Path) -> None:
     ]
 
 
-@pytest.mark.slow
 def test_a_folder_with_logs_of_two_devices_is_warned_of(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -196,7 +196,6 @@ def test_what_cannot_be_is_said(logs: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "run").exists()
 
 
-@pytest.mark.slow
 def test_the_command_writes_a_report(
     logs: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -228,6 +227,7 @@ def test_a_fleet_of_too_few_devices_says_why_its_columns_are_empty(fleet: Fleet)
     assert too_few([]) == ""
 
 
+@pytest.mark.slow
 def test_a_chart_holds_its_intervals_and_names_what_it_shows(fleet: Fleet) -> None:
     few = replace(fleet, series=tuple(replace(s, chart=None) for s in fleet.series))
     for panel in fleet_panels(fleet.stands_for, fleet.over):
@@ -243,7 +243,6 @@ def test_a_chart_holds_its_intervals_and_names_what_it_shows(fleet: Fleet) -> No
         assert 1e-2 < np.nanmax(np.abs(bars)) < 1e5
 
 
-@pytest.mark.slow
 def test_a_scheduler_that_is_killed_ends_in_one_line_and_the_rest_is_fitted_later(
     fleet: Fleet, logs: Path, tmp_path: Path
 ) -> None:
@@ -263,7 +262,6 @@ def test_a_scheduler_that_is_killed_ends_in_one_line_and_the_rest_is_fitted_late
     assert made.digest == fleet.digest
 
 
-@pytest.mark.slow
 def test_the_same_tables_on_processes_and_on_dask(fleet: Fleet, logs: Path, tmp_path: Path) -> None:
     """A real scheduler and real workers; one is killed with -9 on the way."""
     made = fit_many(logs, MODELS, out=tmp_path / "p", settings=FAST, cluster="processes")

@@ -19,6 +19,7 @@ def library() -> ctypes.CDLL:
     return made
 
 
+@pytest.mark.slow
 def test_the_clock_is_pythons(library: ctypes.CDLL) -> None:
     seen = [
         time.monotonic_ns(),

@@ -74,6 +74,7 @@ def steady(lib: ctypes.CDLL, program: Any, share: float, speed: float) -> float:
     return effort.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("observer", slow_but(["motion"], ["none", "sensor", "motion"]))
 @pytest.mark.parametrize(
     "label", slow_but(BRAKES, ("bingham+rise-fall, coaxial", "casson+lag, single"))
@@ -226,6 +227,7 @@ def test_a_speed_that_jumps_is_told_and_asks_for_no_field(
     assert told[-1] == 0, "a speed that lasts is one"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bad", ["swinging", "not a number"])
 def test_speeds_that_cannot_be_end_the_field_for_good_and_missing_ones_do_not(
     bad: str, models: Mapping[str, Any], tmp_path: Path
@@ -253,6 +255,7 @@ def test_speeds_that_cannot_be_end_the_field_for_good_and_missing_ones_do_not(
     assert (is_over, fields[-1] > 0.0) == ((True, False) if bad == "swinging" else (False, True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("observer", [1, 2, 3])
 @pytest.mark.parametrize("column", [0, 1, 2, 5, 6])
 def test_a_sample_that_cannot_be_does_no_harm_for_long(
@@ -368,6 +371,7 @@ def test_whatever_a_reset_accepts_nothing_overflows(
                     assert lib.finite(memory) == 0, (name, end, observer, k, lib.finite(memory))
 
 
+@pytest.mark.slow
 def test_settings_that_cannot_be_leave_the_field_at_zero(
     models: Mapping[str, Any], tmp_path: Path
 ) -> None:
@@ -395,6 +399,7 @@ def test_settings_that_cannot_be_leave_the_field_at_zero(
         assert (out[0] > 0.0) == (not name), name
 
 
+@pytest.mark.slow
 def test_a_controller_is_written_for_a_slow_loop(models: Mapping[str, Any]) -> None:
     """At 100 Hz the filter's usual 150 Hz ended in an error, with a remedy that no option carried out."""
     slow = step_of(models["bingham, single"], replace(FLOAT64, period=0.01))

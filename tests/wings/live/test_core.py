@@ -70,6 +70,7 @@ def run(core: Core, samples: Any) -> Any:
     return frames
 
 
+@pytest.mark.slow
 def test_layouts_are_those_of_c(tmp_path: Path) -> None:
     """Sizes and places as the compiler has them, of all that Python reads from the header."""
     types = {
@@ -151,6 +152,7 @@ def test_a_name_is_defined_once_or_alike() -> None:
             assert defined.setdefault(name, text) == text, (file.name, name)
 
 
+@pytest.mark.slow
 @given(
     seq=st.integers(0, 2**64 - 1),
     values=st.tuples(*[st.floats(width=64)] * 3),
@@ -214,6 +216,7 @@ def test_tracking_is_equation_23() -> None:
     np.testing.assert_array_equal(frames["motor_torque"], 0.1)
 
 
+@pytest.mark.slow
 def test_torque_control_finds_the_field_for_a_torque(bingham: Path) -> None:
     samples = moving()
     samples["alpha"] = 0.0
@@ -349,6 +352,7 @@ def test_a_tripped_core_finds_a_rig_that_starts_anew_and_no_rig_that_is_stuck() 
     assert core.step(anew[41:42], 201)[1]["field1"] > 0.0
 
 
+@pytest.mark.slow
 def test_a_reset_takes_from_the_model_what_it_remembers(tmp_path: Path) -> None:
     """A model that counts its steps begins again."""
     source = (
@@ -489,6 +493,7 @@ def spoilt_settings() -> LoopSettings:
     return replace(chosen, rise_rate=100.0, fall_rate=200.0, theta_glitch=20.0, alpha_glitch=45.0)
 
 
+@pytest.mark.slow
 def test_frames_among_faults_are_those_on_record(bingham: Path) -> None:
     """The record is of the step in Python that stood beside C until both had been compared for long enough."""
     frames, flags = spoilt_run(Core(spoilt_settings(), bingham))
@@ -585,6 +590,7 @@ def test_no_model_is_no_model(tmp_path: Path) -> None:
         Core(LoopSettings(), core_library())
 
 
+@pytest.mark.slow
 def test_a_model_runs_at_its_own_period_only() -> None:
     model = live_model(HERE / "model.json", "coaxial", period=2e-3)
     with pytest.raises(
@@ -593,6 +599,7 @@ def test_a_model_runs_at_its_own_period_only() -> None:
         Session(TWIN, LoopSettings(), model)
 
 
+@pytest.mark.slow
 def test_a_model_without_a_field_is_said_to_give_no_torque(tmp_path: Path) -> None:
     body = json.loads((HERE / "model.json").read_text())
     body["trained_on"]["field"] = [0.0, 0.0]
@@ -604,6 +611,7 @@ def test_a_model_without_a_field_is_said_to_give_no_torque(tmp_path: Path) -> No
     assert said not in live_model(HERE / "model.json", "coaxial").note
 
 
+@pytest.mark.slow
 def test_a_model_that_adapts_leaves_nothing_for_an_observer() -> None:
     model = live_model(HERE / "model.json", "coaxial", adapt=True)
     with pytest.raises(

@@ -11,6 +11,8 @@ from erclutch.wings.live.explained_states import transitions
 from erclutch.wings.live.ring import State
 from erclutch.wings.live.settings import REST, LoopProgram, LoopSettings, Mode
 
+pytestmark = pytest.mark.slow
+
 PICTURE = Path(__file__).parents[3] / "docs" / "images" / "states.svg"
 
 
@@ -65,7 +67,6 @@ def test_torque_and_motion_control_are_answered_as_tracking_is(
         ), other
 
 
-@pytest.mark.slow
 def test_the_picture_is_that_of_this_core(tmp_path: Path) -> None:
     from tests.support.state_diagram import draw_states
 

@@ -34,6 +34,7 @@ def _holds(fault: Callable[[], Any]) -> None:
     assert found.holds, found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in EXACT if not name.startswith("loss")])
 def test_injected_into_the_core(name: str) -> None:
     found = EXACT[name]()
@@ -73,6 +74,7 @@ def test_injected_into_the_whole_loop(name: str) -> None:
     _holds(WHOLE[name])
 
 
+@pytest.mark.slow
 def test_damaged_models() -> None:
     found = bad_models(500)
     assert found.passed, found

@@ -88,6 +88,7 @@ def test_at_rest_half_a_count_of_a_coarse_meter_is_no_fault() -> None:
     assert not doubted(frames)
 
 
+@pytest.mark.slow
 def test_counts_of_an_encoder_that_come_one_by_one_are_no_fault() -> None:
     """At a speed of very nearly two counts a period each count that is one too many stands alone."""
     coarse = RIG.changed({"sensors.table_step": 2e-5, "screw.coulomb": 0.0018})

@@ -18,6 +18,8 @@ from tests.support.healthy_sessions import sessions
 from tests.support.late_samples import LATE, frames_of_late
 from tests.support.sensor_faults import ZERO_WITHIN, model_of, settings_of
 
+pytestmark = pytest.mark.slow
+
 RIG = default_rig()
 ROWS = 1500
 BEGINS = 700  # the row of a fault
@@ -60,7 +62,6 @@ def test_late_samples_trip_no_healthy_pair(late: str, pair: LiveModel) -> None:
     assert not trips(frames)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("late", LATE)
 @pytest.mark.parametrize("device", ["coaxial", "single"])
 def test_late_samples_trip_no_program_of_a_healthy_device(device: DeviceName, late: str) -> None:

@@ -90,6 +90,7 @@ def test_the_motion_of_a_table_is_foretold_from_another_log() -> None:
     assert np.sqrt(np.mean(off**2)) < 0.3 * np.sqrt(np.mean(got**2))
 
 
+@pytest.mark.slow
 def test_a_round_that_tripped_at_once_or_in_which_nothing_moved_teaches_nothing() -> None:
     table = drawn_table(BRAKE, 1.0, np.random.default_rng(1))
     assert logged(table).teaches
@@ -198,6 +199,7 @@ def test_a_band_that_cannot_be_is_refused(text: str) -> None:
     assert share_of(None) == 0.0
 
 
+@pytest.mark.slow
 def test_options_that_do_not_go_with_rounds_are_refused(tmp_path: Path) -> None:
     assert "--program learn too" in refused("live", "--until", "3%", cwd=tmp_path)
     assert "Leave out --rig replay" in refused(
@@ -345,6 +347,7 @@ def test_a_fault_ends_at_zero_field_with_a_whole_log_and_the_next_round_goes_on(
     assert log.read_bytes() == kept
 
 
+@pytest.mark.slow
 def test_a_trip_after_a_few_samples_is_told_as_a_trip(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

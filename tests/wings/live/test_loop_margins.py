@@ -37,6 +37,7 @@ def more(one: lm.LinearLoop, gain: float = 1.0, samples: int = 0) -> bool:
     return lm.margins_of(replace(one, over=over)).stable
 
 
+@pytest.mark.slow
 @given(
     tau=st.floats(2e-4, 5e-3),
     delay=st.integers(1, 4),

@@ -15,6 +15,7 @@ from erclutch.models.structure import Structure
 from tests.fit.test_releasing_field import brake
 
 
+@pytest.mark.slow
 def test_no_controller_takes_a_device_for_safe_that_no_field_makes_hold(tmp_path: Path) -> None:
     data = brake()
     law = law_from_name("bingham/falling", "single")

@@ -49,6 +49,7 @@ def ring(path: Path, frames: int = 4, **other: int) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_ring_is_opened_and_written(opens: Path, tmp_path: Path) -> None:
     for frames in (2, 4):
         path = ring(tmp_path / "ring", frames)
@@ -108,6 +109,7 @@ def there() -> Iterator[socket.socket]:
         yield made
 
 
+@pytest.mark.slow
 def test_packets_of_another_rig_are_dropped_and_counted(
     library: ctypes.CDLL, there: socket.socket
 ) -> None:

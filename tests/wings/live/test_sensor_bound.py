@@ -15,6 +15,8 @@ from erclutch.wings.rig.twin.parameters import default_rig
 from tests.support import sensor_bound, sensor_faults
 from tests.support.slow_params import slow_but
 
+pytestmark = pytest.mark.slow
+
 RIG = default_rig()
 BEGINS = 1548  # the row of a fault
 
@@ -77,7 +79,6 @@ def test_the_gain_of_a_doubled_meter_changes_by_what_the_noise_before_it_says(
         assert np.max(column[:begin]) < 7.0
 
 
-@pytest.mark.slow
 def test_an_encoder_that_stops_while_its_drive_rests_has_the_bits_of_health() -> None:
     brake, begin = sensor_faults.model_of(RIG, "bingham", "single"), 1113
     settings = sensor_faults.settings_of("wall", brake, RIG)

@@ -67,6 +67,7 @@ def found(pair: LiveModel, control: str, sensor: str, kind: str, seed: int = 0) 
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [*IMPOSSIBLE, "0"])
 def test_a_torque_that_cannot_be_drives_no_field(kind: str, pair: LiveModel) -> None:
     fault = found(pair, "torque", "torque", kind)
@@ -74,6 +75,7 @@ def test_a_torque_that_cannot_be_drives_no_field(kind: str, pair: LiveModel) -> 
     assert "torque-doubted" in fault.said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sensor", ["theta", "alpha"])
 @pytest.mark.parametrize("kind", ["1e30", "0", "stuck", "reversed", "late", "doubled"])
 def test_an_angle_that_cannot_be_drives_no_field(sensor: str, kind: str, pair: LiveModel) -> None:
@@ -82,6 +84,7 @@ def test_an_angle_that_cannot_be_drives_no_field(sensor: str, kind: str, pair: L
     assert f"{sensor}-doubted" in fault.said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("control", "sensor", "kind"),
     [
@@ -121,6 +124,7 @@ def test_no_command_is_held_once_nothing_takes_a_doubt_back(
     assert fault.held, fault
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [5, 6])
 def test_an_output_at_rest_is_not_swung_up_by_an_encoder_that_is_late(
     seed: int, pair: LiveModel
@@ -131,6 +135,7 @@ def test_an_output_at_rest_is_not_swung_up_by_an_encoder_that_is_late(
     assert fault.zero > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("control", "seed"), [("equation 23", 5), ("torque", 4), ("computed torque", 4)]
 )
@@ -144,6 +149,7 @@ def test_a_meter_that_steps_while_nothing_moves_its_torque_is_told_by_a_few_read
     assert "torque-doubted" in fault.said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["1e30", "stuck", "0", "late"])
 def test_a_meter_that_cannot_be_stops_a_program_that_does_not_ask_for_it(
     kind: str, pair: LiveModel
@@ -217,6 +223,7 @@ def test_a_small_torque_whose_sign_turns_is_told_by_the_last_readings(bingham: P
     assert said(healthy, "torque-doubted").size == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [0, 1])
 def test_under_impedance_a_meter_whose_sign_turns_is_held(seed: int, pair: LiveModel) -> None:
     fault = found(pair, "impedance", "torque", "reversed", seed)
@@ -253,6 +260,7 @@ def held_output(**changes: Any) -> LoopSettings:
     return replace(SENSOR, meter_needed=2.0, programs=(wave,), **{**load, **changes})
 
 
+@pytest.mark.slow
 def test_at_rest_the_meter_keeps_its_usual_distance_from_the_model(bingham: Path) -> None:
     def reads(change: Any, **changes: Any) -> Any:
         return said(
@@ -337,6 +345,7 @@ def test_a_wrong_encoder_that_comes_by_where_it_was_last_seen_to_go_is_not_belie
     assert core.state == State.READY
 
 
+@pytest.mark.slow
 def test_a_healthy_sensor_is_not_doubted(pair: LiveModel) -> None:
     settings = study.settings_of("torque", pair, RIG)
     frames = study.frames_of(settings, pair.library, RIG, seed=1)
@@ -346,6 +355,7 @@ def test_a_healthy_sensor_is_not_doubted(pair: LiveModel) -> None:
     assert not (frames["events"] & np.uint32(named)).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["torque-sine", "torque-step", "impedance", "tracking-slow", "step"]
 )
@@ -377,6 +387,7 @@ def test_no_program_asks_for_more_torque_than_the_model_has_seen(
         assert np.abs(push[:, 2]).max() < effort
 
 
+@pytest.mark.slow
 def test_on_the_twin_torque_programs_ask_for_12_and_20_millinewton_metres(pair: LiveModel) -> None:
     for effort in (0.0, pair.effort):
         offered = standard_programs(RIG, model=True, effort=effort)
@@ -386,6 +397,7 @@ def test_on_the_twin_torque_programs_ask_for_12_and_20_millinewton_metres(pair: 
         assert asked["impedance"] == pytest.approx(0.3)
 
 
+@pytest.mark.slow
 def test_an_end_stop_that_is_hit_hard_is_no_fault() -> None:
     """The output comes with 50 rad/s and turns within six periods; the filter of its speed is late meanwhile."""
     push = LoopProgram("push", Mode.FIELDS, amplitude=-0.08, motor_torque=0.28)
@@ -558,6 +570,7 @@ def test_a_healthy_drive_and_its_meter_agree() -> None:
         assert said(frames, "trip").size == 0, program.name
 
 
+@pytest.mark.slow
 def test_a_rest_is_no_drift(pair: LiveModel) -> None:
     """A clutch at rest holds whatever twists it; each of the TWIN's programs was followed by 5 s of drift or more."""
     run = program_frames(pair, "torque-step")
@@ -647,6 +660,7 @@ def test_samples_that_come_together_are_each_asked_for_a_period(bingham: Path) -
     assert said(frames, "torque-doubted", "glitch").size == 0
 
 
+@pytest.mark.slow
 def test_a_repeated_reading_is_stuck_while_the_model_moves_or_where_there_was_noise(
     bingham: Path,
 ) -> None:

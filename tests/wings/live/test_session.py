@@ -251,6 +251,7 @@ def test_a_model_with_memory_estimates_what_predict_says(
     )
 
 
+@pytest.mark.slow
 def test_library_rig_and_its_fault() -> None:
     library = build("rig.so", [HERE / "rig_library.c"], shared=True, flags=("-I", str(SOURCES)))
     with Session(
@@ -458,6 +459,7 @@ def test_addresses_that_are_none(text: str) -> None:
         udp_rig(text)
 
 
+@pytest.mark.slow
 def test_compiled_once_and_again_if_damaged(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -103,6 +103,7 @@ def test_a_lost_sample_does_not_kick_what_a_late_sensor_observes(lost: int, bing
     np.testing.assert_allclose(frames["estimate"][500:], still, rtol=0.02)
 
 
+@pytest.mark.slow
 def test_a_clutch_s_gain_is_learned(bingham: Path) -> None:
     chosen = replace(STAGES, gain_rate=1.0, programs=(torque(0.2, Waveform.SINE, 2.0),))
     slow = replace(chosen, observer_bandwidth=0.5)
@@ -114,6 +115,7 @@ def test_a_clutch_s_gain_is_learned(bingham: Path) -> None:
     assert learned < 0.25 * not_learned
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("thicker", [1.0, 1.5])
 def test_a_fluid_that_drags_more_on_the_drive_is_known_to_pull_the_output_more(
     thicker: float, bingham: Path

@@ -47,6 +47,7 @@ class Bowl:
 PATHS = ("fluid.viscosity", "drive.inertia")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("evaluations", [0, 480])
 def test_both_searches_find_the_minimum(evaluations: int) -> None:
     found = calibrate(default_rig(), PATHS, Bowl(), evaluations=evaluations, workers=1)
@@ -68,6 +69,7 @@ def test_a_calibrated_rig_starts_where_its_calibration_did() -> None:
     assert again.rig.entries == once.rig.entries
 
 
+@pytest.mark.slow
 def test_a_wide_search_resumes_from_its_journal(tmp_path: Path) -> None:
     journal = tmp_path / "rig.journal"
     whole = calibrate(default_rig(), PATHS, Bowl(), evaluations=96, workers=1)
@@ -100,6 +102,7 @@ def test_rounds_of_the_local_search_go_on_from_the_journal(tmp_path: Path) -> No
     assert found.rig.value("fluid.viscosity") == pytest.approx(0.1, rel=0.05)
 
 
+@pytest.mark.slow
 def test_progress_counts_the_rigs_of_both_searches() -> None:
     told: list[int] = []
     calibrate(
@@ -168,6 +171,7 @@ def test_a_log_that_cannot_calibrate() -> None:
         LogTrace(prepare("training", seconds=0.3).recording())
 
 
+@pytest.mark.slow
 def test_a_rig_file_holds_all_of_a_rig(tmp_path: Path) -> None:
     rig = calibrate(default_rig(), PATHS, Bowl(), workers=1).rig
     path = write_rig(

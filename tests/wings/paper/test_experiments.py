@@ -110,6 +110,7 @@ def test_figure_6_shows_what_the_models_estimate(runs: dict[str, Dataset], tmp_p
         )
 
 
+@pytest.mark.slow
 def test_a_ratio_to_bingham_is_that_of_its_own_run(runs: dict[str, Dataset]) -> None:
     rows = table(runs, models=("bingham/forward", "hem/forward"))
     swapped = [replace(r, errors={**r.errors, "zero-field": r.errors["test"]}) for r in rows]

@@ -48,6 +48,7 @@ def with_below(*title: str) -> Cells:
     return [*head, *measured_rows(), [], *[[line] for line in title], *head[1:], *computed_rows()]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("title", ["Regression:", "linear fit", "Fitted curve", "Ausgleichskurve"])
 def test_a_regression_below_the_points_is_no_curve_by_its_title(tmp_path: Path, title: str) -> None:
     path = workbook(tmp_path / "oil.xlsx", with_below(title), with_below(title))
@@ -58,6 +59,7 @@ def test_a_regression_below_the_points_is_no_curve_by_its_title(tmp_path: Path, 
     assert "--sheet" in told[0]
 
 
+@pytest.mark.slow
 def test_a_table_whose_torque_and_temperature_are_empty_below_one_with_them_is_no_curve(
     tmp_path: Path,
 ) -> None:
@@ -67,6 +69,7 @@ def test_a_table_whose_torque_and_temperature_are_empty_below_one_with_them_is_n
     assert any("torque are empty" in note for note in file.notes)
 
 
+@pytest.mark.slow
 def test_who_names_a_regression_gets_it(tmp_path: Path) -> None:
     path = workbook(tmp_path / "oil.xlsx", with_below("Regression:"))
     file = read_flow_curves(path, sheet=["Regression:"])

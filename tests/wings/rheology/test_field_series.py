@@ -71,6 +71,7 @@ def test_a_column_tells_the_fields(tmp_path: Path, head: str, factor: float, uni
     ]
 
 
+@pytest.mark.slow
 def test_intervals_of_a_magnetic_cell_have_the_current_that_was_set(tmp_path: Path) -> None:
     path = compass(tmp_path / "f.csv")
     assert fields(path) == [(field, "A") for field in FIELDS]
@@ -145,6 +146,7 @@ def test_a_law_that_hides_the_yield_stress_of_a_curve_is_not_that_of_all_curves(
         assert fit.yield_stress.value == pytest.approx(yields[curve.field], rel=0.05)
 
 
+@pytest.mark.slow
 def test_two_fields_tell_no_exponent() -> None:
     curves = [
         FlowCurve(f"{field} T", RATES, stress(field), field, "T") for field in (0.0, 1.0, 2.0)
@@ -209,6 +211,7 @@ def test_fields_across_a_pivoted_sheet_are_told(tmp_path: Path) -> None:
     assert curves[2].stress == pytest.approx(3200.0 + rates, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "names", [("ER_{}kVmm", "kV/mm"), ("coil {}A", "A"), ("MRF_{}mT_25C", "mT")]
 )
@@ -230,6 +233,7 @@ def test_a_file_for_each_field_is_one_series(tmp_path: Path, names: tuple[str, s
     assert [each["field"] for each in json.loads(others)] == [0.0, 1.0, 3.0]
 
 
+@pytest.mark.slow
 def test_files_whose_names_tell_no_field_are_no_series(tmp_path: Path) -> None:
     for name in ("day1.csv", "day2.csv"):
         rows = "".join(

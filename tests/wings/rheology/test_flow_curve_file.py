@@ -111,6 +111,7 @@ def test_a_slash_behind_an_underscore_is_within_the_unit(written: Written) -> No
     assert holds_the_curve(read_flow_curves(written(text)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", ["sample", "Probe", "direction"])
 def test_points_of_several_words_are_a_curve_each_and_none_is_mixed(
     written: Written, column: str
@@ -375,6 +376,7 @@ def rheocompass(between: str = "\t", decimal: str = ".") -> str:
     return "\n".join(lines)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("between", "decimal", "encoding"),
     [("\t", ".", "utf-16"), ("\t", ",", "utf-16"), (";", ",", "utf-8"), (",", ".", "utf-8")],
@@ -391,6 +393,7 @@ def test_an_export_of_rheocompass_has_all_its_tests(
         read_flow_curves(written(rheocompass()), sheet=["three"])
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_a_workbook_of_rheocompass_has_its_tests_under_their_names(tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
@@ -513,6 +516,7 @@ def curves_or_an_error(path: Path) -> None:
         )
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None)
 @given(st.text("0123456789.,;eE-+\t\n\"' rateP1/s[]", max_size=120))
 def test_almost_tables_give_curves_or_an_error_of_ours(

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from erclutch.report.plots.plot_description import Line, Shade
 from erclutch.wings.rheology.field_series import series_of
 from erclutch.wings.rheology.flow_curve import FlowCurve, FlowFit, fit_flow_curve, ranked
 from erclutch.wings.rheology.flow_picture import picture_of
+
+pytestmark = pytest.mark.slow
 
 RATES = np.logspace(-1.0, 3.0, 12)
 

@@ -64,6 +64,7 @@ def test_the_laws_here_are_all_there_are() -> None:
     assert set(LAWS) == set(flow_laws())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", flow_laws())
 def test_a_truth_without_noise_comes_back(name: str) -> None:
     fit = fit_flow_curve(curve_of(name), name)
@@ -76,6 +77,7 @@ def test_a_truth_without_noise_comes_back(name: str) -> None:
     assert np.allclose(fit.predicted, curve_of(name).stress, rtol=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [pytest.param(n, marks=pytest.mark.slow) if n == "cho-choi-jhon" else n for n in flow_laws()],
@@ -108,6 +110,7 @@ def test_intervals_are_no_wider_than_they_must_be() -> None:
     assert np.isclose(np.mean(halves), 2.1 * np.std(values), rtol=0.2)
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(20), deadline=None)
 @given(st.floats(-3, 3), st.floats(-3, 3))
 def test_units_of_rate_and_stress_only_scale(log_rate: float, log_stress: float) -> None:
@@ -122,6 +125,7 @@ def test_units_of_rate_and_stress_only_scale(log_rate: float, log_stress: float)
         )
 
 
+@pytest.mark.slow
 def test_consistency_is_that_at_one_per_second() -> None:
     """K in Pa s^m does not depend on where the rates begin, and neither does its interval."""
     law, parameters = LAWS["herschel-bulkley"]
@@ -148,6 +152,7 @@ def test_consistency_is_that_at_one_per_second() -> None:
     assert np.isclose(half, 2.026 * spread, rtol=0.08)  # Student's 97.5 % for 37
 
 
+@pytest.mark.slow
 def test_units_of_the_parameters() -> None:
     units = {
         name: e.unit
@@ -170,6 +175,7 @@ def test_the_law_that_made_a_curve_wins_mostly(name: str) -> None:
     assert wins >= 6
 
 
+@pytest.mark.slow
 def test_richer_laws_never_fit_worse() -> None:
     curve = curve_of("herschel-bulkley", noise=0.03, seed=4)
     errors = {
@@ -272,6 +278,7 @@ def test_the_yield_stress_that_the_curve_shows_is_reported(of_all_laws: list[Flo
     assert yield_text(fit).startswith("12")
 
 
+@pytest.mark.slow
 def test_a_yield_stress_that_the_curve_does_not_show_is_not_identified() -> None:
     power_law = FlowCurve("power law", RATES, 3.0 * RATES**0.5)
     assert plateau_of(power_law.rate, power_law.stress) is None
@@ -293,6 +300,7 @@ def test_few_points_are_ranked_without_validation() -> None:
     assert all(np.isinf(fit.validated) for fit in fits if fit.law in ("seo-seo", "cho-choi-jhon"))
 
 
+@pytest.mark.slow
 @given(yield_stress=st.floats(1.0, 100.0), viscosity=st.floats(0.01, 1.0))
 @settings(max_examples=examples(20))
 def test_a_curve_that_a_law_meets_to_the_last_bit_has_a_finite_criterion(

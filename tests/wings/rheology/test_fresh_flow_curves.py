@@ -101,6 +101,7 @@ def test_a_megapascal_is_no_millipascal(tmp_path: Path) -> None:
     np.testing.assert_allclose(curve.stress, 1e6 * RATES * (1 + RATES), rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_two_viscosities_without_a_unit_take_one_question(tmp_path: Path) -> None:
     body = "".join(f"{rate:.6g},{9 + 1 / rate:.6g},{7 + 1 / rate:.6g}\n" for rate in RATES)
     path = written(tmp_path, f"Shear rate [1/s],Viscosity 20 C,Viscosity 40 C\n{body}")
@@ -159,6 +160,7 @@ def test_an_oscillation_is_told_to_be_no_flow_curve_and_no_log(tmp_path: Path, h
     assert last.endswith("no log of a device, no flow curve")
 
 
+@pytest.mark.slow
 def test_an_oscillation_whose_time_stands_still_is_told_as_one(tmp_path: Path) -> None:
     head = "Average Time [s],Deflection Angle [rad],Torque [N*m],Storage Modulus [Pa],Loss Modulus [Pa]"
     swings = [f"{np.sin(row / 9):.5f},{np.cos(row / 9):.5f}" for row in range(256)]

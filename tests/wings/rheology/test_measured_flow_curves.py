@@ -11,13 +11,14 @@ from erclutch.wings.rheology.flow_curve import fit_flow_curve
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 from tests.support.command import good
 
+pytestmark = pytest.mark.slow
+
 FLOW = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "flow_curves"
 
 if not FLOW.is_dir():
     pytest.skip(f"needs the measured data beside the project: {FLOW}", allow_module_level=True)
 
 
-@pytest.mark.slow
 def test_herschel_bulkley_on_every_volume_fraction_of_dekker() -> None:
     curves = read_flow_curves(FLOW / "Fig2_Dekker2018.csv").curves
     assert [curve.label for curve in curves] == [
@@ -48,7 +49,6 @@ def test_all_eight_files_are_read() -> None:
         assert all(curve.rate.min() > 0 and curve.stress.min() > 0 for curve in curves), path.name
 
 
-@pytest.mark.slow
 def test_every_law_fits_every_flow_curve() -> None:
     for curve in json.loads(good("flowcurve", *sorted(FLOW.glob("*.csv")), "--json")):
         assert len(curve["fits"]) == 5

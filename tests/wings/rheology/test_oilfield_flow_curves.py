@@ -105,6 +105,7 @@ Elapsed Time,Sample Temp,Pressure,Shear Rate,Shear Stress,Aux1
 """
 
 
+@pytest.mark.slow
 def test_the_calibration_of_an_instrument_is_no_flow_curve_of_the_sample(tmp_path: Path) -> None:
     lines = [
         f"00:00:{second:02d},24.4,{60 + second},{rate:g},{10 * stress:g},0"
@@ -286,6 +287,7 @@ def test_a_unit_and_the_samples_are_asked_about_at_once(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_words_that_a_spreadsheet_filled_down_are_no_rows(tmp_path: Path) -> None:
     content = [["Shear Rate (1/s)", "Shear Stress (Pa)", "Bob"]]
     content += [[rate, stress, "B5"] for rate, stress in zip(RATES, STRESSES, strict=True)]
@@ -293,6 +295,7 @@ def test_words_that_a_spreadsheet_filled_down_are_no_rows(tmp_path: Path) -> Non
     assert_is_the_curve(workbook(tmp_path, {"Raw Data": content}))
 
 
+@pytest.mark.slow
 def test_a_workbook_may_hold_decimal_commas_as_texts_beside_its_numbers(tmp_path: Path) -> None:
     content: list[list[Any]] = [["t", "Shear Rate (1/s)", "Shear Stress (Pa)"]]
     for place, (rate, stress) in POINTS:
@@ -387,6 +390,7 @@ def test_a_creep_and_a_relaxation_are_said_to_be_for_no_command(
     assert "neither fit nor flowcurve" in last
 
 
+@pytest.mark.slow
 def test_a_sweep_of_the_stress_in_time_is_no_creep(tmp_path: Path) -> None:
     stress = np.geomspace(1.0, 100.0, 60)
     text = "Time [s],Shear Strain [%],Shear Stress [Pa],Shear Rate [1/s]\n" + rows(

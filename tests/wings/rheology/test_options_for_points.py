@@ -22,6 +22,7 @@ def _printed(folder: Path, name: str) -> str:
     return last.removeprefix("What settles it: ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "options"),
     [
@@ -45,6 +46,7 @@ def test_what_is_asked_one_after_another_stands_in_one_command(
     assert "of 3" in good(*words, "--laws", "bingham", cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_points_that_speak_for_themselves_need_no_option(tmp_path: Path) -> None:
     text = "Shear Rate [1/s],Viscosity [mPa*s],Temperature [°C]\n"
     for temperature in (20, 40, 60):
@@ -53,6 +55,7 @@ def test_points_that_speak_for_themselves_need_no_option(tmp_path: Path) -> None
     assert _printed(tmp_path, "flow.csv") == "erclutch flowcurve flow.csv"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("times", [("00:05", "00:10"), ("00:00:05", "00:01:00")])
 def test_times_that_an_instrument_notes_part_no_curves(
     tmp_path: Path, times: tuple[str, str]
@@ -73,6 +76,7 @@ def test_times_that_an_instrument_notes_part_no_curves(
     assert np.allclose(curve.stress, 0.3 * curve.rate)
 
 
+@pytest.mark.slow
 def test_stresses_against_their_rates_are_offered_as_a_log(tmp_path: Path) -> None:
     text = "t [s],gamma_dot,tau,state\n"
     rows = [f"{0.1 * k:.1f},{320 + k % 7},{-0.085 - 1e-4 * (k % 7):.5f},{k % 3}" for k in range(60)]
@@ -115,6 +119,7 @@ def test_a_column_whose_steps_move_the_stress_is_asked_about(
         read_flow_curves(tmp_path / "flow.csv")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axes", ["X,Y", "x,y"])
 def test_pairs_that_are_called_by_their_axes_are_flow_curves(tmp_path: Path, axes: str) -> None:
     text = f"oil,oil,soap,soap\n{axes},{axes}\n"
@@ -148,6 +153,7 @@ def test_inspect_leaves_the_unit_of_viscosities_below_labels_open(tmp_path: Path
     assert command == "erclutch flowcurve figure.csv --stress '[UNIT]'"
 
 
+@pytest.mark.slow
 def test_points_of_a_force_over_a_displacement_are_not_sent_to_flowcurve(tmp_path: Path) -> None:
     rows = "".join(f"{k},{30 * k},{k},{40 * k}\n" for k in range(1, 30))
     (tmp_path / "figure.csv").write_text(f"a,a,b,b\nX,Y,X,Y\n{rows}", encoding="utf-8")

@@ -270,6 +270,7 @@ EXPORTS = {
 }
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(25), deadline=None)
 @example(kind="trios", place=160, damage=".")  # of two sweeps one has no number
 @example(kind="trios", place=60, damage="\t")  # the mark of a step is in two halves

@@ -31,6 +31,7 @@ def exact(folder: Path, seed: int, digits: int, unit: str = "Pa") -> tuple[float
     return yield_stress, path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("digits", slow_but((3,), (3, 4, 5)))
 @pytest.mark.parametrize("unit", slow_but(("Pa",), ("Pa", "kPa")))
 def test_the_yield_stress_of_an_exact_curve_is_identified_at_any_rounding(

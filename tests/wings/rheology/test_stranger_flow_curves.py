@@ -51,6 +51,7 @@ def test_a_temperature_that_wanders_is_one_condition(
     assert len(read_flow_curves(written(tmp_path, text)).curves) == curves
 
 
+@pytest.mark.slow
 def test_inspect_sends_points_of_shear_to_flowcurve_whatever_stands_before_their_names(
     tmp_path: Path,
 ) -> None:
@@ -65,6 +66,7 @@ def test_inspect_sends_points_of_shear_to_flowcurve_whatever_stands_before_their
     )
 
 
+@pytest.mark.slow
 def test_inspect_sends_stresses_that_are_called_by_their_field_alone_to_flowcurve(
     tmp_path: Path,
 ) -> None:
@@ -76,6 +78,7 @@ def test_inspect_sends_stresses_that_are_called_by_their_field_alone_to_flowcurv
     assert "2 kV/mm" in good("flowcurve", "flow.csv", "--laws", "bingham", cwd=tmp_path)
 
 
+@pytest.mark.slow
 def test_inspect_sends_a_workbook_of_tests_to_flowcurve(tmp_path: Path) -> None:
     book = Workbook()
     for number in range(3):
@@ -97,6 +100,7 @@ def test_inspect_sends_a_workbook_of_tests_to_flowcurve(tmp_path: Path) -> None:
     assert last == "What settles it: erclutch flowcurve tests.xlsx"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "left_open"),
     [
@@ -118,6 +122,7 @@ def test_inspect_leaves_the_unit_of_a_viscosity_open_in_its_command(
     assert "1 of 1" in out
 
 
+@pytest.mark.slow
 def test_a_viscosity_with_its_unit_at_the_end_of_its_name_leaves_nothing_open(
     tmp_path: Path,
 ) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from erclutch.logs import ColumnMap, read_all, read_table, recordings_in
 
@@ -36,6 +37,7 @@ def export(steps: int) -> str:
     )
 
 
+@pytest.mark.slow
 def test_each_step_with_a_table_is_a_log(tmp_path: Path) -> None:
     path = tmp_path / "steps.txt"
     path.write_text(export(3), encoding="latin-1")

@@ -57,6 +57,7 @@ def test_halving_the_step_changes_the_torque_by_less_than_one_percent() -> None:
     assert off(half, quarter) < 0.5 * off(whole, half)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 @pytest.mark.parametrize(
     "changes", [{}, {"fluid.residual_field": 0.1, "thermal.softening": 0.01, "thermal.room": 20.0}]
@@ -141,6 +142,7 @@ def test_the_disc_integral_of_a_bingham_fluid() -> None:
     assert got == pytest.approx(expected, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_torque_follows_a_step_of_the_field_within_milliseconds() -> None:
     """63 % of the final torque of a held output shaft, after a full step at a steady motor speed."""
     parts = parts_of(default_rig())

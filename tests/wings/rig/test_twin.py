@@ -64,6 +64,7 @@ def _named(cells: Iterable[str]) -> Iterator[tuple[str, str]]:
                 yield from ((section, name) for name in re.findall(r"`(\w+)`", names))
 
 
+@pytest.mark.slow
 def test_what_only_the_twin_knows_is_no_signal_of_a_log(tmp_path: Path) -> None:
     """The speed of a brake is that of its encoder; `true_theta_dot` says slip too, but no sensor gives it."""
     brake = prepare("brake", seconds=0.5)
@@ -159,6 +160,7 @@ def drive(twin: Twin, rows: int) -> list[tuple[float, ...]]:
     return out
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_run() -> None:
     assert drive(Twin(seed=3, speed=20.0), 300) == drive(Twin(seed=3, speed=20.0), 300)
     assert drive(Twin(seed=3, speed=20.0), 300) != drive(Twin(seed=4, speed=20.0), 300)
@@ -214,6 +216,7 @@ def test_sensing_does_not_disturb_and_closing_takes_the_fields_away() -> None:
 # --- scenarios --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(SCENARIOS))
 def test_every_scenario_runs_and_repeats(name: str) -> None:
     first, again, other = (prepare(name, seconds=2.0, seed=s).columns() for s in (1, 1, 2))
@@ -228,6 +231,7 @@ def test_every_scenario_runs_and_repeats(name: str) -> None:
         assert not np.any((first["E1"][1] > 0) & (first["E2"][1] > 0))
 
 
+@pytest.mark.slow
 def test_scenarios_are_what_the_paper_says() -> None:
     zero = prepare("zero-field", seconds=5.0).columns()
     assert not zero["E1"][1].any()
@@ -241,6 +245,7 @@ def test_scenarios_are_what_the_paper_says() -> None:
     assert prepare("training").rows == 290_000
 
 
+@pytest.mark.slow
 def test_a_rig_file_sets_what_the_paper_leaves_open_of_a_run() -> None:
     rig = default_rig().changed(
         {"excitation.half_sine_high": 0.1, "excitation.held_peakedness": 0.2}
@@ -256,6 +261,7 @@ def test_a_rig_file_sets_what_the_paper_leaves_open_of_a_run() -> None:
     np.testing.assert_array_equal(trained, usual_training)
 
 
+@pytest.mark.slow
 def test_backlash_parts_the_two_encoders_and_none_does_not() -> None:
     def apart(name: str) -> float:
         c = prepare(name, seconds=6.0).columns()
@@ -291,6 +297,7 @@ def test_a_run_that_cannot_be(name: str, options: dict[str, float], said: str) -
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 @pytest.mark.parametrize("suffix", [".parquet", ".csv", ".mat"])
 def test_a_log_of_the_twin_reads_back(tmp_path: Path, suffix: str) -> None:
@@ -317,6 +324,7 @@ def test_too_little_space_is_said_before_anything_runs(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_an_interrupted_log_leaves_nothing(tmp_path: Path) -> None:
     run = prepare("test", seconds=20.0)
 

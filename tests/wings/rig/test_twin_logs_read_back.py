@@ -9,6 +9,7 @@ import pytest
 from tests.support.command import good
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scenario", "device"), [("training", "coaxial"), ("brake", "single")])
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 def test_a_log_of_the_twin_is_understood_at_once(

@@ -90,6 +90,7 @@ _VALUES: Any = st.recursive(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(200), deadline=None)
 @given(
     st.binary(max_size=300)
@@ -161,6 +162,7 @@ def test_host_and_origin(headers: list[tuple[str, str]], file: bool, socket_: bo
     assert access.from_here(headers, socket=True) is socket_
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(300), deadline=None)
 @given(st.text(max_size=60))
 def test_only_the_token_is_the_token(text: str) -> None:
@@ -260,6 +262,7 @@ def texts(socket_: ClientConnection, kind: str, count: int = 1, seconds: float =
     return found
 
 
+@pytest.mark.slow
 def test_no_answer_without_the_token(site: Site) -> None:
     for path in ("/", "/live.js", "/uPlot.js", "/frames", "/none"):
         for bare in (False, True) if path != "/" else (False,):
@@ -284,6 +287,7 @@ def test_no_answer_without_the_token(site: Site) -> None:
             site.connect(cookie=cookie)
 
 
+@pytest.mark.slow
 def test_the_token_gives_a_cookie_for_one_path_alone(site: Site) -> None:
     """A browser sends a cookie to all ports of a host; to a path that no other server knows, it is never asked for."""
     own: dict[str, Any] = {
@@ -377,6 +381,7 @@ def test_the_token_is_in_no_command_line(site: Site) -> None:
     assert site.access.token.encode() not in Path(f"/proc/{site.page.pid}/cmdline").read_bytes()
 
 
+@pytest.mark.slow
 def test_frames_and_state_arrive(site: Site) -> None:
     with site.connect() as client:
         (hello,) = texts(client, "hello")
@@ -407,6 +412,7 @@ def test_frames_and_state_arrive(site: Site) -> None:
         assert seen[-1]["counts"] == {"overrun": 1, "trip": 1}
 
 
+@pytest.mark.slow
 def test_a_loop_that_is_silent_is_said_to_be(own_site: Site) -> None:
     with own_site.connect() as client:
         own_site.loop.stop()
@@ -437,6 +443,7 @@ def frames_seen(client: ClientConnection, count: int) -> list[int]:
     return seqs
 
 
+@pytest.mark.slow
 def test_two_pages_at_once_beside_one_that_reads_nothing(site: Site) -> None:
     """Each sees all frames and gives orders; a page that hangs and one that dies hold up nobody."""
     hangs = socket.create_connection(("127.0.0.1", site.access.port))
@@ -520,6 +527,7 @@ def test_a_client_that_sends_too_much_is_hung_up_on(site: Site) -> None:
     assert site.commands == []
 
 
+@pytest.mark.slow
 def test_raw_noise_does_not_bring_the_server_down(site: Site) -> None:
     random = np.random.default_rng(1)
     for k in range(50):
@@ -628,6 +636,7 @@ def test_a_port_that_is_taken(start_loop: Callable[..., Any]) -> None:
             PageProcess(str(start_loop().path), LIMITS, port=taken.getsockname()[1])
 
 
+@pytest.mark.slow
 def test_uplot_is_what_its_origin_says() -> None:
     import hashlib
     import tomllib
@@ -640,6 +649,7 @@ def test_uplot_is_what_its_origin_says() -> None:
     assert "MIT" in (folder / "LICENSE").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_no_text_becomes_markup_or_code_in_the_page() -> None:
     """Names of rigs, models and programs are put into the page as text."""
     package = files("erclutch")

@@ -66,6 +66,7 @@ def sequence(path: Path) -> Any:
     return read_table(path).columns["seq"].astype(int)
 
 
+@pytest.mark.slow
 def test_a_recording_says_units_model_and_origin(tmp_path: Path, frames: Any) -> None:
     table = read_table(write(tmp_path / "a.mcap", frames))
     assert table.units["theta_dot"] == "rad/s"
@@ -110,6 +111,7 @@ assert HEADER.fields is not None
 _TABLE = HEADER.fields["channel"][1]
 
 
+@pytest.mark.slow
 @settings(
     max_examples=examples(60),
     deadline=None,
@@ -133,12 +135,14 @@ def test_a_damaged_table_of_channels_is_refused_or_sound(
         reader.close()
 
 
+@pytest.mark.slow
 def test_a_measurement_has_no_label(tmp_path: Path, frames: Any) -> None:
     path = write(tmp_path / "a.mcap", frames, RingInfo(origin="HARDWARE"))
     assert read_table(path).origin == ""
     assert '"origin": "HARDWARE"' in read_table(path).metadata["erclutch"]
 
 
+@pytest.mark.slow
 def test_the_index_of_a_recording_is_that_of_the_format(tmp_path: Path, frames: Any) -> None:
     """The format's own reader finds all by index and checksum."""
     path = write(tmp_path / "a.mcap", frames)
@@ -186,6 +190,7 @@ def test_it_reads_as_the_same_data_from_parquet(tmp_path: Path, frames: Any) -> 
     assert one.time == pytest.approx(two.time, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_steps_without_a_sample_are_left_out_and_said(tmp_path: Path, frames: Any) -> None:
     frames = frames.copy()
     frames["torque"][1000:1003] = np.nan
@@ -301,6 +306,7 @@ def test_nothing_whole_is_said(tmp_path: Path, whole: bytes) -> None:
 # --- the recorder -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_no_frame_is_lost_between_ring_and_file(
     tmp_path: Path, start_loop: Callable[..., Any]
 ) -> None:
@@ -318,6 +324,7 @@ def test_no_frame_is_lost_between_ring_and_file(
     assert recorder.progress.lost == 0
 
 
+@pytest.mark.slow
 def test_a_recorder_that_came_too_late_says_what_it_lost(
     tmp_path: Path, start_loop: Callable[..., Any]
 ) -> None:
@@ -333,6 +340,7 @@ def test_a_recorder_that_came_too_late_says_what_it_lost(
     assert recorder.progress.lost == missing > 300
 
 
+@pytest.mark.slow
 def test_a_full_disk_ends_the_recording_with_a_whole_file(
     tmp_path: Path, frames: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
