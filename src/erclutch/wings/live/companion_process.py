@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import subprocess
 import sys
 import threading
+import time
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -32,6 +34,11 @@ class CompanionProcess(subprocess.Popen[bytes]):
         self._lines: SimpleQueue[bytes] = SimpleQueue()
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
+        self._begun = b""  # the rest of a line of which the process has a part
+        self._next = b""  # the newest line
+        self._took = time.monotonic()  # when the process took something, or had nothing to take
+        if self.stdin is not None:
+            os.set_blocking(self.stdin.fileno(), False)
 
     def _listen(self) -> None:
         assert self.stdout is not None
@@ -54,12 +61,27 @@ class CompanionProcess(subprocess.Popen[bytes]):
         return [self._lines.get() for _ in range(self._lines.qsize())]
 
     def tell(self, body: dict[str, Any]) -> None:
-        """Write a line to its standard input; nobody may be there to read it."""
+        """Write a line to its standard input, which takes the place of one that waits there; `push` goes on with it."""
+        self._next = json.dumps(body).encode() + b"\n"
+        self.push()
+
+    def push(self) -> None:
+        """Write what its standard input takes now. Whoever reads nothing is not waited for."""
         assert self.stdin is not None
         with contextlib.suppress(OSError, ValueError):
-            line = json.dumps(body).encode() + b"\n"
-            self.stdin.write(line)
-            self.stdin.flush()
+            while self._begun or self._next:
+                if not self._begun:
+                    self._begun, self._next = self._next, b""
+                written = os.write(self.stdin.fileno(), self._begun)
+                self._begun = self._begun[written:]
+                self._took = time.monotonic()
+        if not self._begun:
+            self._took = time.monotonic()
+
+    @property
+    def deaf(self) -> float:
+        """For how many seconds it has not read what it was told."""
+        return time.monotonic() - self._took
 
 
 def end_process(process: subprocess.Popen[Any], seconds: float) -> None:

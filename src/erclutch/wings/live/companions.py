@@ -5,18 +5,22 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from erclutch.errors import ErclutchError
 from erclutch.wings.live.page.page_process import PageProcess
 from erclutch.wings.live.page_commands import CommandLimits, PageCommand
+from erclutch.wings.live.recording.mcap_file import RecordingError
 from erclutch.wings.live.recording.recordings import Recordings
 
 _PERIOD = 0.05  # s
 _NOTES = 50  # the page is sent
+_MOST_NOTES = 1000  # that are kept
 
 
 class Observers(contextlib.AbstractContextManager["Observers"]):
@@ -53,8 +57,11 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
     ) -> None:
         self._carry_out = carry_out
         self._notes: list[tuple[int, int, str, str]] = []
+        self._said = 0
         self._ended = threading.Event()
-        self._lock = threading.RLock()
+        self._lock = threading.RLock()  # of the recordings
+        self._asked: deque[bool] = deque()  # recordings that the page wants to start or end
+        self._brief = threading.Lock()  # of the notes, and of what is asked for
         self.recordings = Recordings(ring, folder, self.say)
         self.page: PageProcess | None = None
         if page:
@@ -64,8 +71,14 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
             ]
             shown = {"programs": texts, "stroke": stroke, "lead": lead}
             self.page = PageProcess(str(ring), limits, port=port, shown=shown)
-        self._thread = threading.Thread(target=self._look_after, daemon=True)
-        self._thread.start()
+        # Each in a thread of its own: a recording takes seconds to begin and to end, and an order for the loop
+        # (zero the fields!) waits for none of them.
+        self._threads = [threading.Thread(target=self._look_after_recordings, daemon=True)]
+        if self.page is not None:
+            looks = partial(self._look_after_page, self.page)
+            self._threads.append(threading.Thread(target=looks, daemon=True))
+        for thread in self._threads:
+            thread.start()
 
     @property
     def url(self) -> str:
@@ -79,7 +92,10 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
 
     def say(self, text: str, level: str = "note") -> None:
         """A line in the page's log of events; level is note, warning or alarm."""
-        self._notes.append((len(self._notes), time.monotonic_ns(), text, level))
+        with self._brief:
+            self._notes.append((self._said, time.monotonic_ns(), text, level))
+            self._said += 1
+            del self._notes[:-_MOST_NOTES]
 
     def record(self, on: bool, *, whole: bool = False) -> None:
         """Start a recording, `whole` with the frames so far, or end it; a failure is said, and raised for a script."""
@@ -89,6 +105,13 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
                     self.recordings.start(whole=whole)
                 else:
                     self.recordings.stop()
+            except OSError as error:
+                self.say(f"no recording can be started: {error.strerror or error}", "alarm")
+                raise RecordingError(
+                    f"no recording can be started: {error.strerror or error}",
+                    where=str(self.recordings.folder),
+                    remedy="Free space, or give another place with --folder",
+                ) from error
             except ErclutchError as error:
                 self.say(str(error), "alarm")
                 raise
@@ -97,19 +120,36 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
         if command.kind != "record":
             self._carry_out(command)
             return
-        with contextlib.suppress(ErclutchError):  # it was said
-            self.record(bool(command.value))
+        # What is asked for twice is done once, and a third change undoes the second: no click has to wait for many.
+        wanted = bool(command.value)
+        with self._brief:
+            if self._asked and self._asked[-1] == wanted:
+                return
+            if len(self._asked) < 2:
+                self._asked.append(wanted)
+            else:
+                self._asked.pop()
 
-    def _look_after(self) -> None:
+    def _look_after_recordings(self) -> None:
         while not self._ended.wait(_PERIOD):
             with self._lock:
                 self.recordings.poll()
-            if self.page is not None:
-                restarts = self.page.restarts
-                self.page.poll(self._command)
-                if self.page.restarts != restarts:
-                    self.say("the page's server was gone and was started again", "warning")
-                self.page.tell(self._state())
+            while self._asked and not self._ended.is_set():
+                with contextlib.suppress(ErclutchError):  # it was said
+                    self.record(self._asked[0])
+                with self._brief:
+                    self._asked.popleft()
+
+    def _look_after_page(self, page: PageProcess) -> None:
+        while not self._ended.wait(_PERIOD):
+            restarts = page.restarts
+            with contextlib.suppress(
+                OSError
+            ):  # no process can be started now; the next look tries again
+                page.poll(self._command)
+            if page.restarts != restarts:
+                self.say("the page's server was gone and was started again", "warning")
+            page.tell(self._state())
 
     def _state(self) -> dict[str, Any]:
         recording: dict[str, Any] = {
@@ -126,7 +166,8 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
     def close(self) -> None:
         """End the recording and the page."""
         self._ended.set()
-        self._thread.join()
+        for thread in self._threads:
+            thread.join()
         with self._lock:
             self.recordings.stop()
         if self.page is not None:

@@ -361,6 +361,20 @@ def test_an_ended_session_is_said_to_be(seen: Seen) -> None:
     ]
 
 
+def test_a_page_that_made_room_says_so_and_stays_away(chromium: Any, seen: Seen) -> None:
+    context = chromium.new_context()
+    further = [context.new_page() for _ in range(8)]
+    for page in further:
+        page.goto(seen.observers.url)
+        page.wait_for_url(re.compile(r"/\d+-[\w-]+/$"))
+        page.wait_for_timeout(300)
+    seen.until("document.getElementById('banner').textContent.includes('More pages are open')")
+    seen.page.wait_for_timeout(1000)
+    assert seen.page.evaluate("erclutch.connections") == 1
+    assert all(page.evaluate("erclutch.connections") == 1 for page in further)
+    context.close()
+
+
 @pytest.mark.parametrize("width", [390, 1440])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_sticks_out(seen: Seen, width: int, scheme: Any) -> None:

@@ -34,14 +34,11 @@ def app(
         port: Port on this machine; 0 takes any that is free.
         open_: Open the page in the browser.
     """
-    import socket
     import webbrowser
 
     try:
-        import uvicorn
-
         from erclutch.wings.app.workbench_server import Workbench
-        from erclutch.wings.live.page.page_server import counted_connection
+        from erclutch.wings.live.page.connections import ListeningSocket, server_of
     except ImportError as error:
         raise SettingError(
             f"{error.name} is not installed", remedy='Run: pip install "erclutch[live]"'
@@ -60,33 +57,22 @@ def app(
             remedy="Make it first, or give another one",
         )
     try:
-        listening = socket.create_server(("127.0.0.1", port), backlog=64)
+        listening = ListeningSocket(port)
     except (OSError, OverflowError) as error:
         raise SettingError(
             f"port {port} cannot be had ({error})", remedy="Give another --port"
         ) from error
-    access = Access(listening.getsockname()[1], new_token())
+    access = Access(listening.port, new_token())
     with listening, scratch_folder() as scratch:
         bench = Workbench(folder, access, Path(scratch))
-        config = uvicorn.Config(
-            bench.app,
-            http=counted_connection(bench.app.strangers),
-            ws="none",
-            lifespan="off",
-            log_config=None,
-            access_log=False,
-            server_header=False,
-            limit_concurrency=64,
-            h11_max_incomplete_event_size=16384,
-            timeout_graceful_shutdown=1,
-        )
+        server = server_of(bench.app, bench.app.strangers, ws="none")
         terminal.say(
             f"{access.url}\nOpen this address in a browser on this machine. Ctrl-C ends it."
         )
         if open_:
             webbrowser.open(access.url)
         try:
-            uvicorn.Server(config).run(sockets=[listening])
+            server.run(sockets=[listening])
         except KeyboardInterrupt:
             pass  # the server ended in order, and passes the signal on
         finally:

@@ -12,7 +12,6 @@ import contextlib
 import json
 import os
 import signal
-import socket
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
@@ -24,6 +23,8 @@ from erclutch.wings.live.page.access import Access, new_token
 from erclutch.wings.live.page_commands import CommandError, CommandLimits, PageCommand, parse
 
 _START = 20.0  # s
+_PATIENCE = 20.0  # s that the server may read nothing
+_LONGEST_STATE = 1 << 24  # bytes
 
 
 class PageError(ErclutchError):
@@ -99,6 +100,10 @@ class PageProcess:
                 continue
             with contextlib.suppress(CommandError):
                 carry_out(parse(line.strip(), self._limits))
+        self._process.push()
+        if self._process.deaf > _PATIENCE:
+            self._process.kill()  # it hangs, or was stopped, and would never show a thing again
+            self._process.wait()
         if self._process.poll() is not None:
             self.close()
             self.restarts += 1
@@ -146,30 +151,20 @@ def _say(body: dict[str, Any]) -> None:
 
 
 async def _serve(setting: dict[str, Any]) -> int:
-    import uvicorn
-
-    from erclutch.wings.live.page.page_server import LONGEST_MESSAGE, Page, counted_connection
+    from erclutch.wings.live.page.connections import ListeningSocket, server_of
+    from erclutch.wings.live.page.page_server import LONGEST_MESSAGE, Page
 
     limits = CommandLimits(tuple(setting["limits"]["programs"]), setting["limits"]["motor"])
-    listening = socket.create_server(("127.0.0.1", int(setting["port"])), backlog=64)
-    access = Access(listening.getsockname()[1], setting["token"])
+    listening = ListeningSocket(int(setting["port"]))
+    access = Access(listening.port, setting["token"])
     page = Page(setting["ring"], limits, access, _hand_over, setting["shown"])
-
-    config = uvicorn.Config(
+    server = server_of(
         page.app,
-        lifespan="off",
-        log_config=None,
-        access_log=False,
-        http=counted_connection(page.app.strangers),
+        page.app.strangers,
         ws="websockets-sansio",
         ws_max_size=LONGEST_MESSAGE,
         ws_per_message_deflate=False,
-        limit_concurrency=64,
-        h11_max_incomplete_event_size=16384,
-        server_header=False,
-        timeout_graceful_shutdown=1,
     )
-    server: Any = uvicorn.Server(config)
     # SIGINT is the session's business, and it closes our input.
     server.capture_signals = contextlib.nullcontext
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -194,7 +189,7 @@ def _hand_over(body: str) -> None:
 
 async def _listen_to_session(page: Any, server: Any) -> None:
     """State of the session, line by line; its notes go into the log of events."""
-    reader = asyncio.StreamReader(limit=1 << 20)
+    reader = asyncio.StreamReader(limit=_LONGEST_STATE)
     loop = asyncio.get_running_loop()
     transport, _ = await loop.connect_read_pipe(
         lambda: asyncio.StreamReaderProtocol(reader), sys.stdin

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from collections.abc import Awaitable, Callable, Mapping
+from contextlib import suppress
 from dataclasses import asdict
 from importlib.resources import files
 from pathlib import PurePath
@@ -20,8 +22,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from erclutch._version import __version__
 from erclutch.wings.live.layout import EVENTS
 from erclutch.wings.live.page.access import HEADERS, Access
+from erclutch.wings.live.page.connections import Strangers
 from erclutch.wings.live.page.ring_summary import EDGES, Watcher, level_of
-from erclutch.wings.live.page.wire import pack, wire_of
+from erclutch.wings.live.page.wire import as_text, pack, wire_of
 from erclutch.wings.live.page_commands import LONGEST, CommandError, CommandLimits, parse
 from erclutch.wings.live.ring import RingReader
 
@@ -29,8 +32,9 @@ RATE = 60.0  # messages of frames a second
 _STATUS = 0.25  # s
 _LOOK = 0.05  # s
 _MOST_CLIENTS = 8
-_MOST_STRANGERS = 32
-_PATIENCE = 3.0  # s that a connection has to show the token
+#: Code of a socket that made room for that of a newer page: its page does not open another.
+_MADE_ROOM = 4001
+_FAREWELL = 1.0  # s that a client has to take in that its socket is closed
 _MOST_FRAMES = 2000  # in one message; a client that fell behind further starts anew at the newest
 _SHARE = 20  # commands a second from one client
 #: Longest message that a client may send; the socket is closed on a longer one.
@@ -101,7 +105,9 @@ class Page:
         self._ring, self._limits, self._hand_over, self._shown = ring, limits, hand_over, shown
         self.session: dict[str, Any] = {}
         self.watcher = Watcher(RingReader(ring, "oldest"))
-        self.clients = 0
+        self._clients: deque[asyncio.Event] = (
+            deque()
+        )  # the oldest first; each is set where its client has to go
         routes = [Route(path, self._file(name)) for path, name in _FILES.items()]
         sockets = WebSocketRoute("/frames", self._socket)
         self.app = Guard(Starlette(routes=[*routes, sockets]), access)
@@ -145,20 +151,33 @@ class Page:
         }
 
     async def _socket(self, socket: WebSocket) -> None:
-        if self.clients >= _MOST_CLIENTS:
-            await socket.close(1013)
-            return
-        self.clients += 1
+        """Serve one client. The oldest makes room for one too many: whoever opens a page is never shut out."""
+        while len(self._clients) >= _MOST_CLIENTS:
+            self._clients.popleft().set()
+        leave = asyncio.Event()
+        self._clients.append(leave)
         await socket.accept()
         try:
-            await socket.send_json(self.hello())
+            await socket.send_text(as_text(self.hello()))
             async with asyncio.TaskGroup() as group:
                 for job in (self._frames, self._states, self._commands):
                     group.create_task(job(socket))
+                group.create_task(self._farewell(socket, leave))
         except* (WebSocketDisconnect, RuntimeError, OSError):
             pass  # the page is gone, and with it the other jobs
         finally:
-            self.clients -= 1
+            if leave in self._clients:
+                self._clients.remove(leave)
+
+    async def _farewell(self, socket: WebSocket, leave: asyncio.Event) -> None:
+        """Close a client's socket when it has to make room, though it reads nothing any more."""
+        await leave.wait()
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_FAREWELL):
+                await socket.close(_MADE_ROOM)
+        loop = asyncio.get_running_loop()
+        loop.call_later(_FAREWELL, self.app.strangers.hang_up, socket.scope["client"])
+        raise WebSocketDisconnect
 
     async def _frames(self, socket: WebSocket) -> None:
         """Frames as they come; a client that cannot follow loses the oldest and is told how many."""
@@ -185,12 +204,12 @@ class Page:
             body = {
                 "kind": "status",
                 **self.watcher.status(),
-                "clients": self.clients,
+                "clients": len(self._clients),
                 **self.session,
             }
             body["lines"] = self.watcher.lines(seen)
             seen = self.watcher.version
-            await socket.send_json(body)
+            await socket.send_text(as_text(body))
             await asyncio.sleep(_STATUS)
 
     async def _commands(self, socket: WebSocket) -> None:
@@ -210,39 +229,15 @@ class Page:
                 raise WebSocketDisconnect
             text = message.get("text")
             if text is None:
-                await socket.send_json({"kind": "refused", "why": "A command is text"})
+                await socket.send_text(as_text({"kind": "refused", "why": "A command is text"}))
                 continue
             try:
                 command = parse(text, self._limits)
             except CommandError as error:
-                await socket.send_json({"kind": "refused", "why": str(error)})
+                await socket.send_text(as_text({"kind": "refused", "why": str(error)}))
                 continue
             self._hand_over(text)
-            await socket.send_json({"kind": "taken", "command": command.kind})
-
-
-class Strangers:
-    """Connections that have not shown the token. Each has a few seconds, and the oldest makes room for a new one."""
-
-    def __init__(self) -> None:
-        self._transports: dict[Any, asyncio.Transport] = {}
-
-    def add(self, client: Any, transport: asyncio.Transport) -> None:
-        """Count a new connection."""
-        if len(self._transports) >= _MOST_STRANGERS:
-            oldest = next(iter(self._transports))
-            self._drop(oldest, self._transports[oldest])
-        self._transports[client] = transport
-        asyncio.get_running_loop().call_later(_PATIENCE, self._drop, client, transport)
-
-    def shown(self, client: Any) -> None:
-        """A client showed the token."""
-        self._transports.pop(client, None)
-
-    def _drop(self, client: Any, transport: asyncio.Transport) -> None:
-        if self._transports.get(client) is transport:
-            del self._transports[client]
-            transport.abort()
+            await socket.send_text(as_text({"kind": "taken", "command": command.kind}))
 
 
 class Guard:
@@ -345,15 +340,3 @@ def _with_headers(send: Send, headers: Mapping[str, str], base: str) -> Send:
         await send(message)
 
     return sent
-
-
-def counted_connection(strangers: Strangers) -> Any:
-    """Uvicorn's class of a connection, each of which is a stranger until it shows the token."""
-    from uvicorn.protocols.http.h11_impl import H11Protocol
-
-    class Connection(H11Protocol):
-        def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
-            super().connection_made(transport)
-            strangers.add(self.client, transport)
-
-    return Connection

@@ -5,8 +5,10 @@ The page is told the columns of a row once, in the server's first message.
 
 from __future__ import annotations
 
+import json
+import math
 import struct
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,25 @@ def row_of(info: RingInfo) -> np.dtype[Any]:
 def wire_of(info: RingInfo) -> dict[str, Any]:
     """What the page needs to read a message: bytes before the rows, and the columns of a row, 4 bytes each."""
     return {"head": _HEAD.size, "columns": list(row_of(info).names or ())}
+
+
+def as_text(body: object) -> str:
+    """JSON that each browser reads, whatever a folder is called and whatever a number is.
+
+    Bytes of a name that are no text stay as they came (half a pair of UTF-16), and what is no finite number is null.
+    """
+    return json.dumps(_finite(body), separators=(",", ":"), allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        entries = cast("dict[str, Any]", value)
+        return {name: _finite(entry) for name, entry in entries.items()}
+    if isinstance(value, (list, tuple)):
+        return [_finite(entry) for entry in cast("list[Any]", value)]
+    return value
 
 
 def pack(frames: NDArray[Any], info: RingInfo, skipped: int) -> bytes:

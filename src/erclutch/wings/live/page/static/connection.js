@@ -2,7 +2,9 @@
 
 const FIRST_PAUSE = 250; // ms between two tries
 const LONGEST_PAUSE = 2000; // ms
-const GOODBYE = 1012; // the code by which a server closes a socket when its session is over
+// The codes by which a server closes a socket.
+const GOODBYE = 1012; // its session is over
+const MADE_ROOM = 4001; // too many pages are open, and this one is the oldest
 
 export class Connection {
   /** The caller is told of each opening, of each message (`{kind: ...}` or frames), and of each loss and what it means. */
@@ -21,7 +23,10 @@ export class Connection {
       if (typeof data === "string") this.tell.said(JSON.parse(data));
       else this.tell.frames(data);
     };
-    this.socket.onclose = event => this.#closed(event.code === GOODBYE);
+    this.socket.onclose = ({ code }) => {
+      if (code === MADE_ROOM) this.tell.lost("More pages are open than the session serves. Load this one again to go on here.", true);
+      else this.#closed(code === GOODBYE);
+    };
   }
 
   /** Returns whether there was a connection to send a command over. */
