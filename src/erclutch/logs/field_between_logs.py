@@ -152,6 +152,27 @@ def efforts_of_two_devices(logs: Sequence[CourseOfLog]) -> EffortsApart | None:
     return apart if steepness > _APART else None
 
 
+def efforts_of_two_words(
+    slip: Array, effort: Array, of_row: NDArray[np.int32]
+) -> EffortsApart | None:
+    """The two words of a column whose rows have the efforts furthest apart at the same slip; None where none are.
+
+    Args:
+        slip: of all rows, (n,), as the effort.
+        effort: of all rows.
+        of_row: the number of each row's word, (n,); -1 where it has none.
+    """
+    known = np.isfinite(slip) & np.isfinite(effort)
+    parts: list[CourseOfLog] = []
+    for number in range(int(of_row.max(initial=-1)) + 1):
+        own = known & (of_row == number)
+        parts.append(CourseOfLog("", (), slip[own], effort[own]))
+    if len(parts) < 2 or any(part.slip.size == 0 for part in parts):
+        return None
+    apart = _furthest_apart(_courses(parts))
+    return apart if apart.times > _APART else None
+
+
 def _numbered(values: Array, cells: int) -> NDArray[np.intp]:
     """The number of the cell of each value, of so many of one width from the smallest to the largest, shape (n,)."""
     low = float(values.min())

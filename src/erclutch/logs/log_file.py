@@ -18,6 +18,7 @@ from erclutch.logs.clock.channel_times import unwoven, with_times_joined
 from erclutch.logs.clock.names_over_times import with_names_at_values
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.clock.pairs_of_columns import with_pairs_named
+from erclutch.logs.columns.marked_levels import with_levels_of_marks
 from erclutch.logs.columns.row_groups import groups_in, rows_of
 from erclutch.logs.columns.senses import with_senses
 from erclutch.logs.log_reader import (
@@ -67,6 +68,10 @@ class Tidying(NamedTuple):
     rule: Callable[[Table], Table]
 
 
+#: Its column may part the rows.
+OF_MARKS = Tidying(
+    "one column of levels, though each has a column of 0 and 1", with_levels_of_marks
+)
 #: All rules, in the order in which they are gone through.
 TIDYINGS = (
     Tidying("names that can be read", with_readable_names),
@@ -81,6 +86,7 @@ TIDYINGS = (
     Tidying(
         "a level in each of its rows, though the first alone gives it", with_levels_filled_down
     ),
+    OF_MARKS,
     Tidying("a number for each level, though words tell it", with_places_of_words),
     Tidying("a field in each row, though a text tells it", with_fields_of_words),
     Tidying("rows for each field, though it stands in the names", with_rows_for_each_level),
@@ -118,7 +124,7 @@ def read_table(
     if group is not None and variable not in names_in(log.plugin, source):
         with placed(log.path.name):
             whole = read_once(log.path, source.digest, group.recording, decimal)
-            table = rows_of(whole, group.column, group.word)
+            table = rows_of(OF_MARKS.rule(whole), group.column, group.word)
     else:
         table = read_by(log.plugin, source)
     return finished(table, log.notes, path)

@@ -42,6 +42,18 @@ def parting_columns(texts: dict[str, pd.Series[Any]]) -> dict[str, WordColumn]:
     return parting
 
 
+def only_words(texts: dict[str, pd.Series[Any]]) -> dict[str, str]:
+    """The texts of those columns that hold one text in all rows, by column: what holds for the whole file."""
+    only: dict[str, str] = {}
+    for column, cells in texts.items():
+        words = {str(text).strip() for text in cells.unique()[:2]}
+        if len(cells) > 1 and len(words) == 1:
+            (word,) = words
+            if 0 < len(word) <= _LONGEST and not cells.isna().any():
+                only[column] = printable(word)
+    return only
+
+
 def names_of_rows(texts: dict[str, pd.Series[Any]]) -> tuple[str, ...]:
     """What the first column of texts calls each row; nothing for many rows, or where a row has no name."""
     for cells in texts.values():

@@ -27,14 +27,14 @@ _PARTS = frozenset(
     ).split()
 )
 #: Columns that tell one device or fluid from another; a model is of one of them.
-_KINDS = frozenset(
+KINDS = frozenset(
     (
         "material sample specimen fluid oil grease batch company supplier maker motor damper "
         "device unit model product"
     ).split()
 )
 #: Whose rows they are: people, and pieces of a material.
-_WHOSE = frozenset(
+WHOSE = frozenset(
     (
         "subject participant patient person athlete proband volunteer sujet sujeto soggetto "
         "paciente specimen sample batch probe eprouvette probeta"
@@ -43,10 +43,10 @@ _WHOSE = frozenset(
 _FEWEST_EACH = 3  # rows of a person or piece, on average
 _SELDOM = 0.01  # of the rows
 _ANOTHER_COURSE = 60.0  # s between two times: from then on they are of two courses
-_TAKE_TURNS = 0.6  # share of the rows that are of another device than the row before
+TAKE_TURNS = 0.6  # share of the rows that are of another device than the row before
 _MOST_DEVICES = 64  # on a bus
 #: What the number of a device on a bus is called.
-_OF_A_DEVICE = frozenset(
+OF_A_DEVICE = frozenset(
     {"id", "joint", "motor", "servo", "axis", "node", "device", "actuator", "channel", "address"}
 )
 
@@ -90,7 +90,7 @@ def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
         return None
     parting = dict(draft.table.words)
     for column in draft.seen.without(draft.taken):
-        if "".join(column.spoken.stem_words[-1:]) in _OF_A_DEVICE:
+        if "".join(column.spoken.stem_words[-1:]) in OF_A_DEVICE:
             parting |= _by_number(column, _MOST_DEVICES)
     for name, column in parting.items():
         devices = len(column.words)
@@ -98,7 +98,7 @@ def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
         turns = np.count_nonzero(np.diff(column.of_row)) / max(rows - 1, 1)
         known = column.of_row[column.of_row >= 0]
         shares = np.bincount(known, minlength=devices) / rows  # of the rows, by device
-        if turns < _TAKE_TURNS or devices > _MOST_DEVICES or shares.min() < 0.5 / devices:
+        if turns < TAKE_TURNS or devices > _MOST_DEVICES or shares.min() < 0.5 / devices:
             continue
         each_goes_on = True
         for number in range(devices):
@@ -146,7 +146,7 @@ def ask_about_groups(draft: Draft) -> None:
         parting.pop(table.clock_name, None)  # times of one course, each for many rows
     if are_points:
         for numbered in draft.seen.without(draft.taken):
-            if numbered.spoken.says(_WHOSE):
+            if numbered.spoken.says(WHOSE):
                 parting |= _by_number(numbered, numbered.values.size / _FEWEST_EACH)
     for name, column in parting.items():
         if are_points:
@@ -173,7 +173,7 @@ def ask_about_groups(draft: Draft) -> None:
         first = f"--variable {shell_word(f'{name}={column.words[0]}')}"
         each = f"--variable {shell_word(f'{name}={EACH}')}"
         remedy = f"Take one, such as {first}, or each as a log: {each}"
-        option = each if called.isdisjoint(_KINDS) else first
+        option = each if called.isdisjoint(KINDS) else first
         draft.ask("variable", MappingError(problem, remedy=remedy), option)
         return
 

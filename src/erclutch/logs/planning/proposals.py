@@ -23,6 +23,7 @@ from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOL
 from erclutch.logs.plan import Question
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.field_of_a_circuit import COILS, of_a_coil
+from erclutch.logs.planning.field_of_words import levels_of_efforts
 from erclutch.logs.planning.missing_columns import (
     has_short_name,
     not_measured,
@@ -199,6 +200,7 @@ def _field_option(
     if len(leveled) > 1:
         leveled = [name for name in leveled if _joint_of(name) in joints - {""}]
     likely = next((each for each in (commands, leveled) if len(each) == 1), worded or lettered)
+    likely = likely or levels_of_efforts(draft, taken)
     if not likely:
         return "--field none"
     return f"--field {shell_word(seen.table.label(likely[0]))}"

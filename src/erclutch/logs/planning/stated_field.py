@@ -30,6 +30,7 @@ from erclutch.logs.columns.vocabulary import CURRENTS, OTHER, TOLD, set_of
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import SignalPlan
 from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.field_of_words import ask_about_the_only_word, ask_about_words
 from erclutch.logs.planning.remarked_field import ask_about_remarked_field
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
@@ -97,7 +98,8 @@ def take_stated_field(draft: Draft) -> bool:
         remedy = f"If that is the field, give {option}; else --field none"
         draft.ask("field", MappingError(problem, remedy=remedy), option)
         return True
-    return ask_about_remarked_field(draft) or _ask_about_the_name(draft)
+    asked = ask_about_remarked_field(draft) or ask_about_the_only_word(draft)
+    return asked or ask_about_words(draft) or _ask_about_the_name(draft)
 
 
 def states_a_field(draft: Draft) -> bool:

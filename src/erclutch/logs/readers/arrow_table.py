@@ -10,7 +10,7 @@ import numpy as np
 
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.word_columns import parting_columns, parting_note
+from erclutch.logs.columns.word_columns import only_words, parting_columns, parting_note
 from erclutch.logs.log_reader import ROWS_WANTED
 from erclutch.logs.readers.arrow_lists import with_lists_opened
 from erclutch.logs.readers.switches import switched
@@ -76,9 +76,9 @@ def table_of_arrow(
             clock = since.astype(np.float64) / per_second
         elif label not in texts:
             notes.append(f"column {label} holds {field.type}: left out")
-    words = parting_columns(
-        {label: cells for label, cells in texts.items() if label not in columns}
-    )
+    texts_left = {label: cells for label, cells in texts.items() if label not in columns}
+    words = parting_columns(texts_left)
+    only = only_words(texts_left)
     for label in texts:
         if label in columns:
             continue
@@ -98,7 +98,8 @@ def table_of_arrow(
         digest=digest,
         clock=clock,
         clock_name=clock_name,
-        metadata=metadata,
+        metadata={**only, **metadata},
+        unreadable={label: f"column {label} holds text" for label in only},
         notes=tuple(notes),
         words=words,
     )

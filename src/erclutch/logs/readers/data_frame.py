@@ -10,7 +10,7 @@ import numpy as np
 
 from erclutch.errors import LogError, printable
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.word_columns import parting_columns, parting_note
+from erclutch.logs.columns.word_columns import only_words, parting_columns, parting_note
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers.switches import switched
 from erclutch.logs.table import Table
@@ -81,7 +81,9 @@ def read_frame(source: LogSource) -> Table:
         raise LogError("it has no rows of numbers", remedy=remedy)
 
     names, units, notes = name_columns(labels)
-    words = parting_columns({label: cells for label, cells in texts.items() if label in left})
+    texts_left = {label: cells for label, cells in texts.items() if label in left}
+    words = parting_columns(texts_left)
+    only = only_words(texts_left)
     notes += [*told, *(parting_note(label, parting) for label, parting in words.items())]
     if others := [label for label in left if label not in words]:
         notes.append(f"columns without numbers left out: {', '.join(others)}")
@@ -95,6 +97,8 @@ def read_frame(source: LogSource) -> Table:
         digest.hexdigest(),
         clock=clock,
         clock_name=clock_name,
+        metadata=only,
+        unreadable={label: f"column {label} holds text" for label in only},
         notes=tuple(notes),
         words=words,
     )

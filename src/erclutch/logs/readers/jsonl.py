@@ -20,7 +20,12 @@ import numpy as np
 from erclutch.errors import LogError, printable
 from erclutch.files.given_files import NameTwiceError, with_different_names
 from erclutch.logs.columns.labels import name_columns
-from erclutch.logs.columns.word_columns import names_of_rows, parting_columns, parting_note
+from erclutch.logs.columns.word_columns import (
+    names_of_rows,
+    only_words,
+    parting_columns,
+    parting_note,
+)
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import dates, json_layout
 from erclutch.logs.readers.budget import Budget
@@ -271,6 +276,7 @@ def _table(
         notes=(*notes, *left_out, *renamed),
         unreadable=unreadable,
         words=words,
+        metadata=only_words(texts),
         row_names=names_of_rows(texts),
     )
 

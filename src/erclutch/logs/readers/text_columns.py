@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.columns.word_columns import names_of_rows, parting_columns, parting_note
+from erclutch.logs.columns.word_columns import (
+    names_of_rows,
+    only_words,
+    parting_columns,
+    parting_note,
+)
 from erclutch.logs.readers import dates
 from erclutch.logs.readers.dialect import Dialect
 from erclutch.logs.readers.list_cells import without_lists
@@ -34,6 +39,7 @@ class SortedColumns:
         clock_name: of the columns that it is read from.
         units_behind: units that stand in a column of their own, by the label of the column before.
         words: of the columns that part the rows into groups.
+        only_words: texts that a column holds in all rows.
         row_names: what the rows are called.
         notes: a sentence on each change.
     """
@@ -47,6 +53,7 @@ class SortedColumns:
     clock_name: str
     units_behind: dict[str, str]
     words: dict[str, Any]
+    only_words: dict[str, str]
     row_names: Any
     notes: list[str] = field(default_factory=list[str])
 
@@ -125,6 +132,7 @@ def sorted_columns(frame: pd.DataFrame, body: str, dialect: Dialect) -> SortedCo
         clock_name=clock_name,
         units_behind=units_behind,
         words=words,
+        only_words=only_words(texts),
         row_names=names_of_rows(texts),
         notes=notes,
     )

@@ -184,7 +184,7 @@ def table_of_rows(
         clock=held.clock,
         clock_name=held.clock_name,
         constants=held.constants,
-        metadata=dialect.metadata,
+        metadata={**held.only_words, **dialect.metadata},
         notes=tuple(notes),
         unreadable=held.unreadable,
         hollow=held.hollow,

@@ -29,7 +29,7 @@ def with_fields_of_words(table: Table) -> Table:
         fields = fields_told_by(words.words)
         has_a_field_in_each = (words.of_row >= 0).all() and len(fields) == len(words.words)
         units_of_fields = {field.unit for field in fields.values()}
-        if not has_a_field_in_each or len(units_of_fields) != 1 or None in units_of_fields:
+        if not has_a_field_in_each or len(units_of_fields) != 1:
             continue
         of_word = np.array([fields[word].number for word in words.words])
         if np.unique(of_word).size < 2:
@@ -54,4 +54,6 @@ def _may_be_a_field(name: str, unit: str | None) -> bool:
 
 
 def _said(fields: Mapping[str, StatedLevel]) -> str:
-    return listed([f"{word} ({field.number:g} {field.unit})" for word, field in fields.items()])
+    return listed(
+        [f"{word} ({field.number:g} {field.unit or '?'})" for word, field in fields.items()]
+    )
