@@ -15,12 +15,11 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Generator, Iterable, Mapping
-from contextlib import contextmanager, redirect_stdout, suppress
+from contextlib import contextmanager, nullcontext, redirect_stdout, suppress
 from dataclasses import dataclass
 from functools import cache, cached_property, wraps
 from importlib import import_module
 from importlib.resources import files
-from opcode import opmap
 from pathlib import PurePath
 from threading import local
 from traceback import extract_tb
@@ -32,7 +31,14 @@ from erclutch.errors import (
     PluginError,
     SettingError,
     did_you_mean,
+    listed,
     placed,
+)
+from erclutch.foreign_code import (
+    asked_for_from_outside,
+    kept_functions,
+    kept_process,
+    said_by,
 )
 
 
@@ -113,12 +119,17 @@ class Plugin:
             return self._imported()
         try:
             # What a package prints while it is imported is no part of a table or of JSON.
-            with redirect_stdout(sys.stderr):
-                return self._imported()
+            with redirect_stdout(sys.stderr), kept_functions() as changed:
+                value = self._imported()
         except PluginError:
             raise
         except ErclutchError as error:
             raise self.fault(f"cannot be loaded: {error.problem}") from error
+        if changed:
+            sys.modules.pop(self.source.partition(":")[0], None)  # refused whenever it is asked for
+            named = listed(changed, most=5)
+            raise self.fault(f"changes what all others compute with, which was put back: {named}")
+        return value
 
     def _imported(self) -> Any:
         module, _, attribute = self.source.partition(":")
@@ -141,13 +152,14 @@ class Plugin:
         if aside:
             _AT_WORK.depth = _depth() + 1
         try:
-            yield
+            with kept_process() if aside else nullcontext():
+                yield
         except ErclutchError:
             raise
         except BaseException as error:
             # Of somebody else: told, and no crash of ours. What we interrupt by is told where it was begun.
             is_interrupt_of_ours = type(error).__module__.startswith("erclutch.")
-            if is_interrupt_of_ours or _asked_for_from_outside(error):
+            if is_interrupt_of_ours or asked_for_from_outside(error):
                 if not self.own:  # perhaps it would never have come to an end
                     error.add_note(f"the plug-in {self.name} of {self.label} was at work")
                 raise
@@ -157,7 +169,7 @@ class Plugin:
                 ) from None
             if self.own:
                 raise
-            said = _said_by(error)
+            said = said_by(error)
             frame = extract_tb(error.__traceback__)[-1]
             place = f"{PurePath(frame.filename).name}, line {frame.lineno}"
             raise self.fault(f"{doing}: {type(error).__name__}: {said} ({place})") from error
@@ -257,7 +269,7 @@ def fault_behind(error: Exception) -> PluginError | None:
     for plugin in (other for group in _GROUPS for other in _others(group)):
         package = plugin.source.partition(":")[0].partition(".")[0]
         if any(module.partition(".")[0] == package for module in modules):
-            return plugin.fault(f"failed: {type(error).__name__}: {_said_by(error)}")
+            return plugin.fault(f"failed: {type(error).__name__}: {said_by(error)}")
     return None
 
 
@@ -355,28 +367,6 @@ def _depth() -> int:
     """How many calls of plug-ins of other packages are under way in this thread."""
     depth: int = getattr(_AT_WORK, "depth", 0)
     return depth
-
-
-def _said_by(error: BaseException) -> str:
-    """What an error of somebody else says of itself, on a line: that may fail too."""
-    try:
-        return " ".join(str(error).split())[:300] or "no reason given"
-    except Exception:
-        return "it cannot say why"
-
-
-def _asked_for_from_outside(error: BaseException) -> bool:
-    """Whether a signal ends what runs now, and no line of a plug-in: Control-C, or a handler of ours."""
-    place = error.__traceback__
-    if isinstance(error, Exception) or place is None:
-        return False
-    while place.tb_next is not None:
-        place = place.tb_next
-    code = place.tb_frame.f_code.co_code
-    ours = str(place.tb_frame.f_globals.get("__name__")).startswith("erclutch.")
-    # Python takes Control-C between its steps, never within a statement `raise`.
-    raises = code[place.tb_lasti] == opmap["RAISE_VARARGS"]
-    return ours or (isinstance(error, KeyboardInterrupt) and not raises)
 
 
 @cache

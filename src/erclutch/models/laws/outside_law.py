@@ -71,7 +71,7 @@ def _looked_at(law: Law, plugin: Plugin) -> Columns:
     guarded = plugin.guarded(law.columns)
 
     def columns(E: Any, w: Any, *shape: Any) -> tuple[Any, ...]:
-        given: Any = guarded(E, w, *shape)
+        given: Any = guarded(_only_read(E), _only_read(w), *map(_only_read, shape))
         said = type(given).__name__
         if type(given) is tuple:
             count = len(cast("tuple[Any, ...]", given))
@@ -88,6 +88,18 @@ def _looked_at(law: Law, plugin: Plugin) -> Columns:
         return cast("tuple[Any, ...]", given)
 
     return columns
+
+
+def _only_read(signal: Any) -> Any:
+    """What a law is given: the rows are the log's own, or those of another law's turn."""
+    if isinstance(signal, Dual):
+        partials = {place: _only_read(partial) for place, partial in signal.partials.items()}
+        return Dual(_only_read(signal.value), partials)
+    if not isinstance(signal, np.ndarray):
+        return signal
+    rows = cast("NDArray[Any]", signal).view()
+    rows.setflags(write=False)
+    return rows
 
 
 def _published(

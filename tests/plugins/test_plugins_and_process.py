@@ -1,0 +1,133 @@
+"""A plug-in changes no number and no place of others: what it changes of the process is put back, or refused."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.arithmetic.dual import Dual
+from erclutch.errors import PluginError
+from erclutch.models.laws import law_from_name
+from erclutch.registry import find
+from tests.support.command import run
+from tests.support.installed_plugin import Install, install
+
+__all__ = ["install"]
+LAW = """
+import os, sys
+from dataclasses import replace
+import numpy as np
+from erclutch.models.laws.bingham import LAW as OURS
+{at_import}
+
+def columns(E, w, *numbers):
+    {at_work}
+    return OURS.law(FORM).columns(E, w, *numbers)
+
+def odd(form):
+    global FORM
+    FORM = form
+    return replace(OURS.law(form), name="odd", columns=columns)
+
+THING = replace(OURS, law=odd, ladder={{}}, aliases=())
+"""
+
+
+@pytest.fixture
+def law(install: Install) -> Callable[..., None]:
+    """Makes a package with the law ``odd``, which does more than a law."""
+
+    def make(at_import: str = "", at_work: str = "pass") -> None:
+        text = LAW.format(at_import=at_import, at_work=at_work)
+        install("bench-odd", "[erclutch.laws]\nodd = bench_odd:THING\n", text)
+
+    return make
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "np.tanh = lambda x: 1.2 * x",
+        "np.sqrt, np.mean = np.exp, np.exp",
+        "np.pi = 3",
+        "import math; math.exp = abs",
+        "np.linalg.lstsq = None",
+        "del np.float64",
+    ],
+)
+def test_a_package_that_replaces_what_all_compute_with_is_refused(
+    change: str, law: Callable[..., None]
+) -> None:
+    before = np.tanh, np.sqrt, np.mean, np.pi, np.linalg.lstsq, np.float64
+    law(at_import=change)
+    with pytest.raises(PluginError, match=r"'odd' of bench-odd 1\.5 changes what all others"):
+        law_from_name("odd/square")
+    assert (np.tanh, np.sqrt, np.mean, np.pi, np.linalg.lstsq, np.float64) == before
+
+
+def test_a_package_may_add_to_numpy(law: Callable[..., None]) -> None:
+    law(at_import="np.of_tests = 5")
+    assert law_from_name("odd/square").name == "odd"
+    del np.of_tests  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("when", ["at_import", "at_work"])
+def test_folder_depth_and_answers_to_overflow_are_put_back(
+    when: str, law: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "elsewhere").mkdir()
+    place, depth, faults = os.getcwd(), sys.getrecursionlimit(), np.geterr()
+    elsewhere = str(tmp_path / "elsewhere")
+    law(**{when: f"os.chdir({elsewhere!r}); sys.setrecursionlimit(900); np.seterr(all='raise')"})
+    found = law_from_name("odd/square")
+    found.columns(np.ones(60), np.ones(60), 0.1)
+    assert (os.getcwd(), sys.getrecursionlimit(), np.geterr()) == (place, depth, faults)
+
+
+@pytest.mark.slow
+def test_a_run_lies_where_it_was_asked_for(
+    law: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "elsewhere").mkdir()
+    law(at_work=f"os.chdir({str(tmp_path / 'elsewhere')!r})")
+    from erclutch.logs.synthetic import write_synthetic_log
+
+    write_synthetic_log(tmp_path / "log.csv", 1.0)
+    code, _, told = run("fit", "log.csv", "--models", "odd", "--lag", "none", "--out", "run")
+    assert code == 0, told
+    assert (tmp_path / "run" / "run.json").is_file()
+    assert list((tmp_path / "elsewhere").iterdir()) == []
+
+
+def test_rows_are_given_to_a_law_to_be_read_alone(law: Callable[..., None]) -> None:
+    """A law that changes them only where it may makes other numbers of the same rows."""
+    law(
+        at_work="w = np.multiply(w, 2, out=w) if getattr(w, 'flags', None) and w.flags.writeable else w"
+    )
+    found, ours = law_from_name("odd/square"), law_from_name("bingham/square")
+    field, slip = np.linspace(0.0, 1.0, 60), np.linspace(-2.0, 2.0, 60)
+    np.testing.assert_array_equal(
+        found.columns(field, slip, 0.1), ours.columns(field, slip.copy(), 0.1)
+    )
+    assert slip[0] == -2.0
+    seeded = Dual(np.full(60, 0.1), {0: np.ones(60)})
+    for given, right in zip(
+        found.columns(field, slip, seeded), ours.columns(field, slip, seeded), strict=True
+    ):
+        np.testing.assert_array_equal(
+            getattr(given, "value", given), getattr(right, "value", right)
+        )
+
+
+def test_a_plug_in_that_is_refused_is_refused_again(law: Callable[..., None]) -> None:
+    law(at_import="np.tanh = lambda x: 1.2 * x")
+    for _ in range(2):
+        with pytest.raises(PluginError, match="changes what all others"):
+            find("erclutch.laws", "odd").value  # noqa: B018
