@@ -270,3 +270,44 @@ def test_a_number_in_the_middle_of_a_remark_is_read() -> None:
     assert pairs["dt"] == "0.002 s"
     assert pairs["fs"] == "1000 Hz"
     assert sample_period(pairs) == (0.002, "dt")
+
+
+@pytest.mark.parametrize(
+    ("label", "unit"),
+    [
+        ("current_ma", "mA"),
+        ("CURRENT MA", "mA"),
+        ("b_mt", "mT"),
+        ("i_ma", "mA"),
+        ("voltage_mv", "mV"),
+        ("Load kips", "kip"),
+        ("sign in", None),
+        ("coil_ma", None),
+        ("temp_ma", None),
+    ],
+)
+def test_ends_in_letters_of_another_size_by_the_quantity(label: str, unit: str | None) -> None:
+    # The command that was printed left the unit open, though the name tells it.
+    assert split_end(label)[1] == unit
+
+
+@pytest.mark.parametrize(
+    ("label", "unit"),
+    [
+        ("current (ma)", "mA"),  # taken for a time: the log had no field
+        ("CURRENT (MA)", "mA"),  # taken for megaamperes
+        ("Force (kn)", "kN"),
+        ("speed (kn)", "kn"),
+        ("torque [nm]", "N*m"),
+        ("current [a]", "A"),
+        ("current (a)", None),
+        ("age [a]", "a"),
+    ],
+)
+def test_units_in_letters_of_another_size_by_the_quantity(label: str, unit: str | None) -> None:
+    assert split_label(label)[1] == unit
+
+
+def test_a_line_of_units_in_small_letters() -> None:
+    names = ["time", "Current", "Load", "speed"]
+    assert name_columns(names, ["s", "ma", "kn", "m/s"])[1] == ["s", "mA", "kN", "m/s"]

@@ -256,7 +256,7 @@ def test_gzip_is_undone(tmp_path: Path) -> None:
         ("t,F\n0,1\n1,2,9\n3,4\n", "line 3 has 3 cells where 2 are expected"),
         ("t,V,F\n0,1,2\n1,2\n3,4,5\n6,7,8\n", "line 3 has 2 cells where 3 are expected"),
         ("t V F\n0 1 2\n1 2\n3 4 5\n6 7 8\n", "line 3 has 2 cells where 3 are expected"),
-        ("t,F\nbad,0\n1,2\n2,3\n3,4\n", "line 2, column 1 is 'bad' where a number is expected"),
+        ("t,F\nodd,0\n1,2\n2,3\n3,4\n", "line 2, column 1 is 'odd' where a number is expected"),
         (
             "t,F\n0,5,1,25\n1,5,2,25\n",
             "line 1 names 2 columns but the rows have 4 cells (commas in the numbers?)",

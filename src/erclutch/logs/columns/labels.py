@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from erclutch.errors import LogError, printable
-from erclutch.logs.columns.name_ends import ENDS, TIMES, split_end, torque_in_capitals
+from erclutch.logs.columns.name_ends import ENDS, TIMES, in_other_letters, split_end
 from erclutch.logs.columns.vocabulary import set_of
 from erclutch.signals import units
 
@@ -111,13 +111,13 @@ def split_label(label: str) -> tuple[str, str | None]:
         name, unit = in_brackets.groups()
         unit = unit.strip()
         if unit and not unit.isdecimal():  # an index is none
-            return name, torque_in_capitals(name, unit) or unit
+            return name, in_other_letters(name, unit, may_be_a_letter=True) or unit
     for pattern in (_ROUND, _SLASH, _CURLY):
         match = pattern.fullmatch(label)
         if match is None:
             continue
         name, unit = (part for part in match.groups() if part is not None)
-        unit = torque_in_capitals(name, unit.strip()) or unit.strip()
+        unit = in_other_letters(name, unit.strip()) or unit.strip()
         counts = unit in COUNTS and not unit.startswith("step")  # a step there may be one of a test
         is_reverse = unit in ("rev", "Rev") and _GOES_BACK.search(name)  # Torque (rev) beside (fwd)
         known = (units.is_unit(unit) or units.is_temperature(unit)) and not is_reverse
@@ -292,7 +292,7 @@ def name_columns(
                 f"column {name!r} has two units: {unit} in its name is taken, {own} is not"
             )
         bare.append(name)
-        written = unit or own or None
+        written = unit or (own and in_other_letters(name, own, may_be_a_letter=True)) or own or None
         units_of.append(None if written in _NONE_WRITTEN else written)
     behind = units_behind_names(
         [name for name, unit in zip(bare, units_of, strict=True) if not unit]

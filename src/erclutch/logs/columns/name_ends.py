@@ -36,7 +36,7 @@ _POUNDS = {
     for end in (f"{arm}{pound}", f"{pound}{arm}", f"{arm}_{pound}")
 }
 _IN_WORDS = "degrees=deg degree=deg radians=rad radian=rad meters=m metres=m millimeters=mm millimetres=mm newtons=N"
-_INCHES_IN_WORDS = "inches=in inch=in pounds=lbf"
+_INCHES_IN_WORDS = "inches=in inch=in pounds=lbf kips=kip kip=kip"
 # Ampere-turns are amperes, as SI has them, and no turns of a shaft.
 _AMPERE_TURNS = "A_turns=A A_turn=A amp_turns=A ampere_turns=A Aturns=A"
 _TURNS_IN_WORDS = "turns=turn turns_s=turn/s turns_per_second=turn/s"
@@ -119,7 +119,31 @@ _TORQUE = re.compile(
     re.IGNORECASE,
 )
 _TORQUE_SYMBOL = re.compile(r"[TM]\d?")
-_CAPITALS = {"NM": "N*m", "KNM": "kN*m"}
+#: Units in letters of another size, by what the name says: it is one of another quantity, or none, as it is written.
+_IN_SMALL_LETTERS = (
+    (
+        re.compile(
+            r"curr|strom|courant|corrent|corriente|amps?\b|^i(?:_|\b)|电流|電流", re.IGNORECASE
+        ),
+        {"ma": "mA", "Ma": "mA", "MA": "mA"},
+    ),
+    (
+        re.compile(r"volt|spannung|tension|tensi[oó]n|^[uv](?:_|\b)|电压|電圧", re.IGNORECASE),
+        {"mv": "mV", "MV": "mV", "kv": "kV", "KV": "kV"},
+    ),
+    (
+        re.compile(r"flux|field|feld|induction|^b(?:_|\b)|磁", re.IGNORECASE),
+        {"mt": "mT", "Mt": "mT", "MT": "mT"},
+    ),
+    (
+        re.compile(r"force|load|kraft|effort|fuerza|forza|thrust|^f(?:_|\b)", re.IGNORECASE),
+        {"kn": "kN", "KN": "kN"},
+    ),
+)
+_CAPITALS = {
+    **{"NM": "N*m", "KNM": "kN*m", "nm": "N*m", "knm": "kN*m", "mnm": "mN*m"},
+    **{"ncm": "N*cm", "nmm": "N*mm", "NCM": "N*cm", "NMM": "N*mm"},
+}
 #: ``Speed rev/min``: such a unit may be written in any of a hundred ways, so `erclutch.signals.units` is asked.
 _FRACTION = re.compile(r"[^\W\d_]{1,7}/[^\W\d_]{1,7}")
 _RATES = ("rad/s", "m/s", "V/m", "A/m", "1/s")
@@ -156,7 +180,7 @@ def split_end(name: str) -> tuple[str, str | None]:
         if stem.lower().endswith(_POWERS):
             return name, None  # squared meters: no length
         end = "_".join(words[-count:])
-        unit = _BARE.get(end) or _unit_of_end(end) or torque_in_capitals(stem, end)
+        unit = _BARE.get(end) or _unit_of_end(end) or in_other_letters(stem, end)
         # Of a level nothing but its number would be left: ``2 kV/mm``.
         if unit is None and _FRACTION.fullmatch(end) and not stem.replace(".", "").isdigit():
             unit = _rate(end)
@@ -173,7 +197,7 @@ def split_end(name: str) -> tuple[str, str | None]:
         (front, last),
     )
     for stem, end in longest_first:
-        unit = _unit_of_end(end) or torque_in_capitals(stem, end) or _inches(stem, end)
+        unit = _unit_of_end(end) or in_other_letters(stem, end) or _inches(stem, end)
         if not unit:
             continue
         if stem.lower().endswith("_per"):
@@ -183,7 +207,8 @@ def split_end(name: str) -> tuple[str, str | None]:
         is_index = end in _INDICES and word in (_MEASURED - _LENGTHS if end == "m" else _MEASURED)
         if is_index or (end in _SIDES and split_end(stem)[1]):
             continue
-        if len(stem) > 1 or stem == "t" or (len(stem) == 1 and len(end) > 2):
+        is_symbol = len(stem) == 1 and (len(end) > 2 or (len(end) == 2 and end not in ENDS))
+        if len(stem) > 1 or stem == "t" or is_symbol:
             return stem, unit
 
     is_joint = last.isdecimal() and len(last) <= _JOINT_DIGITS
@@ -228,10 +253,25 @@ def _rate(end: str) -> str | None:
     return end if is_one else None
 
 
-def torque_in_capitals(name: str, unit: str) -> str | None:
-    """The unit that NM is behind the name of a torque; None elsewhere: there it may be a nautical mile."""
+def in_other_letters(name: str, unit: str, *, may_be_a_letter: bool = False) -> str | None:
+    """The unit that ``NM`` is behind the name of a torque, or ``ma`` behind that of a current; None for other units.
+
+    Behind another name NM may be a nautical mile, ma a time, and kn a knot. No device has a current in megaamperes.
+
+    Args:
+        name: in front of the unit.
+        unit: as written.
+        may_be_a_letter: whether one small letter is a unit there, and tells no phase or side from another.
+    """
     is_torque = _TORQUE.search(name) or _TORQUE_SYMBOL.fullmatch(name.strip())
-    return _CAPITALS.get(unit) if is_torque else None
+    if is_torque and unit in _CAPITALS:
+        return _CAPITALS[unit]
+    for quantity, written in _IN_SMALL_LETTERS:
+        if quantity.search(name) and unit in written:
+            return written[unit]
+        if quantity.search(name) and may_be_a_letter and unit and unit in "avn":
+            return unit.upper() if unit.upper() in {each[-1] for each in written.values()} else None
+    return None
 
 
 def _inches(stem: str, end: str) -> str | None:

@@ -23,9 +23,88 @@ BEYOND = {
     for sign in ("", "+", "-")
     for word in ("ol", "ovld", "ovl", "ovrng", "overload", "overrange", "eeee")
 }
+#: What loggers, historians of plants and spreadsheets write where a number failed.
+FAULTS = frozenset(
+    (
+        *(
+            "err",
+            "err.",
+            "error",
+            "fail",
+            "failed",
+            "bad",
+            "invalid",
+            "missing",
+            "timeout",
+            "overflow",
+        ),
+        *(
+            "#value!",
+            "#n/a",
+            "#div/0!",
+            "#ref!",
+            "#num!",
+            "#null!",
+            "#name?",
+            "#wert!",
+            "#nv",
+            "#error",
+        ),
+        *(
+            "over range",
+            "under range",
+            "underrange",
+            "out of range",
+            "over-range",
+            "out-of-range",
+            "ovf",
+        ),
+        *(
+            "no data",
+            "nodata",
+            "no_data",
+            "no signal",
+            "not available",
+            "not connected",
+            "disconnected",
+        ),
+        *(
+            "bad input",
+            "bad data",
+            "i/o timeout",
+            "i/o timeou",
+            "calc failed",
+            "comm fail",
+            "comm failure",
+        ),
+        *(
+            "scan off",
+            "shutdown",
+            "intf shut",
+            "pt created",
+            "open circuit",
+            "sensor error",
+            "sensor fault",
+        ),
+        *("fehler", "ung\u00fcltig", "ungueltig", "erreur", "fallo", "errore"),
+    )
+)
+_NO_NAMES = frozenset(word for word in FAULTS if not word.isalpha())  # error may be a column
 #: What people and spreadsheets write for no value.
 DASHES = ("-", "--", "---", "–", "—", "−")
-WORDS = {*DASHES, *_SIGNED, *_LOWER, *BEYOND, "", "na", "n/a", "null", "infinity", "-infinity"}
+WORDS = {
+    *DASHES,
+    *_SIGNED,
+    *_LOWER,
+    *BEYOND,
+    *FAULTS,
+    "",
+    "na",
+    "n/a",
+    "null",
+    "infinity",
+    "-infinity",
+}
 #: Words of a line below the rows that sums them up, without blanks and points.
 STATISTICS = frozenset(
     (

@@ -11,7 +11,7 @@ import numpy as np
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.names import spoken_name
-from erclutch.logs.readers.cells import BEYOND, cells_of, is_comment, is_number
+from erclutch.logs.readers.cells import BEYOND, FAULTS, cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import Dialect, lines_of
 from erclutch.logs.readers.numerals import ungrouped
 from erclutch.logs.readers.switches import switched
@@ -63,15 +63,19 @@ def read_cells(
             whole_numbers[cells.notna().to_numpy()] = [float(int(word, 16)) for word in words]
             note = f"column {label} holds hexadecimal numbers, read as whole numbers"
             return whole_numbers, [note]
-        # A meter has words for a reading beyond its range.
+        # A meter has words for a reading beyond its range, and a logger for one that failed.
         texts = cells.astype(str).str.strip()
-        beyond = (cells.notna() & texts.str.lower().isin(BEYOND)).to_numpy()
-        if beyond.any() and not beyond.all():
-            word = texts[beyond].iloc[0]
-            count = int(beyond.sum())
-            what = f"in {count} rows, a reading beyond the range of its meter: no number"
-            notes.append(f"column {label} holds {word!r} {what}")
-            cells = cells.mask(beyond)
+        for written, meant in (
+            (BEYOND, "a reading beyond the range of its meter"),
+            (FAULTS, "where a reading failed"),
+        ):
+            without = (cells.notna() & texts.str.lower().isin(written)).to_numpy()
+            others = texts[cells.notna().to_numpy() & ~without]
+            if without.any() and len(others) and others.str.contains(r"\d").all():
+                word = texts[without].iloc[0]
+                count = int(without.sum())
+                notes.append(f"column {label} holds {word!r} in {count} rows, {meant}: no number")
+                cells = cells.mask(without)
         # A remark may stand behind a number.
         remarked = (
             cells.notna().to_numpy() & pd.to_numeric(texts, errors="coerce").isna().to_numpy()
