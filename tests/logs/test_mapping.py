@@ -159,7 +159,7 @@ def test_numbers_signs_and_scales(log: Callable[..., Path], rows: Rows) -> None:
     columns = {"field": 2, "slip": "3 [m/s]", "effort": ColumnChoice("F", "N", -2.0)}
     recording = read(log(rows), {"columns": columns})
     assert np.array_equal(recording.signals["effort"], -2 * rows["F"])
-    assert "effort <- column F [N], sign turned (given)" in recording.notes
+    assert "effort <- column F [N], times 2, sign turned (given)" in recording.notes
     assert np.array_equal(
         read(log(rows), {**LABELS, "effort": "-F [N]"}).signals["effort"], -rows["F"]
     )

@@ -146,6 +146,7 @@ class Draft:
             factor *= to_si
             how = "" if to_si == 1.0 else f", converted to {si or 'a plain number'}"
             how += _other_unit(column, unit or "", SIGNALS[signal].si_units)
+        how += f", times {abs(scale):g}" if abs(scale) != 1.0 else ""
         how += ", sign turned" if factor < 0 else ""
         zero, how_zeroed = _zero_of(name, unit, self.told.zeros.get(signal), signal)
         how += how_zeroed

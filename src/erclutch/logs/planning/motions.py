@@ -204,9 +204,17 @@ def hold_power(draft: Draft) -> None:
 def refuse_the_effort_twice(draft: Draft) -> None:
     """Refuse a column that is the effort and another signal: a model that is given its effort would find just that.
 
+    The time is no signal at all: what a column of stamps is called so would be fitted as one.
+
     Raises:
         MappingError: there is such a column.
     """
+    stamps = draft.clock.column if draft.clock is not None and draft.clock.kind == "column" else ""
+    for chosen in draft.signals.values():
+        if chosen.column and chosen.column == stamps:
+            problem = f"column {stamps} is both time and {chosen.signal}"
+            remedy = f"Name another column with --{chosen.signal} or --time"
+            raise MappingError(problem, remedy=remedy)
     effort = draft.signals.get("T" if draft.device == "coaxial" else "effort")
     if effort is None or not effort.column:
         return

@@ -66,12 +66,14 @@ def doubt_numbers_of_a_converter(draft: Draft) -> None:
 
 
 def _say_what_has_no_column(draft: Draft) -> None:
-    """Say which zeros were given for what is read from no column: they do nothing."""
-    for signal, text in draft.told.zeros.items():
+    """Say which scales and zeros were given for what is read from no column: they do nothing."""
+    given = [("scale", *each) for each in draft.told.scales.items()]
+    given += [("zero", *each) for each in draft.told.zeros.items()]
+    for kind, signal, text in given:
         chosen = draft.signals.get(signal)
         if signal not in draft.questions and (chosen is None or not chosen.column):
             draft.notes.append(
-                f"the zero of {signal}, {text}, is not used: no column is the {signal}"
+                f"the {kind} of {signal}, {text}, is not used: no column is the {signal}"
             )
 
 
