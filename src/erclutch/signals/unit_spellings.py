@@ -105,7 +105,7 @@ SPELLINGS = (
     (re.compile(r"/\s*(?:S|SEC|Sec)(?!\w)"), "/s"),
     *(
         (re.compile(rf"(?<![\w.]){capitals}(?!\w)"), capitals.lower())
-        for capitals in ("MM", "CM", "IN", "DEG")
+        for capitals in ("MM", "CM", "M", "IN", "DEG", "MS", "AMPS", "GAUSS")
     ),
     (re.compile(r"(?<![\w.])(?:SEC|Sec)(?!\w)"), "s"),
     (re.compile(r"(?<![\w.])KN(?!\w)"), "kN"),

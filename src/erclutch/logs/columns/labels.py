@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 
 from erclutch.errors import LogError, printable
+from erclutch.logs.columns.label_forms import in_usual_form
 from erclutch.logs.columns.name_ends import ENDS, TIMES, in_other_letters, split_end
 from erclutch.logs.columns.vocabulary import set_of
 from erclutch.signals import units
@@ -58,6 +59,8 @@ _SYMBOLS = {
 _PATH = re.compile(
     r'"?(?:[^/]+/)+"?([^/]*[^/"])"?/"?(?:(?:Out|In)\d*|Value)"?(?:\[0\])?', re.IGNORECASE
 )
+_IN_ANY_BRACKETS = re.compile(r"\[[^\[\]]*\]|\([^()]*\)")
+_SLASH_OF_A_UNIT = "\N{DIVISION SLASH}"  # parts no path: [mm/s] in a block's name
 _IN_A_MODEL = re.compile(r'"?(?:Platform\(\)://)?Model Root/(?:[^/]+/)*"?([^/"]+)"?', re.IGNORECASE)
 _GIVEN_BY_PLACE = re.compile(r"c\d+")
 _OF_A_MESSAGE = "field."  # before each name behind the time, as rostopic echo -p writes it: no field of a device
@@ -262,7 +265,7 @@ def name_columns(
     """
     refuse_long_names(labels)
     shown: list[str] = []
-    for label in labels:
+    for label in in_usual_form(labels):
         written = printable(label.strip())
         channel = _CHANNEL.fullmatch(written)  # 101 <Coil I> (ADC), as Keysight writes Coil I (A)
         shown.append(f"{channel[1]} ({channel[2][0]})" if channel else written)
@@ -331,6 +334,10 @@ def are_units_alone(names: Sequence[str]) -> bool:
     return are_units and len({*others}) == len(others) > 1
 
 
+def _without_slash(bracket: re.Match[str]) -> str:
+    return bracket[0].replace("/", _SLASH_OF_A_UNIT)
+
+
 def _ends_of_paths(labels: Sequence[str]) -> list[str]:
     """Labels without the way through a model and the port behind: ``Torque`` for ``Model Root/Sensors/Torque/Out1``.
 
@@ -340,11 +347,12 @@ def _ends_of_paths(labels: Sequence[str]) -> list[str]:
     paths = 0
     for label in labels:
         name, unit = split_label(label)
-        with_port = _PATH.fullmatch(label)
+        with_port = _PATH.fullmatch(_IN_ANY_BRACKETS.sub(_without_slash, label))
         match = with_port or _IN_A_MODEL.fullmatch(name)
         if match is None:
             ends.append(label)
             continue
         paths += 1
-        ends.append(match[1] if with_port or not unit else f"{match[1]} [{unit}]")
+        end = match[1].replace(_SLASH_OF_A_UNIT, "/")
+        ends.append(end if with_port or not unit else f"{end} [{unit}]")
     return ends if paths > 1 and len({*ends}) == len(labels) else [*labels]

@@ -139,6 +139,10 @@ _IN_SMALL_LETTERS = (
         re.compile(r"force|load|kraft|effort|fuerza|forza|thrust|^f(?:_|\b)", re.IGNORECASE),
         {"kn": "kN", "KN": "kN"},
     ),
+    (
+        re.compile(r"stress|pressure|tau|druck|spannung|contrainte|pression", re.IGNORECASE),
+        {"pa": "Pa", "PA": "Pa", "kpa": "kPa", "KPA": "kPa", "MPA": "MPa"},
+    ),
 )
 _CAPITALS = {
     **{"NM": "N*m", "KNM": "kN*m", "nm": "N*m", "knm": "kN*m", "mnm": "mN*m"},

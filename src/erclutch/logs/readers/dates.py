@@ -39,9 +39,12 @@ _FRACTION = re.compile(r"(?<=\.)\d{1,3}$")
 def clock_of_dates(texts: Mapping[str, pd.Series[Any]]) -> tuple[str, Array | None]:
     """Name and seconds of the first column of dates with times, of a date with a time beside it, or of times of day.
 
+    A column that holds one date in all rows, such as the start of the log, gives way to one that goes on.
+
     Args:
         texts: column name -> its cells, of the columns that hold text.
     """
+    at_rest: tuple[str, Array] | None = None
     whole: dict[str, pd.Series[Any]] = {}  # columns with a cell in each row
     dates: dict[str, pd.Series[Any]] = {}  # those of them that begin with a date
     for name, cells in texts.items():
@@ -59,9 +62,11 @@ def clock_of_dates(texts: Mapping[str, pd.Series[Any]]) -> tuple[str, Array | No
             if stamps is not None:
                 return f"{date} and {name}", stamps
         stamps = seconds(cells)
-        if stamps is not None:
+        if stamps is not None and (stamps.size < 2 or np.ptp(stamps) > 0.0):
             return name, stamps
-    return "", None
+        if stamps is not None and at_rest is None:
+            at_rest = (name, stamps)
+    return at_rest or ("", None)
 
 
 def seconds(cells: pd.Series[Any]) -> Array | None:

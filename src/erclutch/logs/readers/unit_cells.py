@@ -26,7 +26,8 @@ _LONGEST_UNIT = 12  # characters
 # A word may stand in front, behind which a sign says that a number follows: ``Reading: 2.1 lbs``, ``F=2 N``.
 _MEASURED = re.compile(
     r"(?P<word>\s*[^\W\d][^\d:=,;\t]{0,30}[:=])?\s*(?P<number>[+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*"
-    rf"(?P<unit>(?:[^\W\d_]|[%°µ]|(?<=\s)1/[^\W\d_])[^\s\d,;]{{0,{_LONGEST_UNIT}}})\s*"
+    rf"(?P<unit>(?:[^\W\d_]|[%°µ]|(?<=\s)1/[^\W\d_])[^\s\d,;]{{0,{_LONGEST_UNIT}}}"
+    r"(?:[ ·*.][^\W\d_]{1,3}(?:\^-?|-)[1-4]|(?<=\^)-?[1-4])?)\s*"
 )
 _CALLED_UNIT = re.compile(
     r"(?:units?|einheit|unit[eé]s?|unidad(?:es)?|单位|単位|ед)\b.*", re.IGNORECASE

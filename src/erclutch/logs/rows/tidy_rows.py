@@ -29,6 +29,15 @@ _NAMES = {
         "measure",
         "key",
         "topic",
+        "tag",
+        "tagname",
+        "tagid",
+        "pointname",
+        "variablename",
+        "parametername",
+        "sensorname",
+        "datapoint",
+        "nodeid",
     ),
     *("field", "grosse", "messgrosse", "kanal", "signalname", "channelname"),
     *(
@@ -70,6 +79,10 @@ _UNITS = {
     "eenheid",
     "jednostka",
     "unidade",
+    "engunits",
+    "engunit",
+    "engineeringunits",
+    "uom",
 } | {*("единица", "单位", "単位", "단위")}
 _MOST_SIGNALS = 64
 _CLOCK = "time"  # no name of a signal
