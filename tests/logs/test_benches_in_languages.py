@@ -26,7 +26,8 @@ NUMBERS: dict[str, Array] = {
     **{"t": TIME, "p": PLACE, "v": SPEED, "f": LEVELS, "e": EFFORT},
     **{"N": PRESSING, "m": np.abs(EFFORT) / 50, "c": np.floor(TIME) + 1, "x": 0.3 + 0.1 * NOISE},
 }
-SIGNALS = {"t": "time", "p": "position", "v": "slip", "f": "field", "e": "effort"}
+NUMBERS["s"] = np.tanh(5 * SPEED)  # the effort at one field, whatever is counted beside it
+SIGNALS = {"t": "time", "p": "position", "v": "slip", "f": "field", "e": "effort", "s": "effort"}
 
 
 planned = partial(planned_by_letters, NUMBERS)
@@ -92,14 +93,14 @@ def test_the_force_that_rubs_is_told_from_the_one_that_presses(header: str) -> N
 @pytest.mark.parametrize(
     "header",
     [
-        "t:Prüfzeit [s]; p:Traverse absolut [mm]; e:Standardkraft [N]; c:Zyklus",
-        "t:Prüfzeit [s]; c:Lastspiele; p:Weg [mm]; e:Kraft [kN]",
-        "t:时间 [s]; p:位移 [mm]; e:载荷 [N]; x:压缩应变 [%]; c:循环计数",
-        "t:时间 [s]; p:位移 [mm]; e:载荷 [N]; x:应变 [%]; c:循环次数",
-        "t:時間 [s]; p:ストローク [mm]; e:試験力 [N]; x:ひずみ [%]; c:サイクル",
-        "t:시간 [s]; p:변위 [mm]; e:하중 [N]; x:변형률 [%]; c:사이클",
-        "t:Tiempo [s]; p:Carrera [mm]; e:Carga [N]; x:Deformación [%]; c:Ciclos",
-        "t:Время [s]; p:Перемещение [mm]; e:Нагрузка [N]; x:Деформация [%]; c:Цикл",
+        "t:Prüfzeit [s]; p:Traverse absolut [mm]; s:Standardkraft [N]; c:Zyklus",
+        "t:Prüfzeit [s]; c:Lastspiele; p:Weg [mm]; s:Kraft [kN]",
+        "t:时间 [s]; p:位移 [mm]; s:载荷 [N]; x:压缩应变 [%]; c:循环计数",
+        "t:时间 [s]; p:位移 [mm]; s:载荷 [N]; x:应变 [%]; c:循环次数",
+        "t:時間 [s]; p:ストローク [mm]; s:試験力 [N]; x:ひずみ [%]; c:サイクル",
+        "t:시간 [s]; p:변위 [mm]; s:하중 [N]; x:변형률 [%]; c:사이클",
+        "t:Tiempo [s]; p:Carrera [mm]; s:Carga [N]; x:Deformación [%]; c:Ciclos",
+        "t:Время [s]; p:Перемещение [mm]; s:Нагрузка [N]; x:Деформация [%]; c:Цикл",
     ],
 )
 def test_a_testing_machine_has_no_field_in_any_language(header: str) -> None:

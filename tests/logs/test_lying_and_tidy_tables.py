@@ -82,6 +82,24 @@ def test_a_tidy_table_has_a_column_for_each_signal(tmp_path: Path, unit_column: 
     assert not plan_of(table, ColumnMap()).questions
 
 
+@pytest.mark.parametrize("column", ["Messstelle", "tagname", "point"])
+def test_words_that_name_an_effort_and_others_are_signals_whatever_their_column_is_called(
+    tmp_path: Path, column: str
+) -> None:
+    """A historian's export; an effort is known by its unit, and times of their own are no hindrance."""
+    text = f"Zeit;{column};Wert;Einheit\n"
+    for t, w, torque in ROWS:
+        text += f"{t};BRK.n_ist;{w};1/min\n{t + 0.004};BRK.M_ist;{torque};Nm\n"
+    table = read_table(written(tmp_path, text))
+    assert table.columns["BRK.M_ist"].tolist() == [torque for _, _, torque in ROWS][:-1]
+    assert table.units == {"Zeit": None, "BRK.n_ist": "1/min", "BRK.M_ist": "Nm"}
+
+
+def test_words_of_a_state_beside_a_value_part_the_rows(tmp_path: Path) -> None:
+    rows = "".join(f"{t},{('run', 'stop')[k % 2]},{w}\n" for k, (t, w, _) in enumerate(ROWS))
+    assert read_table(written(tmp_path, f"time,state,value\n{rows}")).rows == len(ROWS)
+
+
 def test_the_signals_of_a_tidy_table_with_times_of_their_own_are_joined_at_those_of_the_effort(
     tmp_path: Path,
 ) -> None:

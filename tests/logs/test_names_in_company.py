@@ -127,3 +127,29 @@ def test_amperes_tell_a_current_that_is_called_after_a_motion() -> None:
     columns = {"time": SPAN, "velocity": RATE, "torque": level * TORQUE, "current_position": level}
     plan = plan_of(Table("a", columns, {"current_position": "A"}, "0" * 64), ColumnMap())
     assert [each.column for each in plan.signals if each.signal == "field"] == ["current_position"]
+
+
+@pytest.mark.parametrize("place", ["BRK.", "bench/brake/", "PLC1.DB7:", "Rig3_"])
+def test_a_place_in_front_of_all_names_says_nothing(place: str) -> None:
+    level = 1.0 + np.floor(SPAN)
+    columns = {f"{place}I_ist": level, f"{place}n_ist": RATE, f"{place}M_ist": level * TORQUE}
+    units = {f"{place}I_ist": "A", f"{place}n_ist": "rad/s", f"{place}M_ist": "Nm"}
+    plan = plan_of(Table("a", {"t": SPAN, **columns}, units, "0" * 64), ColumnMap())
+    taken = {each.signal: each.column for each in plan.signals if each.column}
+    assert not plan.questions
+    assert taken == {
+        "field": f"{place}I_ist",
+        "slip": f"{place}n_ist",
+        "effort": f"{place}M_ist",
+    }
+
+
+@pytest.mark.parametrize("place", ["Motor.", "servo_", "ESC/", "model."])
+def test_a_place_with_a_meaning_stays(place: str) -> None:
+    said = {name: spoken_name(name) for name in ("t", f"{place}I", f"{place}n", f"{place}M")}
+    assert told_by_company(said) == {}
+
+
+def test_names_that_are_understood_with_their_place_keep_it() -> None:
+    said = {name: spoken_name(name) for name in ("t", "brake.torque", "brake.I", "brake.n")}
+    assert told_by_company(said) == {}

@@ -392,6 +392,25 @@ def test_rows_far_apart_in_a_time_without_a_unit_are_doubted(tmp_path: Path) -> 
     assert any('give --time "time [ms]"' in note for note in read(log, time="time").notes)
 
 
+@pytest.mark.parametrize(("name", "step", "unit"), [("tick", 5000, "us"), ("TS", 5, "ms")])
+def test_a_first_column_that_grows_as_a_controller_counts_is_offered_as_the_time(
+    tmp_path: Path, name: str, step: int, unit: str
+) -> None:
+    log = tmp_path / "log.csv"
+    stamps = range(0, 300 * step, step)
+    log.write_text(f"{name},field [V],slip [rad/s],effort [N*m]\n" + _signals(stamps))
+    with pytest.raises(MappingError, match=rf'give --time "{name} \[{unit}\]"'):
+        read(log)
+
+
+def test_a_first_column_that_counts_rows_is_no_time(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("cnt,field [V],slip [rad/s],effort [N*m]\n" + _signals(range(300)))
+    with pytest.raises(MappingError) as error:
+        read(log)
+    assert "cnt [" not in str(error.value)
+
+
 @pytest.mark.parametrize(("first", "step"), [(0.0, 0.4), (1.7e9, 2.0), (1.7e12, 20.0)])
 def test_rows_that_are_near_each_other_or_stamped_since_1970_are_not(
     tmp_path: Path, first: float, step: float

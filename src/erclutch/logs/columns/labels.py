@@ -36,7 +36,7 @@ _LOGGED_IN = _TOLD_ALONE | set_of("s ms us A mA V mV kV N mT °C C K bar W kW")
 _NONE_WRITTEN = ("None", "N/A", "n/a", "null", "NULL", "undefined")  # by programs that know no unit
 # Names of a speed that is counted in turns: n is its symbol in ISO 80000-3.
 _TURNS = re.compile(
-    r"drehz|umdr\b|\brpm\b|umdrehung|rotational|rotation|tours|^n(?:_.*)?$|(?<![a-z])(?:speed|spd)|velocity|vitesse|"
+    r"drehz|umdr\b|\brpm\b|umdrehung|rotational|rotation|tours|(?:^|[./:])n(?:_.*)?$|(?<![a-z])(?:speed|spd)|velocity|vitesse|"
     r"velocidad|velocit[aà]|giri|pr[eę]dko[sś][cć]|obrot|ot[aá][cč]k|toerental|varvtal|转速|轉速|回転|회전|вращ|оборот",
     re.I,
 )
@@ -84,7 +84,8 @@ _PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹
 _PER_SECOND = re.compile(r"\s*(?:1\s*/\s*s(?:ec)?|s\s*(?:\^|\*\*)?\s*-\s*1|s⁻¹)\s*")
 #: Names of the speed that ISO 80000-3 calls rotational frequency, in turns a second.
 _COUNTS_TURNS = re.compile(
-    r"drehzahl|drehfrequenz|umdrehung|rotation(?:al)? freq|^n(?:_(?:ist|mess|act|meas))?$|转速|轉速|回転数|회전수",
+    r"drehzahl|drehfrequenz|umdrehung|rotation(?:al)? freq|(?:^|[./:])n(?:_(?:ist|mess|act|meas))?$|"
+    r"转速|轉速|回転数|회전수",
     re.I,
 )
 

@@ -6,8 +6,21 @@ import re
 from collections.abc import Iterator, Mapping
 
 from erclutch.logs.columns.names import SpokenName, spoken_name
-from erclutch.logs.columns.vocabulary import TOLD
+from erclutch.logs.columns.vocabulary import MODELS, NOT_MEASURED, OTHER, TOLD
 
+#: The place in front of a name: a device, a program and a block on a bus, a struct.
+_PLACE = re.compile(r".{2,}[./:\\|]|[^\W_]{2,}_")
+_ENDS_OF_PLACES = "./:\\|_"
+#: Words that say of what a signal is, so that a place of such a word is no mere place.
+_HAVE_A_MEANING = (
+    TOLD
+    | OTHER
+    | NOT_MEASURED
+    | MODELS
+    | frozenset(
+        "motor mot drive servo engine actuator antrieb moteur shaker pump pumpe esc".split()
+    )
+)
 _FEWEST = 3  # columns, from which on what all names share says nothing
 #: A letter in front of all names: measured, filtered.
 _IN_FRONT = ("m", "f")
@@ -32,6 +45,7 @@ def told_by_company(said: Mapping[str, SpokenName]) -> dict[str, str]:
     stems: dict[str, str] = {name: spoken.stem for name, spoken in said.items()}
     if len(stems) >= _FEWEST and all(map(_FILE.search, stems.values())):
         stems = {name: _FILE.sub("", stem) for name, stem in stems.items()}
+    stems |= _without_the_place_of_all(stems)
     for letter in _IN_FRONT:
         bare = {name: stem[1:].lstrip("_") for name, stem in stems.items()}
         begin_so = all(stem[:1].lower() == letter and len(stem) > 1 for stem in stems.values())
@@ -61,6 +75,32 @@ def told_by_company(said: Mapping[str, SpokenName]) -> dict[str, str]:
 
     stems |= dict(_as_it_is_now(said))
     return {name: stem for name, stem in stems.items() if stem != said[name].stem}
+
+
+def _without_the_place_of_all(stems: Mapping[str, str]) -> dict[str, str]:
+    """Names without the place in front of all but the time: ``I_ist`` for ``BRK.I_ist`` beside ``BRK.M_ist``.
+
+    A place says nothing of its own, and one that does, such as that of a motor, stays. Nor does it where the names are
+    understood with it, or are not without it.
+    """
+    of_place = {
+        name: (place[0], stem[place.end() :])
+        for name, stem in stems.items()
+        if (place := _PLACE.match(stem)) and place.end() < len(stem)
+    }
+    places = {place for place, _ in of_place.values()}
+    others = [spoken_name(stem) for name, stem in stems.items() if name not in of_place]
+    if len(of_place) < _FEWEST or len(places) != 1 or not all(said.is_time for said in others):
+        return {}
+    words = spoken_name(places.pop().rstrip(_ENDS_OF_PLACES)).words
+    if not _HAVE_A_MEANING.isdisjoint(words) or any(spoken_name(word).may_be for word in words):
+        return {}
+    if any(spoken_name(stems[name]).may_be for name in of_place):
+        return {}
+    said = [spoken_name(rest) for _, rest in of_place.values()]
+    efforts = sum("effort" in each.may_be for each in said)
+    motions = sum(not _MOTIONS.isdisjoint(each.may_be) for each in said)
+    return {name: rest for name, (_, rest) in of_place.items()} if efforts and motions else {}
 
 
 def _as_it_is_now(said: Mapping[str, SpokenName]) -> Iterator[tuple[str, str]]:

@@ -33,6 +33,9 @@ from erclutch.logs.table import Table
 from erclutch.signals import units
 
 _APART = 1.0  # s between points: the steps of a clock that nothing may be read from
+_LONGEST_TICK = (
+    1e5  # us between rows: a counter that grows by more counts the cycles of a processor
+)
 _OTHER_RATE = 0.01  # share by which a given rate differs from that of the file at least
 _STEADY_STEPS = 0.2  # of their mean, between the shortest and the longest: a rate stands for them
 _COUNTED = frozenset({"tick", "ticks", "frame", "frames", "sample", "samples", "scan", "scans"})
@@ -322,9 +325,10 @@ def _column_of_steps(seen: SeenColumns, taken: Sequence[str]) -> str:
 
 
 def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:
-    """A remedy that proposes the first column as the time: no unit, equal steps that are no whole number; else "".
+    """A remedy that proposes the first column as the time: no unit, equal steps other than 1; else "".
 
-    A torque may be called t1 too, but none rises by equal steps.
+    A torque may be called t1 too, but none rises by equal steps. Rows are counted by 1; by 5 and by 5000 a controller
+    counts ms and us.
     """
     first = next(iter(seen.columns.values()), None)
     if first is None or first.name in taken or first.unit:
@@ -337,8 +341,9 @@ def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:
         return ""
     step = float(np.median(steps))
     even = step > 0 and bool(np.all(np.abs(steps - step) <= EVEN * step))
-    if not even or step.is_integer():
+    is_a_count = step.is_integer() and not 1.0 < step <= _LONGEST_TICK
+    unit = "d" if counts_days(first.values) else likely_unit(first.values)
+    if not even or is_a_count or (step.is_integer() and unit == "s"):
         return ""
-    unit = "d" if counts_days(first.values) else "s"
     option = f"--time {shell_word(f'{name} [{unit}]')}"
     return f"{name} grows by {step:.4g} from row to row: if that is {unit}, give {option}"

@@ -37,20 +37,12 @@ _OTHER_AXIS = frozenset({"id", "isd", "d"})
 _OWN_SCALE = re.compile(
     r"(?:°|deg ?)?[CF]|[℃℉]|dB\w*|bits?|counts?|ticks?|lsb|unitless|segments?|cycles?", re.I
 )
-#: The last word of a column that numbers the steps of a test, and words that may stand in front of it.
+#: The last word of a column that numbers the steps of a test or the tests, and words that may stand in front of it.
 _PARTS = frozenset(
-    {
-        "step",
-        "segment",
-        "stage",
-        "interval",
-        "block",
-        "schritt",
-        "abschnitt",
-        "etape",
-        "paso",
-        "etapa",
-    }
+    (
+        "step segment stage interval block schritt abschnitt etape paso etapa "
+        "test run trial experiment repetition rep repeat versuch messung prufung essai ensayo prova prueba 试验 試験"
+    ).split()
 )
 _OF_A_TEST = frozenset({"test", "recipe", "program", "sequence", "measurement", "active", "actual"})
 #: What a bench marks rows by: where it stopped, what went wrong, what the drive does.

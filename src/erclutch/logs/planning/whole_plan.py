@@ -67,6 +67,7 @@ from erclutch.logs.planning.open_units import (
     ask_about_ranges_of_sensors,
 )
 from erclutch.logs.planning.parted_rows import ask_about_groups, ask_about_woven_devices
+from erclutch.logs.planning.parts_of_a_test import ask_about_parts_of_a_test
 from erclutch.logs.planning.planned_files import doubt_what_was_planned
 from erclutch.logs.planning.points import say_what_is_a_map, take_points
 from erclutch.logs.planning.proposals import propose_answers
@@ -154,6 +155,7 @@ STEPS = (
     Step("the field is not the monitor of an amplifier", doubt_the_monitor_of_an_amplifier),
     Step("whether the file states the field, or has none", settle_the_field),
     Step("whether a setting of the rig parts the efforts", ask_about_a_setting_of_the_rig),
+    Step("whether a field was set for each part of a test", ask_about_parts_of_a_test),
     # What the rows are.
     Step("whether the rows are points in no time", take_points, needs_all_rows=True),
     Step("whether each row sums up a test", propose_rows_of_tests, needs_all_rows=True),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from erclutch.errors import LogError
 from erclutch.logs.columns.labels import name_columns, split_label
 from erclutch.logs.columns.names import plain, spoken_name
+from erclutch.logs.columns.seen_columns import unit_fits
 from erclutch.logs.readers.found_recordings import Found, joined_by_time
 from erclutch.logs.table import Table, WordColumn
 from erclutch.signals import units
@@ -92,6 +93,14 @@ def untidied(table: Table) -> Table:
     """The table with a column for each name, at the times of the effort where each has its own; else as it is."""
     values = [name for name in table.columns if plain(name) in _VALUES]
     named = [name for name in table.words if plain(name) in _NAMES]
+    of_units = [words for name, words in table.words.items() if plain(name) in _UNITS]
+    column_of_units = of_units[0] if of_units else None
+    if not named:  # a tag, a Messstelle: whatever the column is called, its words name signals
+        named = [
+            name
+            for name, parting in table.words.items()
+            if parting is not column_of_units and _are_signals(parting, column_of_units)
+        ]
     if len(values) != 1 or len(named) != 1:
         return table
     others = [name for name in table.columns if name not in values]
@@ -114,8 +123,6 @@ def untidied(table: Table) -> Table:
     if not 2 <= len(parts) <= _MOST_SIGNALS or not all_are_named:
         return table
     stamps: Array = table.columns[times[0]] if times else np.asarray(table.clock)
-    of_units = [words for name, words in table.words.items() if plain(name) in _UNITS]
-    column_of_units = of_units[0] if of_units else None
     in_units = _in_one_unit(table.columns[values[0]], column_of_units, parts)
     if in_units is None:
         return table
@@ -127,7 +134,9 @@ def untidied(table: Table) -> Table:
         # Signals with times of their own are taken at the times of the effort, where one of them is the effort.
         rows_of = dict(zip(signals.words, parts, strict=True))
         efforts = [
-            label for label in rows_of if "effort" in spoken_name(split_label(label)[0]).may_be
+            label
+            for label, unit in zip(signals.words, units_of, strict=True)
+            if _is_effort(label, unit)
         ]
         if len(efforts) != 1:
             return table
@@ -167,6 +176,31 @@ def untidied(table: Table) -> Table:
         unreadable={},
         notes=(*notes, note, *joined_notes, *renamed),
     )
+
+
+def _are_signals(parting: WordColumn, of_units: WordColumn | None) -> bool:
+    """Whether words name one effort and other signals, by themselves or by the units beside them."""
+    units_of: list[str | None] = [None] * len(parting.words)
+    if of_units is not None:
+        for number in range(len(parting.words)):
+            rows = np.flatnonzero(parting.of_row == number)
+            place = int(of_units.of_row[rows[0]]) if rows.size else -1
+            units_of[number] = of_units.words[place] if place >= 0 else None
+    with_units = [*zip(parting.words, units_of, strict=True)]
+    efforts = [label for label, unit in with_units if _is_effort(label, unit)]
+    others = [
+        label
+        for label, unit in with_units
+        if label not in efforts and (unit or spoken_name(split_label(label)[0]).may_be)
+    ]
+    return len(efforts) == 1 and len(others) > 0
+
+
+def _is_effort(label: str, unit: str | None) -> bool:
+    """Whether a signal of this label, with the unit beside it or its own, is an effort."""
+    name, own_unit = split_label(label)
+    said = "effort" in spoken_name(name).may_be
+    return said or bool(unit_fits(name, unit or own_unit, ("N*m", "N")))
 
 
 def _in_one_unit(
