@@ -12,6 +12,8 @@ import time
 from queue import Empty, SimpleQueue
 from typing import Any
 
+_LOOK = 0.05  # s
+
 
 class CompanionProcess(subprocess.Popen[bytes]):
     """A module of this package as a process; Ctrl-C is the session's business and does not reach it.
@@ -48,11 +50,17 @@ class CompanionProcess(subprocess.Popen[bytes]):
         self._lines.put(b"")
 
     def answer(self, timeout: float) -> dict[str, Any]:
-        """What its next line says; nothing if none comes in this time [s], or ever."""
-        try:
-            return json.loads(self._lines.get(timeout=timeout))
-        except (Empty, ValueError):
-            return {}
+        """What its next line says, once it was told all; nothing if none comes in this time [s], or ever."""
+        limit = time.monotonic() + timeout
+        while time.monotonic() < limit:
+            if self.stdin is not None:
+                self.push()
+            with contextlib.suppress(Empty):
+                line = self._lines.get(timeout=_LOOK)
+                with contextlib.suppress(ValueError):
+                    return json.loads(line)
+                return {}
+        return {}
 
     def lines(self) -> list[bytes]:
         """The lines since the last call: all that it wrote, if it has ended."""

@@ -375,6 +375,40 @@ def test_a_page_that_made_room_says_so_and_stays_away(chromium: Any, seen: Seen)
     context.close()
 
 
+HOSTILE = [
+    "<img src=x onerror=window.pwned=1>",
+    "javascript:window.pwned=1",
+    "W" * 100_000,
+    "ab " * 30_000,
+    "a\x00\x1b[31m\u2028\u202e\ud83d",
+    "Z" + "\u0301" * 400,
+]
+
+
+@pytest.mark.parametrize("name", HOSTILE, ids=range(len(HOSTILE)))
+@pytest.mark.parametrize("width", [390, 1440])
+def test_no_name_runs_or_moves_the_button_that_zeroes_the_field(
+    name: str, width: int, chromium: Any, start_loop: Callable[..., Any], tmp_path: Path
+) -> None:
+    told = name.encode(errors="replace").decode()
+    loop = start_loop(rig=told, note=told)
+    programs = [(name, name, "position"), (f"step {name}", name, "")]
+    context = chromium.new_context(viewport={"width": width, "height": 900})
+    with Observers(loop.path, print, programs=programs, folder=tmp_path) as observers:
+        observers.say(name, "alarm")
+        seen = Seen(context.new_page(), observers, [], loop)
+        seen.until("document.getElementById('state').textContent.startsWith('running')")
+        seen.until("document.querySelector('#events .what') !== null")
+        seen.page.click("#step")
+        zero = seen.page.locator("#zero").bounding_box()
+        assert zero["y"] + zero["height"] < 500
+        assert seen.page.evaluate("window.pwned === undefined")
+        assert seen.page.evaluate("document.documentElement.scrollWidth") <= width
+        assert seen.page.evaluate("document.documentElement.scrollHeight") < 4000
+        assert seen.errors == []
+    context.close()
+
+
 @pytest.mark.parametrize("width", [390, 1440])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_nothing_sticks_out(seen: Seen, width: int, scheme: Any) -> None:

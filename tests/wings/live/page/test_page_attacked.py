@@ -189,6 +189,18 @@ def test_a_server_that_hangs_holds_up_neither_the_session_nor_its_end(site: Site
     assert wait_for(serves, 20.0)
 
 
+@pytest.mark.slow
+def test_a_session_may_have_more_to_say_than_a_pipe_holds(
+    tmp_path: Path, start_loop: Callable[..., Any]
+) -> None:
+    """Names and meanings of a rig's programs, of 300,000 letters."""
+    long = [(f"{letter * 50_000}", letter * 50_000, "") for letter in "abc"]
+    with Observers(
+        start_loop().path, lambda command: None, programs=long, folder=tmp_path
+    ) as observers:
+        assert observers.url
+
+
 def test_a_line_for_a_process_is_never_cut_by_a_newer_one() -> None:
     process = CompanionProcess("json.tool", "--json-lines", "--compact", listens=True)
     for number in range(50):

@@ -122,7 +122,7 @@ def main() -> int:
     # Not through the buffer of sys.stdin, which would keep what follows the line from the event loop.
     with open(sys.stdin.fileno(), "rb", buffering=0, closefd=False) as raw:
         line = raw.readline()
-    if not line:
+    if not line.endswith(b"\n"):  # the session ended before it had said all
         return 0
     try:
         return asyncio.run(_serve(json.loads(line)))

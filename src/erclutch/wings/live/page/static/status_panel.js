@@ -17,6 +17,7 @@ const MOST_LINES = 200; // of events
 export function setState(state, text) {
   $("state").dataset.state = state;
   write("state", text);
+  $("state").title = text;
 }
 
 /** The line across the page; no text takes it away. */
