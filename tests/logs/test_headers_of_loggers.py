@@ -289,9 +289,14 @@ def test_a_comment_states_the_units_of_bare_names(tmp_path: Path, comment: str) 
     assert dict(read_table(path).units) == {"t": "s", "x": "mm", "F": "N"}
 
 
-@pytest.mark.parametrize(
-    "comment", ["# t [s], x [mm], G [N]", "# x [mm], F [N]", "# t [s], x [mm], F [N], v [m/s]"]
-)
+def test_a_comment_may_state_the_units_of_some_names(tmp_path: Path) -> None:
+    rows = "".join(f"{k / 100}\t{k % 7}\t{k % 5}\n" for k in range(60))
+    path = tmp_path / "log.txt"
+    path.write_text(f"# x [mm], F [N]\nt\tx\tF\n{rows}")
+    assert dict(read_table(path).units) == {"t": None, "x": "mm", "F": "N"}
+
+
+@pytest.mark.parametrize("comment", ["# t [s], x [mm], G [N]", "# t [s], x [mm], F [N], v [m/s]"])
 def test_a_comment_on_other_columns_states_no_units(tmp_path: Path, comment: str) -> None:
     rows = "".join(f"{k / 100}\t{k % 7}\t{k % 5}\n" for k in range(60))
     path = tmp_path / "log.txt"

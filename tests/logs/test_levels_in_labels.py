@@ -63,6 +63,7 @@ def test_marks_of_0_and_1_tell_the_field(
     np.testing.assert_allclose(log.signals["effort"], FORCE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("columns", "name"),
     [
@@ -85,12 +86,14 @@ def test_words_with_other_efforts_at_one_slip_are_asked_about(
     assert sum(log.rows for log in logs) == TIME.size
 
 
+@pytest.mark.slow
 def test_marks_without_a_point_ask_for_a_number(tmp_path: Path) -> None:
     path = written(tmp_path / "log.csv", marks("I_0A", "I_05A", "I_1A"))
     said = run("inspect", path.name, "--variable", "level=all", cwd=tmp_path).out
     assert 'field=0, NUMBER, 1 A"' in said
 
 
+@pytest.mark.slow
 def test_a_class_of_numbers_is_offered_and_a_text_of_settings_read(tmp_path: Path) -> None:
     path = written(tmp_path / "class.csv", {"label": CURRENT.tolist()})
     assert '--field "label"' in run("inspect", path.name, cwd=tmp_path).out

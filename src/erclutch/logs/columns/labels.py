@@ -23,6 +23,17 @@ EASTERN = re.compile(r"[\u3040-\u30ff\u4e00-\u9fff]")
 _EASTERN = re.compile(r"(.*[\u3040-\u30ff\u4e00-\u9fff])\s*([A-Za-zµ°%][\w./·*^%°-]*)", re.DOTALL)
 # A letter right behind a Chinese word is its unit where the word says so, else the name of a phase or an axis.
 _LETTERS = {"V": "电压 電壓 電圧", "A": "电流 電流", "N": "力 荷重", "s": "时间 時間", "W": "功率"}
+# Words with a unit behind them in one pair of brackets: ``AI1 (Disp mm)``.
+_WORDED = re.compile(r"([^\W\d_][^()]*[^\s,()])[\s,]+([^\W\d_°%][^\s,()]*)")
+_WORDS_OF_LETTERS = {
+    "A": re.compile(r"curr|\bamp|strom|courant|corriente", re.I),
+    "V": re.compile(r"volt|spannung|tension", re.I),
+    "N": re.compile(r"force|load|kraft|fuerza", re.I),
+    "s": re.compile(r"time|zeit|temps", re.I),
+    "m": re.compile(r"pos|disp|stroke|weg", re.I),
+}
+#: Units that are words as well.
+_WORDS_TOO = set_of("in min max a at bar are cd mol rev Rev step")
 _SLASH = re.compile(r"(.+?)\s+(?:/|in)\s+(\S.*)", re.DOTALL)
 _UNIT_ALONE = re.compile(r"in\s+(\S+)")  # what an oscilloscope writes over its time
 _CHANNEL = re.compile(r"\d{3,4} <([^<>]+)> \(([VA](?:DC|AC))\)")
@@ -127,6 +138,9 @@ def split_label(label: str) -> tuple[str, str | None]:
         known = (units.is_unit(unit) or units.is_temperature(unit)) and not is_reverse
         if counts or (not unit.isdecimal() and known):
             return name.rstrip("/ ") or name, unit
+        worded = _WORDED.fullmatch(unit) if pattern is _ROUND else None
+        if worded and _ends_in_its_unit(*worded.groups()):
+            return f"{name} ({worded[1]})", worded[2]
 
     behind_a_word = _EASTERN.fullmatch(label)
     if behind_a_word:
@@ -136,6 +150,14 @@ def split_label(label: str) -> tuple[str, str | None]:
         if speaks and (units.is_unit(unit) or units.is_temperature(unit)):
             return name, unit
     return label, None
+
+
+def _ends_in_its_unit(words: str, unit: str) -> bool:
+    """Whether a unit ends what stands in brackets: ``AI1 (Disp mm)``; a letter is one where the words say so."""
+    if len(unit) == 1:
+        said = _WORDS_OF_LETTERS.get(unit)
+        return said is not None and said.search(words) is not None
+    return unit not in _WORDS_TOO and any(map(str.isalpha, unit)) and units.is_unit(unit)
 
 
 def units_behind_names(labels: Sequence[str]) -> dict[str, str]:

@@ -22,7 +22,7 @@ from erclutch.logs.readers.header_lines import (
     with_lines_above,
 )
 from erclutch.logs.readers.header_pairs import header_pairs
-from erclutch.logs.readers.stated_units import units_of_a_comment
+from erclutch.logs.readers.stated_units import units_of_a_comment, units_of_a_list
 
 #: Characters looked at: they hold any header block seen so far, and cost a few milliseconds.
 SAMPLE = 1 << 18
@@ -314,7 +314,7 @@ def _with_header(
     bare = [line.lstrip("#%/ ") for line in before_header]
     metadata = {**header_pairs(bare), **header_pairs(header.pairs)}
     if not any(own_units):
-        metadata |= units_of_a_comment(bare, names)
+        metadata |= units_of_a_comment(bare, names) or units_of_a_list(bare)
     names, own_units, by_legend = with_legend(names, own_units, metadata)
     prose = [line for line in before_header if not is_comment(line) and not header_pairs([line])]
     if prose:

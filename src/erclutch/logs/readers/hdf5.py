@@ -17,6 +17,7 @@ from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.readers.header_pairs import sample_period
 from erclutch.logs.readers.mat_cells import heads_of
 from erclutch.logs.readers.mat_tree import stored_values
+from erclutch.logs.readers.told_units import take_told_units, texts_in
 from erclutch.logs.readers.trials import trials_in, without_names
 from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table
@@ -226,6 +227,7 @@ def _recordings_of(name: str, place: _Place) -> dict[str, Found]:
         (signal,) = signals
         recording.units[signal] = recording.units.get(signal) or place.unit
     recording.metadata = place.texts
+    take_told_units(recording, texts_in({**place.texts, **place.headings, **place.of_vectors}))
     recording.constants |= place.fields
     recording.notes += place.notes
     return {name: recording}

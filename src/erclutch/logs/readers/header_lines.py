@@ -122,7 +122,7 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         return Header(labels, None, 2)
     # A line of units above the names begins with the word for them, in a cell of its own or in front of the first.
     upper = marks.cells(above[-2].lstrip("#%/ "))
-    word, colon, first_unit = upper[0].partition(":")
+    word, colon, first_unit = upper[0].partition("=" if "=" in upper[0] else ":")
     own_units = [first_unit if colon else "", *upper[1:]]
     is_called_units = word.lower().strip("[]() ") in _UNIT_LINE and len(upper) == len(last)
     if is_called_units and all(map(_is_known, filter(None, _bare(own_units)))):

@@ -21,7 +21,15 @@ from typing import Any, cast
 
 from erclutch.logs.columns.levels_in_names import differ_by_field
 from erclutch.logs.readers.found_recordings import told_apart
-from erclutch.logs.readers.stated_units import column_of_unit, with_units
+from erclutch.logs.readers.json_columns import (
+    COLUMNS,
+    NAME,
+    UNIT,
+    labelled,
+    table_with_columns,
+    text_of,
+)
+from erclutch.logs.readers.stated_units import column_of_unit
 
 DEEPEST = 20  # objects inside of objects
 MOST_PLACES = 500  # numbers in a list of a row
@@ -32,8 +40,6 @@ _MOST_SIGNALS = 1000  # of one recording
 _LARGEST = 1e300
 _TIME = re.compile(r"t|time|zeit|timestamps?|time_?s|t \[.*|time \[.*", re.I)
 _ROW_NAME = re.compile(r"-?\d{1,19}(?:\.\d{1,19})?(?:e[+-]?\d{1,2})?")
-_NAME = ("name", "label", "signal", "channel", "key", "id")
-_UNIT = ("unit", "units")
 _VALUE = ("value", "val", "v", "magnitude")
 
 Rows = list[Any]
@@ -58,7 +64,7 @@ def _recordings(
     if not isinstance(value, dict) or depth > DEEPEST:
         return
     fields = cast("dict[str, Any]", value)
-    table = _with_columns(fields) or rows_under_numbers(fields)
+    table = table_with_columns(fields) or rows_under_numbers(fields)
     if table is not None:
         yield name, table
         return
@@ -77,12 +83,14 @@ def _recordings(
         above, _, last = place.rpartition(".")
         first = items[0] if items else None
         # The names of a table are said with its rows.
-        names_a_table = last == "columns" and _with_columns(_at(fields, above)) is not None
+        names_a_table = last in COLUMNS and table_with_columns(_at(fields, above)) is not None
         if isinstance(first, dict):
             if not names_a_table:
                 yield from _of_items(items, place, depth + 1)
         elif isinstance(first, list):
-            table = _with_columns(_at(fields, above)) if last not in ("columns", "index") else None
+            table = (
+                table_with_columns(_at(fields, above)) if last not in (*COLUMNS, "index") else None
+            )
             if table is not None:
                 yield above, table
             else:
@@ -90,8 +98,8 @@ def _recordings(
         elif not names_a_table:
             # The unit stands beside the list in its object, or is given by name.
             owner = _at(fields, above)
-            unit = _text_of(owner, _UNIT)
-            label = _with_unit(place, units.get(last))
+            unit = text_of(owner, UNIT)
+            label = labelled(place, units.get(last))
             if above and unit is not None and _signal(owner) is not None:
                 label = f"{above} [{unit}]" if unit else above
             lists[label] = items
@@ -121,7 +129,7 @@ def _of_items(
     names: list[str] = []
     for number, run in enumerate(objects, start=1):
         other_names = [key for key in run if key.lower().endswith("name")]
-        names.append(_text_of(run, _NAME) or _text_of(run, other_names) or str(number))
+        names.append(text_of(run, NAME) or text_of(run, other_names) or str(number))
     for own, run in zip(told_apart(names), objects, strict=True):
         place = f"{name}.{own}" if name else own
         of_run = list(_recordings(run, "", depth + 1))
@@ -230,22 +238,7 @@ def _signal(item: Mapping[str, Any]) -> tuple[str, list[Any]] | None:
     numbers = lists[0]
     if any(isinstance(each, dict | list) for each in numbers):
         return None
-    return _with_unit(_text_of(texts, _NAME) or "", _text_of(texts, _UNIT)), numbers
-
-
-def _text_of(item: Mapping[str, Any], keys: Sequence[str]) -> str | None:
-    """The text under the first of some keys that has a text."""
-    in_small_letters = {key.lower(): key for key in [*item][::-1]}
-    for key in keys:
-        text = item.get(in_small_letters.get(key.lower(), key))
-        if isinstance(text, str):
-            return text
-    return None
-
-
-def _with_unit(label: str, unit: str | None) -> str:
-    """``speed [rad/s]``; a label that has brackets already stays as it is."""
-    return f"{label} [{unit}]" if unit and "[" not in label else label
+    return labelled(text_of(texts, NAME) or "", text_of(texts, UNIT)), numbers
 
 
 def rows_under_numbers(fields: Mapping[str, Any]) -> Lists | None:
@@ -273,35 +266,6 @@ def rows_under_numbers(fields: Mapping[str, Any]) -> Lists | None:
         column = fields[key].values() if has_column_names_outside else [row[key] for row in objects]
         table[key] = [*column]
     return table
-
-
-def _with_columns(fields: Mapping[str, Any]) -> Lists | None:
-    """A table as pandas writes it with orient="split": names under "columns", rows as lists."""
-    columns = fields.get("columns")
-    if not isinstance(columns, list) or not columns:
-        return None
-    labels: list[str] = []
-    for each in cast("list[Any]", columns):
-        column: dict[str, Any] = {"name": each}
-        if isinstance(each, dict):
-            column = cast("dict[str, Any]", each)
-        name = _text_of(column, _NAME)
-        if name is None:
-            return None
-        with_text = {key: text for key, text in column.items() if text != ""}
-        labels.append(_with_unit(name, _text_of(with_text, _UNIT)))
-    if len({*labels}) < len(labels):
-        return None
-    labels = with_units(labels, fields.get("units"))
-
-    for key, each in fields.items():
-        if key in ("columns", "index", "units") or not isinstance(each, list) or not each:
-            continue
-        rows = cast("list[Any]", each)
-        lengths = {len(cast("list[Any]", row)) if isinstance(row, list) else None for row in rows}
-        if lengths == {len(labels)}:
-            return {label: [row[place] for row in rows] for place, label in enumerate(labels)}
-    return None
 
 
 def _columns_of_matrix(rows: Sequence[Any], name: str) -> Lists | None:
@@ -414,12 +378,12 @@ def cells_of(members: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
     for place, value in fields.items():
         if not isinstance(value, list):
             owner, _, last = place.rpartition(".")
-            beside = [fields.get(f"{owner}.{key}") for key in _UNIT] if owner else []
+            beside = [fields.get(f"{owner}.{key}") for key in UNIT] if owner else []
             unit = next((each for each in beside if isinstance(each, str)), None)
-            if unit is None or last.lower() not in (*_UNIT, *_VALUE):
+            if unit is None or last.lower() not in (*UNIT, *_VALUE):
                 yield place, value
             elif last.lower() in _VALUE:  # {"speed": {"value": 3, "unit": "rad/s"}}
-                yield _with_unit(owner, unit), value
+                yield labelled(owner, unit), value
             continue
         parts = cast("list[Any]", value)
         owner, _, last = place.rpartition(".")

@@ -32,6 +32,7 @@ from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.found_recordings import JOINT, Found, choose, joined_by_time, names_by
 from erclutch.logs.readers.json_layout import flat, rows_under_numbers
 from erclutch.logs.readers.text_bytes import DAMAGE
+from erclutch.logs.readers.told_units import texts_in, with_told_units
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -43,6 +44,7 @@ _IN_JSON = {
     **{"nan": "NaN", "inf": "Infinity", "-inf": "-Infinity"},
 }
 _LARGEST = 10**300
+_FEWEST_BELOW_A_HEAD = 3  # lines of a file, the head included
 _NONE = "the file holds no rows of numbers"
 _NAMES = "Give each signal a name of its own"
 
@@ -78,7 +80,10 @@ def _read(source: LogSource) -> Table:
     is_row = bool(fields) and not has_lists and rows_under_numbers(fields) is None
     if document is None or (len(lines) == 1 and is_row):
         rows = [(place, _row_in(line, f"{source.name}, {place}")) for place, line in lines.items()]
-        return _table_of_rows(source, rows, ())
+        head, rows = _head_and_rows(rows)
+        table = _table_of_rows(source, rows, ())
+        table = replace(table, constants={**_numbers_beside(head, "", ()), **table.constants})
+        return with_told_units(table, texts_in(head))
 
     recordings = dict(json_layout.recordings(document))
     lists: dict[str, json_layout.Lists] = {}
@@ -104,12 +109,33 @@ def _read(source: LogSource) -> Table:
     if isinstance(recording, dict):
         table = _table_of_lists(source, recording, notes)
         shared = json_layout.shared_numbers(document)
-        return replace(table, constants={**shared, **beside, **table.constants})
+        table = replace(table, constants={**shared, **beside, **table.constants})
+        return with_told_units(table, texts_in(document))
     of_list: list[_Row] = []
     for number, row in enumerate(recording, start=1):
         of_list.append((f"row {number} of {name or 'the list'}", row))
     table = _table_of_rows(source, of_list, notes)
-    return replace(table, constants={**beside, **table.constants})
+    table = replace(table, constants={**beside, **table.constants})
+    return with_told_units(table, texts_in(document))
+
+
+def _head_and_rows(rows: list[_Row]) -> tuple[Mapping[str, Any], list[_Row]]:
+    """What the first line says of the others, such as ``{"v": "mm/s", "F": "kN"}``, and the others; else no head.
+
+    A head has texts where the next row has numbers, or shares no name with the next two rows.
+    """
+    if len(rows) < _FEWEST_BELOW_A_HEAD:
+        return {}, rows
+    head, *others = (dict(json_layout.cells_of(members)) for _, members in rows[:3])
+    numbers = [{name for name, value in row.items() if _is_number(value)} for row in others]
+    named = [name for name in head if name in numbers[0]]
+    says_units = bool(named) and all(isinstance(head[name], str) for name in head)
+    says_other_things = bool(numbers[0] & numbers[1]) and not head.keys() & others[0].keys()
+    return (rows[0][1], rows[1:]) if says_units or says_other_things else ({}, rows)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _row_in(line: str, where: str) -> Mapping[str, Any]:

@@ -15,6 +15,11 @@ from erclutch.signals import units
 
 _LONGEST_NAME = 60  # characters
 _OF_UNITS = re.compile(r"unit|einheit", re.IGNORECASE)  # in the name of a variable
+#: Variables that name or describe the columns of a matrix in one text.
+_OF_COLUMNS = re.compile(
+    r"(?:.*_)?(?:columns?|names?|labels?|headers?|channels?|variables?|fields?|signals?|units?)",
+    re.IGNORECASE,
+)
 
 
 def opened(nodes: dict[str, Any], *, as_structs: bool = True) -> dict[str, Any]:
@@ -28,6 +33,8 @@ def opened(nodes: dict[str, Any], *, as_structs: bool = True) -> dict[str, Any]:
     for name, node in nodes.items():
         if all_of(node, str):
             headings[name] = cast("list[str]", node)
+        elif isinstance(node, str) and "," in node and _OF_COLUMNS.fullmatch(name):
+            headings[name] = [part.strip() for part in node.split(",")]
         elif isinstance(node, str) and "\n" in node:
             # An array of characters has lines, which are filled up to one length.
             lines = [line.strip() for line in node.split("\n")]

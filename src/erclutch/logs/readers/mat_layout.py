@@ -28,10 +28,9 @@ from erclutch.logs.readers.found_recordings import (
 from erclutch.logs.readers.header_pairs import is_called_a_rate
 from erclutch.logs.readers.mat_cells import all_of, opened, signal_in
 from erclutch.logs.readers.mat_dspace import dspace, structs_of
-from erclutch.logs.readers.stated_units import column_of_unit
+from erclutch.logs.readers.told_units import take_told_units, texts_in
 from erclutch.logs.readers.trials import trials_in
 from erclutch.logs.readers.vectors import matrix_of, of_vectors, vector
-from erclutch.signals.units import is_unit
 
 _DEEPEST = 6  # structs inside of structs
 _LAST_RESULT = "ans"  # of MATLAB, which nobody gave a name; Simulink's To File calls its matrix so
@@ -54,25 +53,8 @@ def choose(tree: dict[str, Any], variable: str | None) -> Found:
     # A rate may stand in a struct of settings, or in the struct of each channel.
     rates = {name: values.pop() for name, values in _rates_in(tree).items() if len(values) == 1}
     recording.constants = {**rates, **beside, **recording.constants}
-    for name, stated in _units_in(tree).items():
-        has_none = name in recording.columns and not recording.units.get(name)
-        if has_none and len(stated) == 1:
-            recording.units[name] = stated.pop()
+    take_told_units(recording, texts_in(tree))
     return recording
-
-
-def _units_in(node: Any, above: str = "", depth: int = 0) -> dict[str, set[str]]:
-    """Units that texts state of vectors by their names: ``units.force``, ``force_unit``, ``unit_force``."""
-    stated: dict[str, set[str]] = {}
-    if not isinstance(node, dict) or depth >= _DEEPEST:
-        return stated
-    for key, field in cast("dict[str, Any]", node).items():
-        name = column_of_unit(key) or column_of_unit(f"{above}.{key}")
-        if isinstance(field, str) and name and is_unit(field):
-            stated.setdefault(name, set()).add(field)
-        for inner, units in _units_in(field, key, depth + 1).items():
-            stated.setdefault(inner, set()).update(units)
-    return stated
 
 
 def _rates_in(node: Any, depth: int = 0) -> dict[str, set[float]]:

@@ -18,7 +18,7 @@ from erclutch.logs.readers import found_recordings, reader_in_child
 from erclutch.logs.readers.budget import budget_of, take_zip
 from erclutch.logs.readers.found_recordings import Found, listed
 from erclutch.logs.readers.mat_cells import opened
-from erclutch.logs.readers.stated_units import column_of_unit
+from erclutch.logs.readers.told_units import take_told_units, texts_in
 from erclutch.logs.readers.trials import trials_in, without_names
 from erclutch.logs.readers.vectors import of_vectors
 from erclutch.logs.table import Table
@@ -87,35 +87,37 @@ def find(path: str, variable: str | None) -> Table:
                 of_tables[name] = recording
         return found_recordings.chosen(of_tables, variable, "array", _NONE)
 
-    texts = {
-        name: [str(text) for text in node.ravel()]
-        for name, node in nodes.items()
-        if node.dtype.kind == "U" and node.size > 1
-    }
+    texts, told = _texts_in(nodes)
     trials = trials_in(nodes, [*texts.values()])
     if trials:
         found = {name: of_vectors(columns) for name, columns in trials.items()}
         whole = {name: recording for name, recording in found.items() if recording is not None}
         return found_recordings.chosen(whole, variable, "trial", "the file holds no trials")
     # As many texts as a matrix has columns give these their names and units.
-    recording = of_vectors(opened({**nodes, **texts}))
+    recording = of_vectors(opened({**nodes, **texts, **told}))
     if recording is None and left_out:
         raise LogError(f"the arrays are no numbers: {'; '.join(left_out)}", remedy=_SAVE_NUMBERS)
     if recording is not None:
         recording.notes.extend(f"left out: {what}" for what in left_out)
-        _take_units(recording, nodes)
+        take_told_units(recording, texts_in({**told, **texts}))
     if recording is None and (unnamed := without_names(nodes)) is not None:
         raise unnamed
     recordings = {file.stem: recording} if recording is not None else {}
     return found_recordings.chosen(recordings, variable, "arrays", _NONE)
 
 
-def _take_units(recording: Found, nodes: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Take the units that texts beside the vectors give by name: ``force_unit``."""
+def _texts_in(
+    nodes: Mapping[str, np.ndarray[Any, Any]],
+) -> tuple[dict[str, list[str]], dict[str, str]]:
+    """Arrays of several texts, and of one text, by their names."""
+    lists: dict[str, list[str]] = {}
+    single: dict[str, str] = {}
     for name, node in nodes.items():
-        column = column_of_unit(name)
-        if column in recording.columns and node.dtype.kind == "U" and node.size == 1:
-            recording.units[column] = str(node.item())
+        if node.dtype.kind == "U" and node.size == 1:
+            single[name] = str(node.item())
+        elif node.dtype.kind == "U":
+            lists[name] = [str(text) for text in node.ravel()]
+    return lists, single
 
 
 READER = LogReader(

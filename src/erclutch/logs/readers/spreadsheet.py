@@ -17,6 +17,7 @@ from erclutch.logs.log_reader import HEAD, LogReader, LogSource, reader_of
 from erclutch.logs.readers import first_bytes, found_recordings, reader_in_child
 from erclutch.logs.readers.budget import Budget, budget_of, take_zip
 from erclutch.logs.readers.names_on_a_sheet import named_by
+from erclutch.logs.readers.units_on_a_sheet import with_units_of_sheets
 from erclutch.logs.table import Table
 
 _PARTS = (
@@ -234,6 +235,7 @@ def _cell(value: Any) -> str:
 def _table(source: LogSource, found: _Sheet) -> Table:
     plugin, _ = reader_of(source.data[:HEAD], "")
     table = named_by(plugin.of_type(LogReader).read(source), found.book, found.sheet)
+    table = with_units_of_sheets(table, found.book, found.sheet)
     notes = [f"recording read from sheet {found.sheet}", *table.notes]
     if found.note:
         notes.append(found.note)

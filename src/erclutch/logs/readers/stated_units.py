@@ -20,6 +20,9 @@ _PAIR = re.compile(r"(?<![^\s:=,;])([^\s:=,;]++)\s*+[:=]\s*+([^\s,;]+)")
 #: ``Force in kN``, ``all velocities in mm/s``.
 _IN_UNIT = re.compile(r"(?<![^\W\d_])([^\W\d_]++)\s++in\s++([^\s,;]+)")
 _LABEL = re.compile(r"([^\[\](),;|\t]*[^\[\](),;|\t\s])\s*[\[(]([^\[\]()]+)[\])][,;|\t ]*")
+#: ``name: v`` in a line or between braces, as YAML writes it.
+_MEMBER = re.compile(r"""(?:^[-\s]*|[{,]\s*)(name|units?):\s+["']?([^,{}"']+)""")
+_LONGEST = 1000  # letters of a line
 _WORD = re.compile(r"[^\W_]+")
 
 
@@ -53,6 +56,23 @@ def units_of_a_comment(lines: Iterable[str], names: Sequence[str]) -> dict[str, 
         if stated.keys() == wanted and not _LABEL.sub("", labels).strip(" ,;|\t"):
             return {f"{name} unit": stated[name.lower()] for name in names}
     return {}
+
+
+def units_of_a_list(lines: Iterable[str]) -> dict[str, str]:
+    """Units of a list of columns as YAML writes it: ``- {name: v, unit: mm/s}``; as pairs for `with_stated_units`.
+
+    The name and the unit may stand in lines of their own.
+    """
+    pairs: dict[str, str] = {}
+    name = ""
+    for line in lines:
+        said = dict(_MEMBER.findall(line[:_LONGEST]))
+        name = said.get("name", name)
+        unit = said.get("unit") or said.get("units")
+        if name and unit:
+            pairs[f"{name} unit"] = unit.strip()
+            name = ""
+    return pairs
 
 
 def with_stated_units(table: Table, pairs: Mapping[str, str]) -> Table:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 
+from erclutch.logs.readers.declared_attributes import with_declared_names
 from erclutch.logs.readers.formula_cells import without_formula_marks
 from erclutch.logs.readers.keyed_heads import with_keyed_heads
 from erclutch.logs.readers.loose_text import (
@@ -70,6 +71,7 @@ def put_right(text: str) -> tuple[str, list[str]]:
         text, brackets = without_brackets(text)
         notes.append(brackets)
     for change in (
+        with_declared_names,
         with_names_of_printed_frame,
         with_names_for_places,
         with_scope_heads,

@@ -28,6 +28,7 @@ from erclutch.logs.readers.text_cells import have_ended, long_rows, refuse_ragge
 from erclutch.logs.readers.text_columns import sorted_columns
 from erclutch.logs.readers.text_put_right import put_right
 from erclutch.logs.readers.text_rows import blocks_in, rows_of_body
+from erclutch.logs.readers.told_units import with_told_units
 from erclutch.logs.table import Table
 
 if TYPE_CHECKING:
@@ -192,7 +193,7 @@ def table_of_rows(
         words=held.words,
         row_names=held.row_names,
     )
-    return with_stated_units(table, dialect.metadata)
+    return with_told_units(with_stated_units(table, dialect.metadata), dialect.metadata.items())
 
 
 def _parsed(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.DataFrame:
