@@ -13,6 +13,7 @@ import pytest
 from erclutch.arithmetic.dual import Dual
 from erclutch.errors import PluginError
 from erclutch.models.laws import law_from_name
+from erclutch.models.stages import stage_named, stages_at, stages_of
 from erclutch.registry import find
 from tests.support.command import run
 from tests.support.installed_plugin import Install, install
@@ -32,18 +33,31 @@ def columns(E, w, *numbers):
 def odd(form):
     global FORM
     FORM = form
-    return replace(OURS.law(form), name="odd", columns=columns)
+    return replace(OURS.law(form), name="odd", columns=columns, **dict({of_law}))
 
-THING = replace(OURS, law=odd, ladder={{}}, aliases=())
+THING = replace(OURS, law=odd, ladder={{}}, aliases=(), **dict({of_family}))
 """
+STAGE = """
+import copy
+from erclutch.models.stages import stage_named
+OURS = stage_named("lag")
+THING = copy.copy(OURS)
+object.__setattr__(THING, "name", "odd")
+said = property(lambda stage: {text!r})
+object.__setattr__(THING, "__class__", type("Odd", (type(OURS),), {{{part!r}: said}}))
+"""
+LONG = "ab " * 8000
+HIDING = "\u202ewal a"
 
 
 @pytest.fixture
 def law(install: Install) -> Callable[..., None]:
     """Makes a package with the law ``odd``, which does more than a law."""
 
-    def make(at_import: str = "", at_work: str = "pass") -> None:
-        text = LAW.format(at_import=at_import, at_work=at_work)
+    def make(
+        at_import: str = "", at_work: str = "pass", of_law: str = "", of_family: str = ""
+    ) -> None:
+        text = LAW.format(at_import=at_import, at_work=at_work, of_law=of_law, of_family=of_family)
         install("bench-odd", "[erclutch.laws]\nodd = bench_odd:THING\n", text)
 
     return make
@@ -131,3 +145,29 @@ def test_a_plug_in_that_is_refused_is_refused_again(law: Callable[..., None]) ->
     for _ in range(2):
         with pytest.raises(PluginError, match="changes what all others"):
             find("erclutch.laws", "odd").value  # noqa: B018
+
+
+@pytest.mark.parametrize("text", [LONG, HIDING, "\x1b[31m"], ids=["long", "hiding", "commanding"])
+@pytest.mark.parametrize("part", ["title", "source"])
+def test_what_a_law_is_called_fits_a_line(part: str, text: str, law: Callable[..., None]) -> None:
+    """A title of 24,000 letters made each report as wide."""
+    law(of_law=f"{part}={text!r}")
+    with pytest.raises(PluginError, match="must have a title and a source: lines of up to"):
+        law_from_name("odd/square")
+
+
+@pytest.mark.parametrize("part", ["formula", "about", "curves"])
+def test_what_is_said_of_a_law_fits_a_page(part: str, law: Callable[..., None]) -> None:
+    law(of_family=f"{part}={LONG!r}")
+    with pytest.raises(PluginError, match=f"as its {part}"):
+        law_from_name("odd/square")
+
+
+@pytest.mark.parametrize("part", ["title", "source", "equation"])
+def test_what_is_said_of_a_stage_fits_a_line(part: str, install: Install) -> None:
+    for kept in (stage_named, stages_of, stages_at):  # of the test before
+        kept.cache_clear()
+    text = STAGE.format(part=part, text=LONG)
+    install("bench-odd", "[erclutch.stages]\nodd = bench_odd:THING\n", text)
+    with pytest.raises(PluginError, match="lines of up to"):
+        stages_of("odd")

@@ -22,6 +22,10 @@ _FIELDS.setflags(write=False)
 _SLIPS.setflags(write=False)
 
 
+#: Characters of a text by which a law, a stage or a number is called; that tells more of it; of all that is said.
+LONGEST_TITLE, LONGEST_LINE, LONGEST_TEXT = 100, 1000, 10_000
+
+
 def checked(law: Any, plugin: Plugin) -> Law:
     """The law with its plug-in, its functions guarded: whatever they raise names the plug-in.
 
@@ -175,7 +179,7 @@ def require_family(family: LawFamily, plugin: Plugin) -> None:
     """
 
     def is_text(value: object) -> bool:
-        return isinstance(value, str)
+        return isinstance(value, str) and is_line("".join(value.split()), LONGEST_TEXT)
 
     def is_count(value: object) -> bool:
         return isinstance(value, int) and not isinstance(value, bool) and value >= 0
@@ -210,9 +214,11 @@ def require_law(law: Law, plugin: Plugin) -> None:
     Raises:
         PluginError: a part, and what it must be.
     """
-    words: tuple[Any, ...] = (law.title, law.source)
-    if not all(isinstance(word, str) for word in words):
-        raise plugin.fault("must have a title and a source: texts")
+    if not is_line(law.title, LONGEST_TITLE) or not is_line(law.source, LONGEST_LINE):
+        raise plugin.fault(
+            f"must have a title and a source: lines of up to {LONGEST_TITLE} and {LONGEST_LINE} "
+            "characters that can be seen"
+        )
     require_parameters((*law.stimulus_shape, *law.shape), plugin)
     gain: Any
     for gain in law.gains:
@@ -261,5 +267,10 @@ def require_parameters(
 
 
 def _is_described(name: Any, meaning: Any, dimension: Any) -> bool:
-    is_name = isinstance(name, str) and name.isidentifier()
-    return is_name and isinstance(meaning, str) and isinstance(dimension, Dimension)
+    is_name = is_line(name, LONGEST_TITLE) and name.isidentifier()
+    return is_name and is_line(meaning, LONGEST_LINE) and isinstance(dimension, Dimension)
+
+
+def is_line(value: Any, most: int) -> bool:
+    """Whether a text of a package may stand in tables and pages: a line that a screen holds, and that hides nothing."""
+    return isinstance(value, str) and len(value) <= most and value.isprintable()

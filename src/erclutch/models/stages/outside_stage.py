@@ -8,7 +8,14 @@ from typing import Any, cast
 
 from erclutch.errors import SettingError
 from erclutch.models.laws.law import ShapeParameter
-from erclutch.models.laws.outside_law import require_parameters, require_rows, rows_of
+from erclutch.models.laws.outside_law import (
+    LONGEST_LINE,
+    LONGEST_TITLE,
+    is_line,
+    require_parameters,
+    require_rows,
+    rows_of,
+)
 from erclutch.models.stages.stage import SlipAndStrength, Stage, StageFamily
 from erclutch.registry import Plugin, find
 from erclutch.signals.clock import Clock
@@ -35,9 +42,11 @@ class OutsideStage:
                 stage.source,
                 stage.equation,
             )
-        if not all(isinstance(text, str) for text in texts):
+        called = all(is_line(text, LONGEST_TITLE) for text in texts[:3])
+        if not called or not all(is_line(text, LONGEST_LINE) for text in texts[3:]):
             raise plugin.fault(
-                "must have a name, a place, a title, a source and an equation: texts"
+                "must have a name, a place, a title, a source and an equation: lines of up to "
+                f"{LONGEST_TITLE} characters, the last two of up to {LONGEST_LINE}"
             )
         if not re.fullmatch(re.escape(plugin.name) + r"(-\d+)?(/\w+)*", stage.name):
             raise plugin.fault(
