@@ -8,15 +8,18 @@ from time import process_time
 from typing import Any
 
 import numpy as np
+import pyarrow
 import pytest
 from openpyxl import Workbook
+from pyarrow import parquet
 from scipy.io import savemat
 
 from erclutch.logs import read, read_table
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.readers.declared_attributes import with_declared_names
 from erclutch.logs.readers.stated_units import units_of_a_list
-from erclutch.logs.readers.told_units import units_told
+from erclutch.logs.readers.told_units import texts_in, units_told
+from erclutch.logs.readers.units_on_a_sheet import texts_of_sheet
 from tests.logs.test_units_beside_vectors import LOGGED, UNITS, assert_read_in_si
 from tests.support.pace import within
 
@@ -158,6 +161,29 @@ def test_names_that_arff_declares(tmp_path: Path, quote: str) -> None:
 )
 def test_units_behind_words_in_brackets(label: str, name: str, unit: str | None) -> None:
     assert split_label(label) == (name, unit)
+
+
+def test_units_of_signals_in_the_settings_of_json(tmp_path: Path) -> None:
+    signals = [{"id": name, "unit": unit} for name, unit in UNITS.items()]
+    samples = [dict(zip(LOGGED, row, strict=True)) for row in ROWS]
+    document = {"settings": {"signals": signals}, "samples": samples}
+    (tmp_path / "log.json").write_text(json.dumps(document))
+    assert_read_in_si(tmp_path / "log.json")
+
+
+def test_descriptions_of_the_fields_of_parquet(tmp_path: Path) -> None:
+    said = [(k, {"description": f"{MEANINGS[k]} [{u}]"}) for k, u in UNITS.items()]
+    fields = [pyarrow.field(name, pyarrow.float64(), metadata=of_one) for name, of_one in said]
+    table = pyarrow.table([*LOGGED.values()], schema=pyarrow.schema(fields))
+    parquet.write_table(table, tmp_path / "log.parquet")
+    assert_read_in_si(tmp_path / "log.parquet")
+
+
+def test_json_in_a_text_and_settings_on_a_sheet() -> None:
+    about = json.dumps({"units": {"v": "mm/s", "F": "kN"}})
+    assert units_told([*UNITS], texts_in({"meta": about}))[0] == {"v": "mm/s", "F": "kN"}
+    settings = [["Parameter", "Value", "Unit"], ["F", "2", "kN"], ["1", "v", "mm/s"]]
+    assert [*texts_of_sheet(settings, ["v", "F"])] == [("v unit", "mm/s")]
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from erclutch.logs.columns.word_columns import only_words, parting_columns, part
 from erclutch.logs.log_reader import ROWS_WANTED
 from erclutch.logs.readers.arrow_lists import with_lists_opened
 from erclutch.logs.readers.switches import switched
+from erclutch.logs.readers.told_units import texts_in, with_told_units
 from erclutch.logs.table import Table, of_arrow
 from erclutch.signals.array import Array
 
@@ -91,7 +92,7 @@ def table_of_arrow(
     metadata = _metadata(table.schema)
     for key in ("pandas", "ARROW:schema"):  # what libraries say of their own types
         metadata.pop(key, None)
-    return Table(
+    read = Table(
         name=name,
         columns=columns,
         units=units_of,
@@ -103,6 +104,8 @@ def table_of_arrow(
         notes=tuple(notes),
         words=words,
     )
+    of_fields = {label: _metadata(field) for label, field in zip(names, fields, strict=True)}
+    return with_told_units(read, texts_in({**metadata, **of_fields}))
 
 
 def is_text(kind: Any) -> bool:

@@ -8,8 +8,10 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any, cast
 
@@ -17,6 +19,7 @@ from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.vocabulary import SINGLE
 from erclutch.logs.readers.found_recordings import Found
+from erclutch.logs.readers.json_columns import NAME, UNIT, text_of
 from erclutch.logs.readers.stated_units import column_of_unit
 from erclutch.logs.table import Table
 from erclutch.signals import units
@@ -55,15 +58,28 @@ _ALL_BRACKETS = str.maketrans(dict.fromkeys("\"'{}[]()", " "))
 
 def texts_in(node: Any, above: str = "", depth: int = 0) -> Iterator[tuple[str, str]]:
     """Texts inside of objects by the keys that lead to them; the texts of a list stand in one, behind each other."""
+    if isinstance(node, str) and node.lstrip().startswith("{") and len(node) <= _LONGEST:
+        with suppress(ValueError, RecursionError):
+            yield from texts_in(json.loads(node), above, depth + 1)
     if isinstance(node, str):
         yield above, node
-    elif isinstance(node, Mapping) and depth < _DEEPEST:
+    if isinstance(node, Mapping) and depth < _DEEPEST:
         for key, inner in cast("Mapping[str, Any]", node).items():
             yield from texts_in(inner, f"{above}.{key}" if above else key, depth + 1)
     elif isinstance(node, list | tuple):
         items = cast("Sequence[Any]", node)
-        if len(items) <= _MOST_NAMES and all(isinstance(item, str) for item in items):
+        if len(items) > _MOST_NAMES:
+            return
+        if all(isinstance(item, str) for item in items):
             yield above, "\n".join(items)
+        for item in items:  # signals with a name and a unit each
+            if not isinstance(item, Mapping):
+                continue
+            signal = cast("Mapping[str, Any]", item)
+            name = text_of(signal, NAME)
+            unit = text_of(signal, UNIT)
+            if name and unit:
+                yield f"{name}_unit", unit
 
 
 def units_told(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from erclutch.logs.readers.cells import is_number
 from erclutch.logs.readers.told_units import with_told_units
 from erclutch.logs.table import Table
 from erclutch.signals import units
@@ -30,15 +31,14 @@ def with_units_of_sheets(table: Table, book: Any, sheet: str) -> Table:
         content = book.get_sheet_by_name(other)
         if content.total_height > _HIGHEST or content.total_width > _WIDEST:
             continue
-        rows = [
-            [cell.strip() if isinstance(cell, str) else "" for cell in row]
-            for row in content.iter_rows()
-        ]
-        texts += _texts_of(rows, [*table.columns])
+        rows = [[str(cell).strip() for cell in row] for row in content.iter_rows()]
+        texts += texts_of_sheet(rows, [*table.columns])
     return with_told_units(table, texts)
 
 
-def _texts_of(rows: Sequence[Sequence[str]], names: Sequence[str]) -> Iterator[tuple[str, str]]:
+def texts_of_sheet(
+    rows: Sequence[Sequence[str]], names: Sequence[str]
+) -> Iterator[tuple[str, str]]:
     """What a sheet says of columns: in the row of a name, or below a row of all names."""
     for number, row in enumerate(rows):
         named = [cell for cell in row if cell in names]
@@ -50,7 +50,10 @@ def _texts_of(rows: Sequence[Sequence[str]], names: Sequence[str]) -> Iterator[t
             continue
         if not named:
             continue
-        others = [cell for cell in row if cell and cell != named[0]]
+        behind = [cell for cell in row[row.index(named[0]) + 1 :] if cell]
+        if behind and is_number(behind[0], "."):
+            continue  # a setting of the test: F, 2, kN
+        others = [cell for cell in row if cell not in ("", named[0]) and not is_number(cell, ".")]
         alone = [cell for cell in others if units.is_unit(cell) or units.is_temperature(cell)]
         if len({*alone}) == 1:
             yield f"{named[0]} unit", alone[0]
