@@ -37,6 +37,10 @@ FAULTS = frozenset(
             "missing",
             "timeout",
             "overflow",
+            "novalue",
+            "no value",
+            "no data",
+            "nodata",
         ),
         *(
             "#value!",

@@ -40,7 +40,7 @@ _MOST_PAIRS = 200  # of a header block
 #: Of a period without a unit, in s: a larger number may be one of ms.
 LONGEST_PERIOD = 0.5
 _PERIOD = re.compile(
-    r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|delta[ _]?[tx]|time[ _]?step|"
+    r"(?:sampl\w*|scan)[ _-]*(?:interval|period|time)|dt|T_?s|delta[ _]?[tx]|time[ _]?step|"
     r"tick(?:[ _]?(?:period|size|length))?|abtast(?:zeit|intervall|periode)|p[ée]riode d.[ée]chantillonnage|"
     r"periodo de muestreo|periodo di campionamento|"
     r"采样(?:周期|间隔)|サンプリング(?:周期|間隔)|샘플링 ?주기",
@@ -48,9 +48,19 @@ _PERIOD = re.compile(
 )
 _OF_SAMPLES = re.compile(r"([kM]?)(?:fps|SPS|[Ff]rames?/s|(?:S|Sa|[Ss]amples?)/s)(?:ec)?$")
 _RATE = re.compile(
-    r"(?:sampl\w*|scan|acquisition|data|frame)?[ _-]*(?:rate|freq\w*)|fs|f_s|fps|"
+    r"(?:sampl\w*|scan|acquisition|data|daq|logg\w*|record\w*|poll\w*|frame)?[ _-]*(?:rate|freq\w*)|fs|f_s|fps|"
+    r"sampling|(?:sampl|logg|record|acquir|measur)(?:ed|ing) (?:at|with)|"
     r"(?:abtast|mess)(?:rate|frequenz)|fr[ée]quence d.[ée]chantillonnage|frecuencia de muestreo|"
     r"frequenza di campionamento|采样(?:频率|率)|サンプリング(?:周波数|レート)|샘플링 ?(?:주파수|속도)",
+    re.I,
+)
+
+
+#: A frequency that nobody calls one of samples may be that of a motion, as of a slow sine or one whose size is stated.
+_MAY_BE_OF_A_MOTION = re.compile(r"freq\w*", re.I)
+_SLOWEST_OF_SAMPLES = 10.0  # Hz
+_SIZE_OF_A_MOTION = re.compile(
+    r"(?:.*[\s_-])?(?:ampl\w*|stroke|sine|sinus\w*|waveform|hub|wellenform|course|excitation|motion)(?:[\s_-].*)?",
     re.I,
 )
 
@@ -103,6 +113,7 @@ def is_called_a_rate(name: str) -> bool:
 
 def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
     """Sampling period in s that a header block states, and the key that states it; an interval wins over a rate."""
+    states_a_motion = any(_SIZE_OF_A_MOTION.fullmatch(key) for key in pairs)
     for pattern, usual_unit, power in ((_PERIOD, "s", 1), (_RATE, "Hz", -1)):
         for key, value in pairs.items():
             name, unit_of_key = split_label(key)
@@ -115,6 +126,10 @@ def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
             except UnitError:
                 continue
             may_be_in_ms = not written and power == 1 and number > LONGEST_PERIOD
+            if _MAY_BE_OF_A_MOTION.fullmatch(name.strip()) and (
+                number * unit.factor < _SLOWEST_OF_SAMPLES or states_a_motion
+            ):
+                continue
             if number > 0 and unit.dimension == (("second", float(power)),) and not may_be_in_ms:
                 return (number * unit.factor) ** power, key
     return None
