@@ -93,7 +93,6 @@ def test_logarithms_are_asked_about(tmp_path: Path, names: str) -> None:
 @pytest.mark.parametrize(
     ("above", "names", "unit"),
     [
-        ("stress in dyn/cm^2; rate in 1/s", "rate,stress", "dyn/cm^2"),
         ("Carbopol: tau is given in kPa", "rate,stress", "kPa"),
         ("Units: 1/min and Pa", "rate,stress", "1/min"),
     ],

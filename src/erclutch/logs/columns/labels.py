@@ -32,6 +32,10 @@ _WORDS_OF_LETTERS = {
     "s": re.compile(r"time|zeit|temps", re.I),
     "m": re.compile(r"pos|disp|stroke|weg", re.I),
 }
+_WRITTEN_OUT = 5  # letters of a unit
+_OF_A_UNIT = re.compile(
+    r"per|pro|par|por|reciprocal|inverse|square|cubic|scale|arbitrary|\W*", re.I
+)
 #: Units that are words as well.
 _WORDS_TOO = set_of("in min max a at bar are cd mol rev Rev step")
 _SLASH = re.compile(r"(.+?)\s+(?:/|in)\s+(\S.*)", re.DOTALL)
@@ -157,7 +161,10 @@ def _ends_in_its_unit(words: str, unit: str) -> bool:
     if len(unit) == 1:
         said = _WORDS_OF_LETTERS.get(unit)
         return said is not None and said.search(words) is not None
-    return unit not in _WORDS_TOO and any(map(str.isalpha, unit)) and units.is_unit(unit)
+    is_short = len(unit) < _WRITTEN_OUT or "/" in unit
+    # Of ``reciprocal seconds`` and ``newton metres`` the words in front are of the unit.
+    is_of_words = any(_OF_A_UNIT.fullmatch(word) or units.is_unit(word) for word in words.split())
+    return is_short and not is_of_words and unit not in _WORDS_TOO and units.is_unit(unit)
 
 
 def units_behind_names(labels: Sequence[str]) -> dict[str, str]:
