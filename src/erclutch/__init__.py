@@ -130,9 +130,11 @@ def __getattr__(name: str) -> Any:
     try:
         home = importlib.import_module(f"erclutch.{_HOME_OF[name]}")
     except ModuleNotFoundError as error:
-        from erclutch.registry import of_missing_wing
+        from erclutch.errors import PluginError
+        from erclutch.foreign_code import missing_wing
 
-        raise of_missing_wing(error, f"erclutch.{name}") or error from None
+        told = missing_wing(error, f"erclutch.{name}")
+        raise (PluginError(told[0], remedy=told[1]) if told else error) from None
     value = getattr(home, name)
     globals()[name] = value
     return value

@@ -1,4 +1,4 @@
-"""What code of another package changes of this process is put back, and what its errors say is told on a line.
+"""What code of another package changes of this process is put back, and what errors of code that may be absent say.
 
 A folder that a plug-in goes to would be the place of a run, a function of NumPy that it replaces would be that of every
 law. Both would be taken in silence.
@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Generator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from opcode import opmap
 from threading import Lock
 from types import ModuleType
@@ -23,8 +23,14 @@ _NUMERIC = ("math", "numpy", "numpy.linalg", "numpy.random")
 
 
 @contextmanager
-def kept_process() -> Generator[None]:
-    """Puts back the current folder, the depth of recursion and NumPy's answer to overflow."""
+def kept_process(*, functions: bool = False) -> Generator[list[str]]:
+    """Puts back the current folder, the depth of recursion and NumPy's answer to overflow.
+
+    Args:
+        functions: whether what code replaces of NumPy and of `math` is put back too.
+
+    Yields: a list that has the names of what was replaced of these, when the code has run.
+    """
     numpy: Any = sys.modules.get("numpy")  # what is read of no number needs none
     faults: Any = None if numpy is None else numpy.geterr()  # of this thread
     with _LOCK:
@@ -32,7 +38,8 @@ def kept_process() -> Generator[None]:
             _BEFORE.update(_process())
         _UNDER_WAY[0] += 1
     try:
-        yield
+        with _kept_functions() if functions else nullcontext[list[str]]([]) as replaced:
+            yield replaced
     finally:
         with _LOCK:
             _UNDER_WAY[0] -= 1
@@ -62,7 +69,7 @@ def _put_back(before: Mapping[str, Any]) -> None:
 
 
 @contextmanager
-def kept_functions() -> Generator[list[str]]:
+def _kept_functions() -> Generator[list[str]]:
     """Puts back what code replaces of NumPy and of `math`; the list has the names of that, when the code has run."""
     before = {name: _public(sys.modules[name]) for name in _NUMERIC if name in sys.modules}
     changed: list[str] = []
@@ -106,3 +113,18 @@ def asked_for_from_outside(error: BaseException) -> bool:
     # Python takes Control-C between its steps, never within a statement `raise`.
     raises = code[place.tb_lasti] == opmap["RAISE_VARARGS"]
     return ours or (isinstance(error, KeyboardInterrupt) and not raises)
+
+
+def missing_wing(error: ModuleNotFoundError, what: str) -> tuple[str, str] | None:
+    """Problem and remedy where a module is in a wing whose folder is not there, else None.
+
+    Args:
+        error: that names the module.
+        what: needs it, for example "the command live".
+    """
+    room, *below = (error.name or "").removeprefix("erclutch.").split(".")
+    if room != "wings" or len(below) > 1:
+        return None
+    wing = below[0] if below else "all wings"
+    remedy = "Install erclutch whole: its package has all wings"
+    return f"{what} needs the wing {wing}, whose folder is not there", remedy

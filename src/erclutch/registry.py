@@ -36,8 +36,8 @@ from erclutch.errors import (
 )
 from erclutch.foreign_code import (
     asked_for_from_outside,
-    kept_functions,
     kept_process,
+    missing_wing,
     said_by,
 )
 
@@ -119,57 +119,64 @@ class Plugin:
             return self._imported()
         try:
             # What a package prints while it is imported is no part of a table or of JSON.
-            with redirect_stdout(sys.stderr), kept_functions() as changed:
-                value = self._imported()
+            with redirect_stdout(sys.stderr):
+                return self._imported()
         except PluginError:
             raise
         except ErclutchError as error:
             raise self.fault(f"cannot be loaded: {error.problem}") from error
-        if changed:
-            sys.modules.pop(self.source.partition(":")[0], None)  # refused whenever it is asked for
-            named = listed(changed, most=5)
-            raise self.fault(f"changes what all others compute with, which was put back: {named}")
-        return value
 
     def _imported(self) -> Any:
         module, _, attribute = self.source.partition(":")
-        with self.working("cannot be loaded"):
+        with self.working("cannot be loaded", functions=True) as replaced:
             value: Any = import_module(module)
             for part in attribute.split(".") if attribute else ():
                 value = getattr(value, part)
-            return value
+        if replaced:
+            sys.modules.pop(module, None)  # refused whenever it is asked for
+            named = listed(replaced, most=5)
+            raise self.fault(f"changes what all others compute with, which was put back: {named}")
+        return value
 
     @contextmanager
-    def working(self, doing: str = "failed", *, alone: bool = True) -> Generator[None]:
+    def working(
+        self, doing: str = "failed", *, alone: bool = True, functions: bool = False
+    ) -> Generator[list[str]]:
         """What it raises while it works is told with its name and package. Our own raise as they are.
 
         Args:
             doing: what is said of it then, for example "failed on run1.csv".
             alone: whether nothing of ours prints meanwhile, as it may between the items of a generator.
+            functions: whether what it replaces of NumPy and of `math` is put back.
+
+        Yields: a list that has the names of what it replaced of these, when it has worked.
         """
         # What a command prints is its answer.
         aside = alone and not self.own and self.group != "erclutch.commands"
         if aside:
             _AT_WORK.depth = _depth() + 1
         try:
-            with kept_process() if aside else nullcontext():
-                yield
+            with (
+                kept_process(functions=functions)
+                if aside
+                else nullcontext[list[str]]([]) as replaced
+            ):
+                yield replaced
         except ErclutchError:
             raise
         except BaseException as error:
             # Of somebody else: told, and no crash of ours. What we interrupt by is told where it was begun.
             is_interrupt_of_ours = type(error).__module__.startswith("erclutch.")
+            said = said_by(error)
             if is_interrupt_of_ours or asked_for_from_outside(error):
                 if not self.own:  # perhaps it would never have come to an end
                     error.add_note(f"the plug-in {self.name} of {self.label} was at work")
                 raise
             if self.own and isinstance(error, ModuleNotFoundError):
-                raise (
-                    of_missing_wing(error, f"the {_GROUPS[self.group].kind} {self.name!r}") or error
-                ) from None
+                told = missing_wing(error, f"the {_GROUPS[self.group].kind} {self.name!r}")
+                raise (PluginError(told[0], remedy=told[1]) if told else error) from None
             if self.own:
                 raise
-            said = said_by(error)
             frame = extract_tb(error.__traceback__)[-1]
             place = f"{PurePath(frame.filename).name}, line {frame.lineno}"
             raise self.fault(f"{doing}: {type(error).__name__}: {said} ({place})") from error
@@ -341,21 +348,6 @@ def require(needed: Any, where: str) -> None:
             what = f"the {_GROUPS[group].kind} {name!r} of {package} {named.get('version', '')}"
             remedy = f"Install the package {package} that the model was made with"
             raise PluginError(f"{what} is needed and not installed", where=where, remedy=remedy)
-
-
-def of_missing_wing(error: ModuleNotFoundError, what: str) -> PluginError | None:
-    """The error to raise where a module is in a wing whose folder is not there, else None.
-
-    Args:
-        error: that names the module.
-        what: needs it, for example "the command live".
-    """
-    room, *below = (error.name or "").removeprefix("erclutch.").split(".")
-    if room != "wings" or len(below) > 1:
-        return None
-    wing = below[0] if below else "all wings"
-    remedy = "Install erclutch whole: its package has all wings"
-    return PluginError(f"{what} needs the wing {wing}, whose folder is not there", remedy=remedy)
 
 
 def others_at_work() -> bool:

@@ -93,11 +93,12 @@ def _code_of(words: Sequence[str]) -> int:
         if isinstance(error, ErclutchError):
             return failed(str(error), error.exit_code)
         if isinstance(error, ModuleNotFoundError):
-            from erclutch.registry import of_missing_wing
+            from erclutch.foreign_code import missing_wing
 
-            missing = of_missing_wing(error, f"the command {words[0]!r}")
-            if missing is None:
+            told = missing_wing(error, f"the command {words[0]!r}")
+            if told is None:
                 raise
+            missing = PluginError(told[0], remedy=told[1])
             return failed(str(missing), missing.exit_code)
         if isinstance(error, MemoryError):
             return failed(f"memory ran out. {_MORE_MEMORY}", 2)

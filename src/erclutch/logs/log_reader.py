@@ -246,7 +246,8 @@ def reader_of(head: bytes, suffix: str) -> tuple[Plugin, list[str]]:
     notes: list[str] = []
     readers = _readers(notes)
     named = [plugin for plugin, reader in readers if suffix.lower() in reader.suffixes]
-    by_suffix = named[0] if named else registry.find(GROUP, "text")
+    by_name = {plugin.name: plugin for plugin, _ in readers}
+    by_suffix = named[0] if named else by_name["text"]
     for plugin, reader in readers:
         if _says(plugin, reader.claims, head, notes):
             return plugin, notes
