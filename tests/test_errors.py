@@ -81,6 +81,7 @@ def frame() -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("python_words")
 def test_a_log_that_is_not_understood_is_told_in_pythons_words() -> None:
     with pytest.raises(MappingError) as caught:

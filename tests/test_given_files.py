@@ -57,6 +57,7 @@ def test_a_large_file_that_is_written_has_no_holes(
         assert not has_large_holes(file.fileno())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["csv", "xlsx", "mat 5", "jsonl", "bag mcap"])
 def test_a_log_of_4_gb_with_nothing_in_it_is_refused_at_once(name: str, tmp_path: Path) -> None:
     """It takes no room on the disk, and took minutes and 4 GB of memory."""

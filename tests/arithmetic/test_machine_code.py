@@ -28,6 +28,7 @@ def noise(seed: int, rows: int) -> tuple[Array, Array, Array]:
     return rng.uniform(0.0, 1.0, rows), rng.normal(size=rows), rng.normal(size=rows)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(lengths, st.integers(0, 99))
 def test_arrays_have_the_bits_of_a_loop_over_the_rows(rows: list[int], seed: int) -> None:
@@ -59,6 +60,7 @@ def test_duals_pass_with_the_derivatives_of_differences(rows: list[int], seed: i
     )
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(lengths, st.integers(0, 99))
 def test_rising_rows_are_those_of_a_loop(rows: list[int], seed: int) -> None:

@@ -806,6 +806,7 @@ def test_an_interrupt_during_a_fit_leaves_nothing(after: float, tmp_path: Path) 
     assert sorted(p.name for p in tmp_path.iterdir()) == ["log.csv"]
 
 
+@pytest.mark.slow
 def test_an_error_that_a_library_makes_of_an_interrupt_is_told_as_one(
     log: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -15,6 +15,7 @@ def _folder(place: Path, name: str, mark: str = "run.json") -> None:
     (place / name / mark).write_text("{}", encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "words",
     [

@@ -112,6 +112,7 @@ def test_a_setting_of_another_filter_of_speeds_is_refused(
     assert said in refused("inspect", "log.csv", *words, cwd=bench)
 
 
+@pytest.mark.slow
 def test_a_named_column_without_a_number_is_told_as_such(tmp_path: Path) -> None:
     rows = "\n".join(f"{i / 1000},{i % 7},{i % 5}," for i in range(60))
     (tmp_path / "log.csv").write_text(f"t [s],E [A],w [rad/s],T [N*m]\n{rows}\n")

@@ -91,6 +91,7 @@ def test_a_number_with_a_unit_is_a_quantity() -> None:
     assert bare == set()
 
 
+@pytest.mark.slow
 def test_commands_are_few_and_under_known_headings() -> None:
     ours = [command for command in commands() if command.plugin.own]
     assert len(ours) <= 24
@@ -237,6 +238,7 @@ def test_score_and_compare_as_json_hold_the_numbers_of_their_tables(bench: Path)
     )
 
 
+@pytest.mark.slow
 def test_another_package_names_its_heading(install: Install) -> None:
     groups = {
         "erclutch.commands.more_logs": "theirs",

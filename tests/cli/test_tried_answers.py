@@ -11,6 +11,8 @@ import pytest
 
 from tests.support.command import good
 
+pytestmark = pytest.mark.slow
+
 ROWS = 400
 SPEED = 3.0 * np.sin(np.arange(ROWS) / 15.0)  # rad/s
 TORQUE = 0.2 * np.tanh(4.0 * SPEED)  # N m
@@ -41,7 +43,6 @@ def _printed(folder: Path) -> str:
     return command
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("stamps", [_coarse, _swapped])
 @pytest.mark.parametrize(
     "names", ["time [s],vel1,vel2,tau1,tau2", "t [s],speed a,speed b,torque a,torque b"]
@@ -55,7 +56,6 @@ def test_stamps_that_make_no_clock_are_answered_with_the_first_question(
     assert "Understood" in good(*shlex.split(command), cwd=tmp_path)
 
 
-@pytest.mark.slow
 def test_a_steady_clock_is_not_answered_away(tmp_path: Path) -> None:
     names = "time [s],vel1,vel2,tau1,tau2"
     _written(tmp_path, names, STEADY, SPEED, 0.7 * SPEED**2, TORQUE, np.abs(TORQUE) + 0.1)
@@ -70,7 +70,6 @@ def test_a_position_whose_stamps_make_no_clock_gets_no_answer_that_drops_its_spe
     assert "--time none" not in out.splitlines()[-1].partition("settles it")[2]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", ["voltage", "U [V]", "Spannung"])
 def test_volts_of_a_bridge_are_no_field_in_the_command(tmp_path: Path, name: str) -> None:
     random = np.random.default_rng(5)
@@ -95,14 +94,12 @@ def _with_times(folder: Path, seconds_between: int) -> None:
     (folder / "log.csv").write_text(text, encoding="utf-8")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("seconds_between", [1, 5])
 def test_times_of_one_course_part_no_rows(tmp_path: Path, seconds_between: int) -> None:
     _with_times(tmp_path, seconds_between)
     assert "Understood" in good("inspect", "log.csv", "--time", "none", cwd=tmp_path)
 
 
-@pytest.mark.slow
 def test_times_of_tests_long_after_each_other_are_asked_about(tmp_path: Path) -> None:
     _with_times(tmp_path, 300)
     out = good("inspect", "log.csv", "--time", "none", cwd=tmp_path, code=1)

@@ -239,6 +239,7 @@ def test_a_target_that_does_not_exist(law: Callable[..., TorqueModel], tmp_path:
         export_model(law("bingham"), tmp_path / "out", "pyhton")
 
 
+@pytest.mark.slow
 def test_float32_that_leaves_no_digits_is_refused(
     law: Callable[..., TorqueModel], tmp_path: Path
 ) -> None:

@@ -63,6 +63,7 @@ def _against_numpy(model: Model, precision: str, count: int) -> None:
         assert np.all(difference[:2_000] <= bound(made, first) + bound(made, first, FLOAT64))
 
 
+@pytest.mark.slow
 def test_the_bound_says_something(model: Model) -> None:
     """An oscillation, a filter and a memory do not make it grow from row to row."""
     made = program(model)

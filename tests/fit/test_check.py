@@ -252,6 +252,7 @@ def test_no_field_at_all() -> None:
     assert "nor which field this was" in finding.message
 
 
+@pytest.mark.slow
 def test_a_log_of_which_no_row_is_left_is_no_odd_log() -> None:
     """Of a part of some logs, as one field of them, the check ended in a traceback: no row has no largest slip."""
     logs = joined([replace(good(seed=seed), sources=(f"log {seed}",)) for seed in range(3)])
@@ -300,6 +301,7 @@ def test_several_logs_are_counted() -> None:
     assert error_of(data).startswith("2 logs: ")
 
 
+@pytest.mark.slow
 def test_logs_of_another_order() -> None:
     """One of three logs in mN m instead of N m."""
     data = good()

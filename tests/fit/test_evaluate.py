@@ -113,6 +113,7 @@ def test_values_scale_with_the_unit_and_lie_near_their_bands(
 # --- bands ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_band_of_white_noise_is_the_analytic_one() -> None:
     """The mean square of n normal residuals has a standard deviation of sqrt(2 / n) of itself."""
     n = 20_000
@@ -126,6 +127,7 @@ def test_the_band_of_white_noise_is_the_analytic_one() -> None:
     assert np.isclose(found.rmse.high - found.rmse.value, half, rtol=0.2)
 
 
+@pytest.mark.slow
 def test_the_band_of_correlated_residuals_is_wider() -> None:
     """Squares of AR(1) residuals correlate with rho squared, so the band grows by sqrt((1 + rho^2) / (1 - rho^2))."""
     n, rho = 40_000, 0.95

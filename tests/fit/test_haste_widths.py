@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from erclutch.fit.bands.haste_widths import with_haste
 from erclutch.fit.bands.prediction_bands import calibrated, coverage
@@ -58,6 +59,7 @@ def test_a_motion_quicker_than_all_logs_lies_inside_where_errors_grow_with_the_r
     assert inside(grown, data) == inside(band, data)
 
 
+@pytest.mark.slow
 def test_where_errors_do_not_grow_the_band_hardly_does() -> None:
     data, error = device((0.25, 0.5, 1.0, 2.0))
     grown = with_haste(calibrated_on(data, error), data, error)

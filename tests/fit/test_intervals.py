@@ -30,6 +30,7 @@ def ar1(rng: np.random.Generator, rho: float, n: int, runs: int = 1) -> Array:
 # --- independent rows -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.integers(1, 60), st.floats(-5, 5))
 def test_without_an_order_the_textbook(seed: int, p: int, spare: int, decades: float) -> None:
@@ -218,6 +219,7 @@ def test_the_polynomial_is_that_of_its_own_simulation() -> None:
     assert np.isclose(np.quantile(quotients, 0.95), quantile(10**7, b), rtol=0.06)
 
 
+@pytest.mark.slow
 def test_how_many_rows_carry_one_independent_row() -> None:
     rng = np.random.default_rng(9)
     for rho in (0.0, 0.5, 0.9):

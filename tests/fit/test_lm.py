@@ -148,6 +148,7 @@ def seen_costs(points: Array) -> Array:
     return (np.log(a) - 1.0) ** 2 + (np.sqrt(b - 1.0) - 0.3) ** 2 + (a * b) ** 2
 
 
+@pytest.mark.slow
 def test_converged_means_at_the_minimum_of_a_curved_valley() -> None:
     def residual(u: Array) -> Array:
         return np.array([np.log(u[0]) - 1.0, np.sqrt(u[1] - 1.0) - 0.3, u[0] * u[1]])

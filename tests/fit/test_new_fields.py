@@ -55,6 +55,7 @@ def width_at(band: Band, field: float, slip: float = 1.0) -> float:
     return float((high - low)[0])
 
 
+@pytest.mark.slow
 def test_known_fields_keep_their_band_and_new_fields_have_their_own() -> None:
     data = device(FIELDS)
     rng = np.random.default_rng(1)
@@ -70,6 +71,7 @@ def test_known_fields_keep_their_band_and_new_fields_have_their_own() -> None:
     assert np.mean(np.abs(fresh) < 0.5 * width_at(wider, 1.1)) > LEVEL
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("field", "apart"), [(0.2, 0.4), (0.55, 0.3), (0.85, 0.3)])
 def test_an_error_counts_less_where_the_fields_beside_are_nearer(
     field: float, apart: float
@@ -108,6 +110,7 @@ def test_a_log_that_is_never_at_its_mean_field_ends_in_no_error() -> None:
     assert width_at(wider, 0.5) > 0.1
 
 
+@pytest.mark.slow
 def test_each_log_counts_the_same_and_beyond_all_fields_the_worst_slip_decides() -> None:
     """A short log that errs at large slips alone is a third of its field's logs, so the band holds it."""
     data = device((*FIELDS, 0.4, 0.4))
@@ -132,6 +135,7 @@ def test_a_new_field_is_judged_by_those_that_were_left_out_like_it() -> None:
     assert width_at(wider, 1.2) == 8.0
 
 
+@pytest.mark.slow
 def test_between_two_fields_a_band_is_no_narrower_than_the_mean_at_these() -> None:
     data = device(FIELDS)
     seen = np.where(data.elements[0].field == 1.0, 3.0, 0.1) * np.random.default_rng(
@@ -145,6 +149,7 @@ def test_between_two_fields_a_band_is_no_narrower_than_the_mean_at_these() -> No
         )
 
 
+@pytest.mark.slow
 def test_small_errors_at_new_fields_narrow_no_band() -> None:
     data = device(FIELDS)
     band = calibrated_on(data, np.random.default_rng(1).standard_normal(data.rows))

@@ -25,6 +25,8 @@ from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from tests.support.slow_params import slow_behind
 
+pytestmark = pytest.mark.slow
+
 PERIOD, ROWS = 1e-3, 6000
 CHAIN = "dahl-2/field+effort-lag+inertia"
 TRUTH = {"w_s": 0.4, "n": 1.6, "r_1": 0.006, "r_2": 0.08, "tau_e": 0.004}
@@ -71,7 +73,6 @@ def data() -> Dataset:
     return recording(CHAIN, TRUTH)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("travels", [(0.006, 10.0), (0.08, 10.0), (1e-4, 0.02), (10.0, 10.0)])
 def test_a_state_at_its_bound_is_brought_back(data: Dataset, travels: tuple[float, float]) -> None:
     few, rough = (problem(data, CHAIN, slice(None, None, k)) for k in (4, 2))
@@ -82,7 +83,6 @@ def test_a_state_at_its_bound_is_brought_back(data: Dataset, travels: tuple[floa
     assert found.cost <= project(rough, list(TRUTH.values())).cost * 1.001
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("scan", slow_behind(1, [12, 24, 48]))
 def test_any_scan_comes_to_the_same_optimum(data: Dataset, scan: int) -> None:
     found = fit_structure(data, structure(CHAIN), scan=scan, intervals=False)

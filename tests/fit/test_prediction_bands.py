@@ -125,6 +125,7 @@ def test_a_band_says_which_part_of_the_estimate_its_errors_seldom_follow() -> No
     assert few[0].part is None
 
 
+@pytest.mark.slow
 def test_rows_held_out_have_no_say() -> None:
     seen, error, _ = _rows(np.random.default_rng(3), 10_000)
     train = np.arange(seen.rows) < 7000

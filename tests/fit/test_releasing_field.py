@@ -88,6 +88,7 @@ def test_laws_without_a_form_of_their_own_take_the_one_that_falls() -> None:
     assert any("the effort falls as the field grows" in str(note) for note in comparison.findings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Air gap [mm]", "Luftspalt [mm]", "entrefer (mm)"])
 def test_a_gap_that_is_set_is_asked_about_and_may_be_the_field(name: str, tmp_path: Path) -> None:
     """An eddy-current brake was fitted without a field, and its gap was left out."""

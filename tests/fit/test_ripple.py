@@ -156,6 +156,7 @@ def test_the_ladder_takes_a_second_ripple_where_there_is_one() -> None:
     assert first.structure.dynamics == "ripple"
 
 
+@pytest.mark.slow
 def test_the_ladder_tries_no_second_ripple_alone() -> None:
     rungs = grown(log(second=1.0), structure("none"), (POSITION,), ("second-ripple",))
     assert [rung.structure.dynamics for rung in rungs] == [
@@ -170,6 +171,7 @@ def test_the_ladder_tries_no_ripple_without_a_position() -> None:
     assert all("ripple" not in rung.structure.dynamics for rung in grown(data, structure("none")))
 
 
+@pytest.mark.slow
 def test_a_model_is_itself_behind_its_file_and_asks_for_the_position() -> None:
     data = log()
     model = fit_structure(data, structure(), intervals=False).model
@@ -179,6 +181,7 @@ def test_a_model_is_itself_behind_its_file_and_asks_for_the_position() -> None:
         again.predict(replace(data, extras={}))
 
 
+@pytest.mark.slow
 def test_a_position_given_beside_the_slip_is_a_further_input(tmp_path: Path) -> None:
     data, path = log(), tmp_path / "joint.csv"
     columns = np.column_stack(

@@ -229,6 +229,7 @@ def model() -> TorqueModel:
     return fit_structure(log(), structure("arrhenius+softening"), intervals=False).model
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reference", [1e-6, 20.0, 1e9])
 def test_a_file_with_an_absurd_reference_is_refused(reference: float, model: TorqueModel) -> None:
     body = model.to_dict()

@@ -166,6 +166,7 @@ def test_coordinates_and_back() -> None:
 # --- the reduced problem ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(60), deadline=None)
 @given(st.integers(0, 2**32 - 1), st.floats(-2.5, 2.5), st.floats(-1.8, 1.8), st.booleans())
 def test_the_reduced_gradient_is_that_of_the_cost(

@@ -85,6 +85,7 @@ def test_no_module_needs_one_that_needs_it(house: Any) -> None:
     assert house.circles(lazy=True) == []
 
 
+@pytest.mark.slow
 def test_no_c_file_needs_one_that_needs_it(house: Any) -> None:
     assert house.c_circles() == []
 
@@ -94,6 +95,7 @@ def test_no_two_classes_share_a_name(house: Any) -> None:
     assert house.shared_classes == {}
 
 
+@pytest.mark.slow
 def test_no_two_modules_share_a_name(house: Any) -> None:
     assert house.shared_stems == {}
 

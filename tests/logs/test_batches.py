@@ -128,6 +128,7 @@ def test_some_rows_of_a_file_are_read_as_in_the_whole_file(log: Path) -> None:
         assert blocks[0].data.clock.joins == (first == 11_000)
 
 
+@pytest.mark.slow
 def test_a_filter_that_looks_further_back_than_a_margin(log: Path) -> None:
     blocks = blocks_of(read_batches(log, rows=10_000), "single", Derivative("lowpass", cutoff=0.05))
     assert next(blocks).data.rows == 10_000  # the first batch needs no rows before it
@@ -137,6 +138,7 @@ def test_a_filter_that_looks_further_back_than_a_margin(log: Path) -> None:
         next(blocks)
 
 
+@pytest.mark.slow
 def test_a_rate_counts_on_from_batch_to_batch(tmp_path: Path) -> None:
     path = written(
         tmp_path / "a.parquet",

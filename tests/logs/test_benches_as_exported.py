@@ -189,6 +189,7 @@ def test_the_specimens_of_a_testing_machine_are_logs_below_their_results(tmp_pat
     }
 
 
+@pytest.mark.slow
 def test_a_row_with_words_above_words_is_no_line_of_names_of_a_test(tmp_path: Path) -> None:
     rows = rows_of("tpe")
     rows[100:100] = ["1,home,stop", "2,fault,stop"]
@@ -218,6 +219,7 @@ def test_an_apostrophe_in_a_word_of_json_changes_nothing(tmp_path: Path) -> None
     assert read_table(path).rows == ROWS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("of_the_step_before", [True, False])
 def test_a_v_that_adds_up_to_its_x_in_a_few_rows_is_not_offered_as_a_voltage(
     tmp_path: Path, of_the_step_before: bool

@@ -47,6 +47,7 @@ def planned(path: Path) -> Plan:
 # --- channels with times of their own ---------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_lines_of_a_key_and_a_value_name_the_channels_of_a_scope(tmp_path: Path) -> None:
     head = (
         "Name\tScope Project\nFile\tC:\\brake.svdx\n\nName\tTorque\tName\tVelo\tName\tCoilCurrent\n"
@@ -118,6 +119,7 @@ def test_times_that_repeat_the_first_are_left_out(tmp_path: Path) -> None:
     assert sum("Time" in name for name in table.columns) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("factor", "unit"), [(1e3, "ms"), (1e6, "us")])
 def test_a_time_without_a_unit_that_grows_by_the_period_of_the_header_is_in_its_unit(
     tmp_path: Path, factor: float, unit: str
@@ -141,6 +143,7 @@ def test_a_time_without_a_unit_that_disagrees_with_the_header_stays_in_doubt(
 # --- lines above the names --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", ["Labels", "Label", "Channel Names"])
 def test_labels_of_an_oscilloscope_stand_above_the_names_of_its_channels(
     tmp_path: Path, key: str
@@ -151,6 +154,7 @@ def test_labels_of_an_oscilloscope_stand_above_the_names_of_its_channels(
     assert taken == {"slip": "CH1 Speed", "effort": "CH2 Torque", "field": "CH3 Current"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "head",
     [

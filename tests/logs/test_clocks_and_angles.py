@@ -25,6 +25,7 @@ def written(path: Path, names: str, columns: list[Array], above: str = "") -> Pa
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "clocks", "answer"),
     [
@@ -53,6 +54,7 @@ def test_a_clock_by_which_a_slip_is_the_rate_of_its_position_is_proposed(
     np.testing.assert_allclose(recording.signals["slip"], SPEED, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_milliseconds_that_the_motion_tells_are_taken_and_not_asked_about(tmp_path: Path) -> None:
     columns = [TIME * 1e3, PLACE * 1e3, SPEED * 1e3, FORCE, CURRENT]
     plan = plan_of(
@@ -77,6 +79,7 @@ def test_a_slip_in_another_unit_than_its_name_is_asked_about_and_no_clock_is_pro
     assert plan.command().endswith(' --slip "v [m/s]"')
 
 
+@pytest.mark.slow
 def test_stamps_in_the_unit_of_the_header_are_in_seconds_for_a_position_too(tmp_path: Path) -> None:
     columns = [TIME * 1e3, PLACE * 1e3, SPEED * 1e3, FORCE, CURRENT]
     path = written(
@@ -88,6 +91,7 @@ def test_stamps_in_the_unit_of_the_header_are_in_seconds_for_a_position_too(tmp_
     assert read(path).period == pytest.approx(0.002)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", ["t1,t2,x,x_dot,F,i", "t_1,t_2,x,x_dot,F,i"])
 def test_a_numbered_time_that_grows_evenly_is_proposed(tmp_path: Path, names: str) -> None:
     columns = [TIME, TIME + 0.0013, PLACE, SPEED, FORCE, CURRENT]
@@ -117,6 +121,7 @@ def test_counters_of_ticks_frames_and_samples_tell_the_time_by_the_header(
     assert recording.period == pytest.approx(period)
 
 
+@pytest.mark.slow
 def test_a_frame_that_a_camera_dropped_is_a_gap(tmp_path: Path) -> None:
     frames = np.delete(np.arange(800), [300, 301, 302])
     columns = [frames.astype(np.float64), SPEED[frames], FORCE[frames], CURRENT[frames]]
@@ -126,6 +131,7 @@ def test_a_frame_that_a_camera_dropped_is_a_gap(tmp_path: Path) -> None:
     assert len(read(path).segments) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("turn", "unit", "lowest"),
     [
@@ -186,6 +192,7 @@ def test_a_speed_in_hertz_is_proposed_in_turns(tmp_path: Path) -> None:
     assert plan_of(read_table(path), ColumnMap()).command().endswith('--slip "Speed [turn/s]"')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("since_1970", [1.7e9, 1.7e12, 1.7e15])
 @pytest.mark.parametrize("name", ["ts", "recorded", "when"])
 def test_a_time_since_1970_is_known_by_its_numbers(

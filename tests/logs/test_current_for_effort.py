@@ -111,6 +111,7 @@ def test_of_a_robot_without_torques_speed_and_current_of_the_first_joint_that_mo
 GAINS = [f"K{row}{column}" for row in (1, 2) for column in (1, 2, 3, 4)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "settled"),
     [(GAINS, True), (GAINS[1:], False), (["K1", "K2"], False), (["E11"], False)],
@@ -147,6 +148,7 @@ def test_the_motion_of_another_joint_is_no_field_and_is_not_proposed_as_one() ->
     assert "--field q2" not in plan.command().replace('"', "")
 
 
+@pytest.mark.slow
 def test_of_components_those_of_one_direction_are_proposed_together() -> None:
     """Fx_Mea goes with x_dot, whose torque follows the other motion as well."""
     other = SPEED + 0.4 * np.sin(7 * TIME)

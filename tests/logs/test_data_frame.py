@@ -85,6 +85,7 @@ def test_any_columns_give_numbers_of_one_length_or_one_error(
     assert bool(left) == any("left out" in note for note in table.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("index", ["dates", "durations", "column"])
 def test_the_time_may_be_an_index_or_a_column(index: str) -> None:
     columns = synthetic_log(1.0)

@@ -312,6 +312,7 @@ def test_rows_with_decimal_commas_below_rows_with_points_are_read(tmp_path: Path
     assert any("decimal comma" in note for note in recording.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", ["1.5;2,5;0,1;0,5", "1,500.5;2.5;0.1;0.5"])
 def test_a_row_with_both_marks_is_refused(tmp_path: Path, row: str) -> None:
     lines = text_of(TIME, DRAG, TURN, LEVELS)

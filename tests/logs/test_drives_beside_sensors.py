@@ -109,6 +109,7 @@ def test_an_effort_that_stays_about_the_zero_of_a_converter_is_none_in_silence()
     assert "converter" not in " ".join(planned({**BESIDE, "torque": TORQUE, "speed": speed}).doubts)
 
 
+@pytest.mark.slow
 def test_a_zero_is_taken_from_what_a_column_reads(tmp_path: Path) -> None:
     counts = np.round(2110.0 + 60.0 * TORQUE)
     path = tmp_path / "log.csv"

@@ -326,6 +326,7 @@ def test_a_bag_is_one_log_in_a_folder_and_its_names_are_no_program(tmp_path: Pat
     assert not (tmp_path / "made").exists()
 
 
+@pytest.mark.slow
 def test_segments_of_an_lvm_file(tmp_path: Path) -> None:
     rows = "X_Value\tF\tX_Value\tG\tComment\n{0}\t1,5\t{0}\t2\t\n{1}\t2,5\t{1}\t3\t\n"
     segment = "Channels\t2\nSamples\t{n}\t{n}\nY_Unit_Label\tN\tV\n***End_of_Header***\t\n" + rows
@@ -445,6 +446,7 @@ def test_dates_of_json_are_a_clock_and_equal_ends_keep_their_whole_names(tmp_pat
     assert np.isnan(table.columns["b.w"]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("data", "said"),
     [

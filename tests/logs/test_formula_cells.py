@@ -41,10 +41,12 @@ def test_a_number_in_a_formula_is_read(tmp_path: Path, cell: str, mark: str) -> 
     assert any("cells written as formulas" in note for note in log.notes)
 
 
+@pytest.mark.slow
 def test_a_name_in_a_formula_is_read(tmp_path: Path) -> None:
     assert "Understood" in good("inspect", written(tmp_path / "log.csv", "{}", '="{}"'))
 
 
+@pytest.mark.slow
 def test_a_formula_that_wants_computing_is_no_number(tmp_path: Path) -> None:
     path = written(tmp_path / "log.csv", "{}")
     lines = path.read_text().splitlines()

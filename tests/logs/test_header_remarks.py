@@ -154,6 +154,7 @@ def test_remarks_between_the_names_and_the_rows_hide_no_name(tmp_path: Path) -> 
     assert '--scale "effort=0.12 N*m/N"' in plan_of(table, ColumnMap()).command()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["load cell [g]", "load_cell_g", "Load Cell (g)", "Load [grams]"])
 def test_a_weight_at_a_stated_arm_is_offered_as_a_torque(tmp_path: Path, name: str) -> None:
     grams = TORQUE / 0.12 / 9.80665 * 1e3
@@ -162,6 +163,7 @@ def test_a_weight_at_a_stated_arm_is_offered_as_a_torque(tmp_path: Path, name: s
     assert said.endswith(f'--effort "{bare} [gf]" --scale "effort=0.12 N*m/N"')
 
 
+@pytest.mark.slow
 def test_an_arm_in_a_column_of_its_own_makes_a_torque_of_the_force(tmp_path: Path) -> None:
     arms = np.full(TORQUE.size, 150.0)
     columns = {"speed [rpm]": 9.55 * SPEED, "force [N]": TORQUE / 0.15, "lever arm [mm]": arms}
@@ -171,6 +173,7 @@ def test_an_arm_in_a_column_of_its_own_makes_a_torque_of_the_force(tmp_path: Pat
     assert "N*m/N" not in command(tmp_path, "", along)
 
 
+@pytest.mark.slow
 def test_a_weight_that_is_asked_about_gets_the_stated_arm(tmp_path: Path) -> None:
     columns = {"speed [rpm]": 9.55 * SPEED, "Load [kg]": TORQUE / 0.2 / 9.80665}
     said = command(tmp_path, "# arm 200 mm", columns)

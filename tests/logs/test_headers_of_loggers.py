@@ -89,6 +89,7 @@ def log_of(time: str, times: Sequence[str]) -> list[str]:
     return [f"{time},speed [rad/s],torque [Nm]", *rows]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("time", "times"),
     [
@@ -181,6 +182,7 @@ def test_a_header_below_which_the_time_begins_anew_parts_a_log(tmp_path: Path) -
         table_of(tmp_path, [head, *_ROWS, head, *_ROWS])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("encoding", ["utf-8", "cp1250", "iso8859_2"])
 def test_a_testing_machine_in_polish_is_understood_with_its_own_letters(
     tmp_path: Path, encoding: str
@@ -214,6 +216,7 @@ def test_signs_inside_of_latin_words_stay_signs(tmp_path: Path, name: str) -> No
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("head", "mark"), [("w,T", ","), ("w\tT", "\t"), ("w T", " "), ("", ";")])
 def test_stamps_of_a_serial_monitor_are_the_time(tmp_path: Path, head: str, mark: str) -> None:
     rows = [f"12:30:{0.1 * row:06.3f} -> {row % 7}.5{mark}{row % 5}.25" for row in range(40)]

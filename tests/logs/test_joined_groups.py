@@ -170,6 +170,7 @@ def test_groups_of_an_hdf5_file_that_hold_one_signal_each_are_one_recording(tmp_
     assert table.columns["torque"][0] == 2.0
 
 
+@pytest.mark.slow
 def test_signals_that_begin_at_other_times_stay_apart(tmp_path: Path) -> None:
     path = a_group_for_each_signal(tmp_path / "log.h5", t0=1.0)
     with pytest.raises(LogError, match="several recordings"):

@@ -107,6 +107,7 @@ def table_of(data: bytes) -> Any:
     return read_mcap(LogSource(Path("a.mcap"), data, "", None))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("aligned", [True, False])
 def test_the_state_of_a_joint_is_read_at_once_on_its_stamps(tmp_path: Path, aligned: bool) -> None:
     path = tmp_path / "run.mcap"

@@ -93,6 +93,7 @@ def test_the_joint_in_the_name_of_the_file_is_proposed_first(tmp_path: Path) -> 
     assert '--slip "qd_5" --effort "tau_measured_5"' in plan.command()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [("dq", "tau"), ("vel", "torque"), ("velocity", "effort")])
 def test_joints_in_a_text_are_asked_about_by_their_numbers(
     tmp_path: Path, names: tuple[str, str]
@@ -270,6 +271,7 @@ def test_a_part_of_an_archive_that_is_no_array_is_left_out(
     assert "numpy.savez(NEW" in caught.value.remedy
 
 
+@pytest.mark.slow
 def test_arrays_in_memory_are_cut_at_a_few_missing_values_as_files_are(tmp_path: Path) -> None:
     torque = np.tanh(RATE)
     torque[200] = np.nan
@@ -387,6 +389,7 @@ def test_a_long_period_without_a_unit_in_a_header_is_not_taken_for_seconds(
     assert read_table(tmp_path / "drive.csv").sample_period == stated
 
 
+@pytest.mark.slow
 def test_the_time_of_a_drive_export_is_its_column_in_ms(tmp_path: Path) -> None:
     (tmp_path / "drive.csv").write_text(drive_export("6.800"))
     clock = planned(tmp_path / "drive.csv").clock
@@ -512,6 +515,7 @@ def test_units_in_words_end_names(name: str, unit: str) -> None:
     assert split_end(name)[1] == unit
 
 
+@pytest.mark.slow
 def test_torques_of_a_compensation_that_is_off_are_not_proposed_beside_those_that_were_measured(
     tmp_path: Path,
 ) -> None:
@@ -535,6 +539,7 @@ def test_torques_of_a_compensation_that_is_off_are_not_proposed_beside_those_tha
     assert "tau_meas1" in plan.command()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "is_clock"), [("loop_time", True), ("cycle_time", False)])
 def test_a_time_of_the_loop_that_rises_in_each_row_is_the_clock(
     tmp_path: Path, name: str, is_clock: bool
@@ -580,6 +585,7 @@ def drive_log(folder: Path, time: str, stamps: np.ndarray) -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "second"), [("motor_speed", "output_speed"), ("w1", "w2"), ("velocity", "rpm")]
 )
@@ -595,6 +601,7 @@ def test_of_two_speeds_the_rate_of_the_one_position_is_taken(
     )
 
 
+@pytest.mark.slow
 def test_two_speeds_that_are_no_rate_of_the_one_position_are_asked_about(tmp_path: Path) -> None:
     other = 3.3 * np.cos(3 * TIME + 0.7) + 0.4 * np.sin(11 * TIME)
     plan = planned(two_speeds(tmp_path, {"motor_speed": other, "output_speed": np.roll(other, 90)}))
@@ -610,6 +617,7 @@ def two_speeds(folder: Path, speeds: dict[str, np.ndarray]) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_currents_of_as_many_joints_as_torques_are_no_field(tmp_path: Path) -> None:
     measured = np.tanh(4 * RATE) + 0.3 * ANGLE
     columns = {"time": TIME}
@@ -671,6 +679,7 @@ def test_the_motion_of_the_joint_goes_with_its_torque_where_the_motor_in_front_o
     ] == "load_cell"
 
 
+@pytest.mark.slow
 def test_what_rostopic_writes_before_each_name_is_no_field(tmp_path: Path) -> None:
     stamps = 1_690_000_000_000_000_000 + (TIME * 1e9).astype(np.int64)
     names = "%time,field.header.seq,field.header.stamp,field.name0,field.position0,field.velocity0,field.effort0"

@@ -133,6 +133,7 @@ def test_any_text_is_claimed_or_not(text: str) -> None:
     READER.claims(text.encode())
 
 
+@pytest.mark.slow
 def test_such_a_log_is_understood(tmp_path: Path) -> None:
     written(tmp_path / "serial.txt", FORMS["units"])
     assert good("inspect", "serial.txt", cwd=tmp_path).splitlines()[-1].startswith("Understood.")

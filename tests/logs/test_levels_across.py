@@ -67,6 +67,7 @@ def test_what_is_called_by_its_field_alone_is_asked_about_with_a_command(
     np.testing.assert_array_equal(log.signals["field"], np.repeat(FIELDS, SPEED.size))
 
 
+@pytest.mark.slow
 def test_a_position_and_a_force_at_each_field_are_logs_one_after_another(tmp_path: Path) -> None:
     time: Array = 0.01 * np.arange(400, dtype=np.float64)
     place = np.sin(2.0 * time)
@@ -90,6 +91,7 @@ def test_a_shorter_sweep_has_fewer_rows(tmp_path: Path) -> None:
     assert read(path).rows == 2 * SPEED.size - 4
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_a_sheet_of_a_workbook_is_read_so_too(tmp_path: Path) -> None:
     book = Workbook()
@@ -163,6 +165,7 @@ TIMED = (
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ragged", [False, True])
 @pytest.mark.parametrize("names", TIMED)
 def test_groups_with_times_of_their_own_are_stacked_each_at_its_field(
@@ -185,6 +188,7 @@ def test_groups_with_times_of_their_own_are_stacked_each_at_its_field(
     assert len(log.segments) == len(FIELDS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("names", "field"),
     [
@@ -206,6 +210,7 @@ def test_groups_at_numbers_that_may_be_no_field_are_asked_about_with_these_numbe
     )
 
 
+@pytest.mark.slow
 def test_a_duty_in_the_names_of_groups_is_the_field(tmp_path: Path) -> None:
     names = ("time_pwm{}", "speed_pwm{}_rpm", "torque_pwm{}_Nm")
     log = read(written(tmp_path, *groups(names, ragged=False)))
@@ -274,6 +279,7 @@ def test_the_command_about_sheets_that_differ_by_clicks_is_one_that_goes_on(tmp_
     assert "Understood" in shown
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_vectors_of_each_field_with_a_length_of_their_own_are_stacked(tmp_path: Path) -> None:
     labels, columns = groups(("t_{}A", "v_{}A", "F_{}A"), ragged=True)
@@ -362,6 +368,7 @@ def test_words_of_a_valve_are_levels_that_are_asked_about(
     np.testing.assert_allclose(log.signals["effort"], np.concatenate(forces), atol=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "words"),
     [
@@ -416,6 +423,7 @@ def test_forces_at_levels_in_one_time_are_logs_at_their_fields(tmp_path: Path, n
     assert [float(log.signals["field"][0]) for log in logs] == list(FIELDS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "names",
     [

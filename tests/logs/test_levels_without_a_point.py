@@ -77,6 +77,7 @@ def test_a_file_whose_name_lacks_the_point_is_asked_about(tmp_path: Path) -> Non
     assert '"b_05A.csv" = "?"\n"b_0A.csv" = "0 A"\n"b_1A.csv" = "1 A"' in written
 
 
+@pytest.mark.slow
 def test_points_at_a_level_without_a_point_are_not_put_under_another_level(tmp_path: Path) -> None:
     path = tmp_path / "sheet.csv"
     rows = "".join(f"{n},{n / 9},{n / 7},{n / 5}\n" for n in range(10, 200, 10))

@@ -45,6 +45,7 @@ def test_lists_of_joints_are_called_in_the_plural(words: tuple[str, str, str]) -
     assert len(asked) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("unit", "step"), [("ms", 20.0), ("us", 2e4), ("ns", 2e7)])
 def test_stamps_without_a_unit_are_in_the_one_in_which_a_speed_is_the_rate_of_its_position(
     unit: str, step: float

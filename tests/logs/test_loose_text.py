@@ -77,6 +77,7 @@ def test_units_and_longer_lists_keep_their_brackets(text: str) -> None:
     assert without_brackets(text) == (text, "")
 
 
+@pytest.mark.slow
 @given(st.text(alphabet="[]0123456789.,;eE+- \n\ttau", max_size=200))
 def test_whatever_the_text_no_number_is_made_up(text: str) -> None:
     plain, _ = without_brackets(text)
@@ -158,6 +159,7 @@ def test_the_rows_of_a_matrix_keep_their_numbers(
     assert np.array_equal(read, rows)
 
 
+@pytest.mark.slow
 @given(st.text(alphabet="[]; =x1,.\n\t", max_size=60))
 def test_no_text_of_brackets_breaks_the_reading_of_matrices(text: str) -> None:
     bare, note = without_matrix(text)

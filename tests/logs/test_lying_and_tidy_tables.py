@@ -209,11 +209,13 @@ def test_hexadecimal_numbers_are_whole_numbers(tmp_path: Path) -> None:
     assert "column pos holds hexadecimal numbers, read as whole numbers" in table.notes
 
 
+@pytest.mark.slow
 def test_hexadecimal_numbers_that_may_be_negative_are_not_read(tmp_path: Path) -> None:
     rows = "".join(f"{10 * k},0x{(k - 20) & 0xFFFF:04X},{k % 5}\n" for k in range(40))
     assert "pos" not in read_table(written(tmp_path, f"time [ms],pos,torque [N*m]\n{rows}")).columns
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [("CW", "CCW"), ("forward", "reverse"), ("up", "down")])
 @pytest.mark.parametrize("against", [1, -1])
 def test_a_speed_takes_its_sign_from_words_of_the_sense(
@@ -234,6 +236,7 @@ def test_a_speed_takes_its_sign_from_words_of_the_sense(
     assert not plan_of(table, ColumnMap()).doubts
 
 
+@pytest.mark.slow
 def test_a_torque_that_keeps_to_no_sense_leaves_the_speed_in_doubt(tmp_path: Path) -> None:
     rows = "".join(
         f"{k / 100},{'CW' if k % 20 < 10 else 'CCW'},{1 + k % 3},{k % 5 - 2}\n" for k in range(80)
@@ -243,6 +246,7 @@ def test_a_torque_that_keeps_to_no_sense_leaves_the_speed_in_doubt(tmp_path: Pat
     assert plan_of(table, ColumnMap()).doubts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "unit"), [(300, "ms"), (60, "s")])
 def test_many_whole_stamps_without_a_unit_are_proposed_as_milliseconds(
     tmp_path: Path, count: int, unit: str

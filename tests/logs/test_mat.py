@@ -250,6 +250,7 @@ def test_several_recordings_need_a_choice(tmp_path: Path, save: Save) -> None:
     assert build_dataset([first, second]).rows == 2 * first.rows  # two logs, not one log twice
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("read_here")
 def test_several_efforts_over_one_position_are_logs(tmp_path: Path) -> None:
     run = {"time": TIME, "speed": SLIP, "F_0A": FORCE, "F_0x5A": 2 * FORCE}

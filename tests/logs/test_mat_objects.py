@@ -196,6 +196,7 @@ def test_timeseries_beside_each_other_are_one_recording(
     check(save(tmp_path / "b.mat", {"run": signals}))
 
 
+@pytest.mark.slow
 @versions
 def test_times_in_another_unit_are_turned_into_seconds(tmp_path: Path, save: Save) -> None:
     signals = [

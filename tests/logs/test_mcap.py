@@ -210,6 +210,7 @@ def test_another_file_with_this_ending(tmp_path: Path) -> None:
         read_table(path)
 
 
+@pytest.mark.slow
 def test_a_chunk_that_claims_much_takes_little() -> None:
     """A zstd frame of 2 GiB of zeros is a few hundred kB: the size that the chunk states is all that is unpacked."""
     import zstandard

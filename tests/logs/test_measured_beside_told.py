@@ -28,6 +28,7 @@ def planned(path: Path, columns: dict[str, Array]) -> Plan:
     return plan_of(read_table(path), ColumnMap())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("told", "measured"),
     [
@@ -43,6 +44,7 @@ def test_the_torque_that_was_measured_is_taken(tmp_path: Path, told: str, measur
     assert taken["effort"] == measured.partition(" [")[0]
 
 
+@pytest.mark.slow
 def test_the_speed_that_was_measured_is_taken(tmp_path: Path) -> None:
     columns = {"time": TIME, "current": CURRENT, "speed": TOLD_SPEED, "actual_speed": SPEED}
     plan = planned(tmp_path / "brake.csv", {**columns, "torque": TORQUE})
@@ -50,6 +52,7 @@ def test_the_speed_that_was_measured_is_taken(tmp_path: Path) -> None:
     assert taken["slip"] == "actual_speed"
 
 
+@pytest.mark.slow
 def test_a_torque_that_is_called_tor_is_an_effort(tmp_path: Path) -> None:
     columns = {"t": TIME, "current": CURRENT, "velDes": TOLD_SPEED, "velAct": SPEED}
     plan = planned(tmp_path / "joint.csv", {**columns, "torDes": TOLD_TORQUE, "torAct": TORQUE})
@@ -76,6 +79,7 @@ def test_torques_that_joints_were_told_are_not_proposed_beside_those_that_were_m
 PLANNED = [("elbow_{}", "elbow_meas_{}"), ("knee {}", "knee actual {}"), ("hip_{}", "hip_{}_act")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("planned_as", "measured_as"), PLANNED)
 def test_of_a_trajectory_the_columns_that_were_measured_are_taken(
     tmp_path: Path, planned_as: str, measured_as: str
@@ -136,6 +140,7 @@ def test_the_tau_of_a_joint_whose_motion_is_there_is_its_torque(
     assert {each.signal: each.column for each in plan.signals}["effort"] == tau
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tau", ["filter_tau", "tau", "knee_tau"])
 def test_another_tau_that_does_not_follow_the_motion_is_asked_about(
     tmp_path: Path, tau: str

@@ -32,6 +32,7 @@ def mixed(rows: int = ROWS) -> NDArray[np.intp]:
     return np.random.default_rng(3).permutation(ROWS)[:rows]
 
 
+@pytest.mark.slow
 def test_rows_that_were_mixed_up_are_sorted_and_that_is_said(tmp_path: Path) -> None:
     log = read_rows(tmp_path, mixed())
     assert log.segments == ((0, ROWS),)

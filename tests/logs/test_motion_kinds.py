@@ -74,6 +74,7 @@ def test_a_position_of_the_effort_s_kind_is_proposed(
     assert plan.command().endswith(f'--position "{proposed}"')
 
 
+@pytest.mark.slow
 def test_a_speed_beside_a_torque_is_asked_for_in_turns(tmp_path: Path) -> None:
     assert plan_with(tmp_path / "a.csv", "M:c2,E:Torque [Nm]").command().endswith('"COLUMN [rpm]"')
     assert plan_with(tmp_path / "b.csv", "M:c2,E:Force [N]").command().endswith('"COLUMN [cm/s]"')

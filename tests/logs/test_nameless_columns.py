@@ -167,6 +167,7 @@ def test_where_two_axes_may_be_the_field_none_is_proposed() -> None:
     assert "--field y" not in plan.command()
 
 
+@pytest.mark.slow
 def test_the_question_says_how_the_numbers_of_each_column_run(tmp_path: Path) -> None:
     path = tmp_path / "log.txt"
     np.savetxt(path, np.column_stack([TIME, SPEED, FRICTION, CURRENT]), fmt="%.7g")

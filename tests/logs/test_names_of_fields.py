@@ -53,6 +53,7 @@ def test_a_field_is_told_by_its_name_and_unit(
     assert field.factor == pytest.approx(factor)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Load (%)", "Brake load [%]", "Drive (%)", "Valve [%]"])
 def test_a_share_that_a_brake_may_be_told_is_asked_about(tmp_path: Path, name: str) -> None:
     plan = plan_with(tmp_path / "brake.csv", name)

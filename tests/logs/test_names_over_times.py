@@ -28,6 +28,7 @@ def written(path: Path, names: tuple[str, ...], below: str, *times_and_values: A
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("below", ["X,Y", "x,y"])
 @pytest.mark.parametrize(
     "names",

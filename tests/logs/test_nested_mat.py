@@ -105,6 +105,7 @@ def test_structs_of_one_vector_without_units_and_time_stay_recordings(tmp_path: 
         found_in(tmp_path / "a.mat")
 
 
+@pytest.mark.slow
 def test_a_cell_matrix_with_a_text_among_its_numbers_is_refused(tmp_path: Path) -> None:
     cells = matrix_of_cells()
     cells[7, 1] = "bad"

@@ -35,6 +35,7 @@ def test_along_a_line_the_place_to_fill_in_is_a_force(
     assert said.endswith('--effort "COLUMN [N]"')
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("last", ["CH4 (V)", "CH4 (%)", "CH4", "bridge (counts)"])
 def test_a_column_that_may_be_a_sensor_s_is_not_passed_over(
     last: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

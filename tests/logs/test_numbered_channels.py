@@ -9,6 +9,8 @@ import pytest
 
 from erclutch.logs import ColumnMap, Plan, plan_of, read_table
 
+pytestmark = pytest.mark.slow
+
 TIME = np.arange(400) / 200.0
 CURRENT = np.repeat([0.0, 0.5, 1.0, 0.25], 100)
 SPEED = 5.0 * np.sin(6.0 * TIME)

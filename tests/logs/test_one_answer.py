@@ -48,6 +48,7 @@ def test_a_time_by_its_end_that_falls_is_none() -> None:
     )
 
 
+@pytest.mark.slow
 def test_numbered_joints_are_told_by_their_rate() -> None:
     plan = planned({"time": TIME, "q3": ANGLE, "dq3": SPEED, "tau_J": SPEED**3})
     assert (chosen(plan)["slip"], chosen(plan)["effort"]) == ("dq3", "tau_J")

@@ -60,6 +60,7 @@ def test_speeds_that_nobody_filled_in_are_no_slip_beside_a_position_that_moves()
     assert_one_command_settles(plan, columns)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "effort", "joints"),
     [

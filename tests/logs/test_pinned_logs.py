@@ -145,6 +145,7 @@ TEXTS: dict[str, str | bytes] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", list(TEXTS))
 def test_text(name: str, tmp_path: Path, pinned: Pinned) -> None:
     text = TEXTS[name]
@@ -429,6 +430,7 @@ def test_windows_of_time(pinned: Pinned) -> None:
     pinned([told(lambda a=a, b=b: within(log, a, b)) for a, b in windows])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["central", "savgol", "difference", "lowpass", "kalman"])
 def test_rows_of_logs(name: Any, pinned: Pinned) -> None:
     logs = [recording(), recording(gap=False, name="b.csv", rows=200)]

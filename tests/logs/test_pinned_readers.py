@@ -40,6 +40,7 @@ def told(of: Callable[[], Any]) -> Any:
     return {"columns": sums, "clock": clock, **{name: getattr(found, name) for name in names}}
 
 
+@pytest.mark.slow
 def test_tdms(tmp_path: Path, pinned: Pinned) -> None:
     nptdms: Any = pytest.importorskip("nptdms")
     from erclutch.logs.readers import tdms

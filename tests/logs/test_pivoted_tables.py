@@ -123,6 +123,7 @@ def test_merged_heads_of_a_workbook_are_read(tmp_path: Path) -> None:
     assert table.rows == RATES.size
 
 
+@pytest.mark.slow
 @given(text=st.text(alphabet="a0.5,;\t\n[]()\\ TD'e+", max_size=200))
 def test_any_text_is_taken(text: str) -> None:
     changed, note = with_pivoted_heads(text)

@@ -216,6 +216,7 @@ def test_what_other_models_say_of_the_effort_is_no_spare_column() -> None:
     assert list(made({**PLAIN, **estimates, "x": ROWS}).spare) == ["x"]
 
 
+@pytest.mark.slow
 def test_a_motor_torque_is_taken_where_it_is_there_and_finite() -> None:
     found = made({**COAXIAL, "motor_torque": ROWS})
     np.testing.assert_array_equal(found.signals["motor_torque"], ROWS)
@@ -485,6 +486,7 @@ def test_a_recording_of_the_loop_is_a_measurement_and_a_twin_is_none() -> None:
     )
 
 
+@pytest.mark.slow
 def test_counts_are_scaled_and_a_temperature_is_told(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text(

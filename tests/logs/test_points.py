@@ -58,6 +58,7 @@ def test_a_sweep_with_the_noise_of_a_sensor_makes_points(tmp_path: Path, speed: 
         )
 
 
+@pytest.mark.slow
 def test_a_long_sweep_with_noise_is_a_log(tmp_path: Path) -> None:
     rows = np.arange(1001.0)
     wobble = np.where(rows % 10 == 0, 1.5, 0.0)
@@ -68,6 +69,7 @@ def test_a_long_sweep_with_noise_is_a_log(tmp_path: Path) -> None:
     assert read(written(tmp_path, "Current [A],Speed [rpm],Torque [N*m]", *short)).rows == 1000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hole", [0, 17, 39])
 def test_a_point_without_a_number_is_left_out_with_a_word(tmp_path: Path, hole: int) -> None:
     torque = SPEED % 9
@@ -161,6 +163,7 @@ def test_a_time_that_no_row_follows_is_told_and_the_rows_are_taken_as_points(
     )
 
 
+@pytest.mark.slow
 def test_a_sweep_that_wanders_beside_the_numbers_of_its_points_makes_points(tmp_path: Path) -> None:
     wobble = np.where(np.arange(40) % 10 == 0, 150.0, 0.0)
     number = np.arange(1.0, 41.0)

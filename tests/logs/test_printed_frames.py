@@ -40,6 +40,7 @@ def test_a_print_of_pandas_is_a_table(tmp_path: Path, is_index: bool, lasted: bo
     assert_is_read(path)
 
 
+@pytest.mark.slow
 def test_a_print_of_r_has_its_time_in_front(tmp_path: Path) -> None:
     lines = ["Time Series:", "Start = c(0, 1)", "End = c(1, 50)", "Frequency = 100"]
     lines.append(f"{'':4} {'slip_rad_s':>10} {'current_A':>9} {'torque_Nm':>9}")
@@ -82,6 +83,7 @@ def test_a_first_row_that_looks_like_a_count_stays_a_row(tmp_path: Path) -> None
     assert "40 rows" in good("inspect", "log.csv", cwd=tmp_path, code=1)
 
 
+@pytest.mark.slow
 def test_two_columns_without_names_are_no_time_and_a_signal(tmp_path: Path) -> None:
     """A speed that was raised by steps was proposed as the time; a map has none."""
     speeds = np.linspace(-49.3, 51.0, 40)
@@ -92,6 +94,7 @@ def test_two_columns_without_names_are_no_time_and_a_signal(tmp_path: Path) -> N
     assert last.endswith('--time none --field none --slip "c1" --effort "c2"')
 
 
+@pytest.mark.slow
 def test_arrays_without_names_are_proposed_by_their_numbers(tmp_path: Path) -> None:
     np.savez(tmp_path / "log.npz", TIME, SLIP, FIELD, TORQUE)
     last = good("inspect", "log.npz", cwd=tmp_path, code=1).splitlines()[-1]

@@ -75,6 +75,7 @@ def test_a_question_keeps_the_recording_and_the_window_that_were_given(tmp_path:
     assert "erclutch fit log.json --field mode --from 0.05s --variable run1" in last
 
 
+@pytest.mark.slow
 def test_a_file_without_any_log_is_refused_as_before(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="several recordings: fits, more"):
         table_of_log(written(tmp_path, fits=RESULTS, more=RESULTS), ColumnMap(), None)

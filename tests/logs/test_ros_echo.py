@@ -76,12 +76,14 @@ def test_each_message_is_a_row(tmp_path: Path, message: Callable[[int], str], en
     assert "400 messages as an echo of ROS prints them, a row each" in table.notes
 
 
+@pytest.mark.slow
 def test_lists_that_go_on_in_the_next_line_are_whole(tmp_path: Path) -> None:
     table = read_table(written(tmp_path / "echo.yaml", wrapped))
     np.testing.assert_array_equal(table.columns["elbow.effort"], TORQUE)
     assert not np.any(table.columns["knee.position"])
 
 
+@pytest.mark.slow
 def test_the_form_of_a_table_is_read(tmp_path: Path) -> None:
     head = "%time,field.header.seq,field.header.stamp,field.name0,field.velocity0,field.effort0"
     lines = [head]
@@ -95,6 +97,7 @@ def test_the_form_of_a_table_is_read(tmp_path: Path) -> None:
     assert (taken["slip"], taken["effort"]) == ("velocity0", "effort0")
 
 
+@pytest.mark.slow
 def test_a_last_message_that_was_cut_is_left_out_with_a_word(tmp_path: Path) -> None:
     table = read_table(written(tmp_path / "echo.txt", ros_2, "---\nheader:\n  stamp:\n"))
     assert table.rows == TIME.size

@@ -73,6 +73,7 @@ def test_all_and_all_of_a_column_want_each() -> None:
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("column", "words", "proposed"),
     [
@@ -116,6 +117,7 @@ def test_logs_whose_times_restart_with_each_word_are_asked_about(
     assert [float(log.signals["field"][0]) for log in logs] == [1.0, 1.1, 1.2]
 
 
+@pytest.mark.slow
 def test_words_beside_one_course_of_time_ask_nothing(tmp_path: Path) -> None:
     table = read_table(written(tmp_path, trials_of(["idle", "load"], "state", restarts=False)))
     plan = plan_of(table, ColumnMap())
@@ -287,6 +289,7 @@ def test_rows_without_a_time_whose_course_restarts_with_each_word_are_asked_abou
         assert any("column pace parts the rows into 3" in each.problem for each in plan.questions)
 
 
+@pytest.mark.slow
 def test_rows_without_a_time_whose_course_goes_on_are_one_log(tmp_path: Path) -> None:
     path = written(tmp_path, loops_of(["slow", "fast", "faster"], "distance", restarts=False))
     plan = plan_of(read_table(path), ColumnMap(rate=100.0))

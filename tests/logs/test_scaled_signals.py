@@ -11,6 +11,8 @@ import pytest
 from erclutch.signals.array import Array
 from tests.support.command import run
 
+pytestmark = pytest.mark.slow
+
 TIME = np.arange(400) / 100
 CURRENT = np.repeat([0.0, 0.5, 1.0, 0.25], 100)
 VELOCITY = 0.3 * np.sin(10.7 * TIME)
@@ -50,7 +52,6 @@ def test_motion_and_effort_that_were_scaled_alike_are_asked_about(
     assert "where it is zero is lost" in said
 
 
-@pytest.mark.slow
 def test_columns_that_are_called_scaled_are_asked_about(tmp_path: Path) -> None:
     names = "time,current,velocity_normalized,force_normalized"
     first = last_line(tmp_path, names, CURRENT, VELOCITY / 0.4, FORCE / 800)
@@ -58,14 +59,12 @@ def test_columns_that_are_called_scaled_are_asked_about(tmp_path: Path) -> None:
     assert "which is called scaled" in inspected(tmp_path, "--slip", "velocity_normalized")
 
 
-@pytest.mark.slow
 def test_one_column_of_such_numbers_is_chance(tmp_path: Path) -> None:
     names = "time [s],current [A],velocity [m/s],force [N]"
     assert "Understood." in last_line(tmp_path, names, CURRENT, to_one(VELOCITY), FORCE)
     assert "Understood." in last_line(tmp_path, names, CURRENT, VELOCITY, to_one(FORCE))
 
 
-@pytest.mark.slow
 def test_whoever_names_the_effort_is_believed(tmp_path: Path) -> None:
     columns = map(standardised, (CURRENT, VELOCITY, FORCE))
     assert last_line(tmp_path, "time,current,velocity,force", *columns).endswith('--effort "force"')

@@ -138,6 +138,7 @@ def test_a_device_that_rests_and_starts_again_loses_no_row() -> None:
     assert told(of_three(LEVELS, slip, effort)) == []
 
 
+@pytest.mark.slow
 def test_channels_that_repeat_every_sample_ten_times_lose_no_row() -> None:
     slip, effort = (np.repeat(each[::10], 10) for each in (SLIP, EFFORT))
     assert told(of_three(LEVELS, slip, effort)) == []

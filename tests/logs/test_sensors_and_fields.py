@@ -69,6 +69,7 @@ def test_a_voltage_raised_while_the_device_goes_one_way_is_a_field() -> None:
     assert _field(plan) == "voltage"
 
 
+@pytest.mark.slow
 def test_a_bare_v_beside_a_velocity_is_a_voltage_where_it_keeps_levels() -> None:
     columns = {"t": TIME, "x": ANGLE, "xdot": SPEED, "F": EFFORT}
     assert _field(_plan({**columns, "V": LEVELS})) == "V"
@@ -125,6 +126,7 @@ def _json(folder: Path, document: Any) -> Table:
     return read_table(path)
 
 
+@pytest.mark.slow
 def test_numbers_beside_the_lists_of_a_json_log_are_constants_of_it(tmp_path: Path) -> None:
     lists = {"speed": SPEED.tolist(), "current": LEVELS.tolist(), "torque": EFFORT.tolist()}
     assert _json(tmp_path, {"fs": 200, **lists}).constants == {"fs": 200.0}

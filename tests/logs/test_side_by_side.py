@@ -36,6 +36,7 @@ def runs(
     return path
 
 
+@pytest.mark.slow
 def test_each_table_is_a_recording_at_the_field_of_its_heading(tmp_path: Path) -> None:
     path = runs(tmp_path / "runs.csv")
     assert recordings_in(path) == ["0 A", "0.5 A"]
@@ -161,6 +162,7 @@ def test_units_that_stand_with_the_first_test_hold_for_those_beside_it(tmp_path:
         assert recording.signals["position"] == pytest.approx(1e-3 * k * TIME, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_units_of_another_test_are_its_own(tmp_path: Path) -> None:
     path = _specimens(tmp_path / "tests.csv", ("t (s)", "x (m)", "F (N)"))
     recording = read(path, variable="S.2")

@@ -119,6 +119,7 @@ def test_two_currents_are_asked_about(tmp_path: Path) -> None:
         read(written(tmp_path / "log.csv", "Current: 0.5 A\nCoil current: 2 A\n"))
 
 
+@pytest.mark.slow
 def test_a_column_goes_before_the_header(tmp_path: Path) -> None:
     log = read(written(tmp_path / "log.csv", "Current: 0.5 A\nOperator: me\n"), field="none")
     assert not np.any(log.signals["field"])

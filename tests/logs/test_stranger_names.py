@@ -50,6 +50,7 @@ def misread(plan: Plan, letters: dict[str, str]) -> dict[str, str]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "header",
     [

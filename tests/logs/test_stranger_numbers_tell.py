@@ -324,6 +324,7 @@ def test_of_several_travels_the_one_with_a_gauge_length_is_taken(header: str, tr
         assert [question.signal for question in planned(**metadata).questions] == ["slip"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["Step", "RecipeStep", "test segment", "Abschnitt"])
 def test_numbers_of_the_steps_of_a_test_are_no_field(name: str) -> None:
     steps = 4.0 + 3.0 * np.floor(SPAN)

@@ -198,6 +198,7 @@ def asked_field(columns: dict[str, Array]) -> bool:
 SWING = {"t [s]": ROWS / 100, "x [mm]": 30.0 * TURN, "F [N]": 500.0 * np.sin(ROWS / 9 + 1.0)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ahead", [0.15, 0.3, 0.6])
 def test_the_set_point_of_a_motion_is_no_field(ahead: float) -> None:
     assert not asked_field({**SWING, "control": 30.5 * np.sin(ROWS / 9 + ahead)})
@@ -502,6 +503,7 @@ def test_a_speed_without_a_sign_beside_its_sense_is_doubted(
     assert plan_of(read_table(path), ColumnMap.from_labels({"slip": "speed"})).doubts == ()
 
 
+@pytest.mark.slow
 def test_words_beside_a_speed_that_turns_doubt_nothing(tmp_path: Path) -> None:
     rows: list[str] = []
     for k, turn in enumerate(TURN):
@@ -526,6 +528,7 @@ def test_what_a_told_sine_is_made_with_is_no_field(names: tuple[str, str]) -> No
     assert any("no field is logged" in note and names[0] in note for note in plan.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("told", [{}, {"target_voltage": LEVELS}])
 def test_an_amplitude_may_be_that_of_the_field_where_no_motion_alone_was_told(
     told: dict[str, Array],
@@ -596,6 +599,7 @@ def test_what_drives_another_load_of_the_board_is_no_field(name: str) -> None:
     assert question.signal == "field"
 
 
+@pytest.mark.slow
 def test_of_several_devices_in_one_table_each_has_its_own_levels() -> None:
     columns = {"t [s]": ROWS / 100}
     for device in (1, 2):

@@ -58,6 +58,7 @@ def test_speeds_of_several_motors_are_asked_about(tmp_path: Path) -> None:
     assert {"slip", "effort"} <= {question.signal for question in plan.questions}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "proposed"),
     [("knock", "--field none"), ("in_window", "--field none"), ("coil_on", '--field "coil_on"')],

@@ -106,6 +106,7 @@ def test_plain_whole_numbers_tell_what_a_point_is(written: Written) -> None:
     assert set(recording.signals["field"]) == {500.0, 1500.0}
 
 
+@pytest.mark.slow
 def test_a_tie_is_asked_about_with_both_readings(written: Written) -> None:
     lines = [f"{1 + i}.000;{1 + i % 3}.500;1.{100 + i};2.{200 + i}" for i in range(40)]
     path = written("time [s];field [V];speed [rad/s];torque [N*m]\n" + "\n".join(lines) + "\n")
@@ -197,6 +198,7 @@ def test_r_names_no_column_of_row_names(written: Written) -> None:
     assert is_the_log(erclutch.read(written("\n".join([lines[0], *rows]) + "\n")))
 
 
+@pytest.mark.slow
 def test_a_cell_of_thousands_of_digits_takes_linear_time(written: Written) -> None:
     path = written(
         f"time [s],field [A],slip [rad/s],torque [N*m]\n{'1' * 20_000},1,2,3\n" + "2,1,2,3\n" * 20
@@ -242,6 +244,7 @@ def test_a_word_in_a_column_that_nobody_asked_for_stops_nothing(written: Written
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("column", "meant"), [(0, "time"), (1, "field"), (2, "slip"), (3, "effort")]
 )
@@ -253,6 +256,7 @@ def test_a_column_that_is_needed_stops_the_reading(
         erclutch.read(written(with_a_word(column, rows)))
 
 
+@pytest.mark.slow
 def test_a_column_that_is_named_stops_the_reading(written: Written) -> None:
     path = written(with_a_word(1))
     with pytest.raises(
@@ -415,6 +419,7 @@ def stamped(stamps: Array, rows: Array | None = None) -> Recording:
     return erclutch.recording_from_arrays(signals, {"slip": "rad/s", "effort": "N*m"}, time=stamps)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spread", [0.05, 0.1, 0.2, 0.3])
 @pytest.mark.parametrize("seed", slow_behind(1, range(3)))
 def test_late_stamps_of_a_busy_logger_cut_nothing(spread: float, seed: int) -> None:

@@ -85,6 +85,7 @@ def test_what_a_drive_estimates_of_its_motion_is_the_motion_where_nothing_else_i
     assert _columns(plan)["slip"] == "velocity"
 
 
+@pytest.mark.slow
 def test_numbers_of_joints_may_stand_within_names_and_behind_a_letter() -> None:
     inside: dict[str, np.ndarray] = {"time": TIME}
     behind: dict[str, np.ndarray] = {"time": TIME}

@@ -381,6 +381,7 @@ def test_a_time_since_1970_is_known_by_its_size(tmp_path: Path, unit: str, facto
     assert any(f"no unit: a time since 1970, taken as {unit}" in note for note in recording.notes)
 
 
+@pytest.mark.slow
 def test_rows_far_apart_in_a_time_without_a_unit_are_doubted(tmp_path: Path) -> None:
     log = tmp_path / "log.csv"
     log.write_text("time,field [V],slip [rad/s],effort [N*m]\n" + _signals(range(200)))
@@ -476,6 +477,7 @@ def test_dates_over_midnight_in_any_order_of_day_and_month(pattern: str, whole: 
     np.testing.assert_allclose(found, np.arange(200) / 50, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_clock_set_back_within_its_zone_goes_on() -> None:
     before, after = "2024-10-27T02:59:59.5+02:00", "2024-10-27T02:00:00+01:00"
     found = seconds(pd.Series([before, after, after.replace(":00+", ":01+")]))
@@ -533,6 +535,7 @@ def test_a_damaged_gzip_is_named_on_every_road(seed: int, tmp_path: Path) -> Non
         list(text_windows(source, 50, 10))
 
 
+@pytest.mark.slow
 def test_a_small_gzip_takes_little_memory(tmp_path: Path) -> None:
     path = tmp_path / "log.csv.gz"
     path.write_bytes(gzip.compress(("t,a,b\n" + ROWS).encode()))
@@ -700,6 +703,7 @@ def test_a_line_of_too_few_names_is_told(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("between", ["/", "-", "_", "T", " "])
 def test_a_date_and_a_time_of_day_may_have_any_sign_between_them(
     tmp_path: Path, between: str

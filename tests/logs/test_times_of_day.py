@@ -11,6 +11,8 @@ import pytest
 from erclutch.errors import ErclutchError
 from erclutch.logs import read
 
+pytestmark = pytest.mark.slow
+
 #: ms since 11:59:58; a logger at 100 Hz passes a full second and noon.
 MILLISECONDS = [503 + 10 * row for row in range(400)]
 
@@ -59,7 +61,6 @@ def test_the_time_of_day_is_read_to_the_millisecond(
     np.testing.assert_allclose(log.time - log.time[0], np.arange(log.rows) / 100, atol=1e-6)
 
 
-@pytest.mark.slow
 def test_a_share_of_a_second_without_its_zeros_stays_a_share(tmp_path: Path) -> None:
     def shortened(hour: int, minute: int, second: int, milliseconds: int) -> str:
         return f"{hour}:{minute}:{second:02d}.{milliseconds:03d}".rstrip("0").rstrip(".")

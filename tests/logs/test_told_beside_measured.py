@@ -74,6 +74,7 @@ def test_signals_in_rows_are_known_in_more_languages(
     np.testing.assert_allclose(log.signals["effort"], TORQUE, rtol=1e-5, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("left", "right"), [("[", "]"), ("(", ")"), ("[", "],")])
 def test_lists_that_were_printed_keep_their_first_and_last_column(
     tmp_path: Path, left: str, right: str
@@ -87,6 +88,7 @@ def test_lists_that_were_printed_keep_their_first_and_last_column(
     assert '--effort "c4"' in plan_of(table, ColumnMap()).command()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", ["/{}/", "<{}>", "{{{}}}"])
 def test_units_of_a_line_may_stand_between_other_signs(tmp_path: Path, form: str) -> None:
     units = ";".join(form.format(unit) for unit in ("ms", "mm", "N", "mA"))
@@ -99,6 +101,7 @@ def test_units_of_a_line_may_stand_between_other_signs(tmp_path: Path, form: str
     assert log.period == pytest.approx(0.005)
 
 
+@pytest.mark.slow
 def test_a_unit_behind_a_bar_is_one(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     rows = np.column_stack([TIME, 1e3 * FIELD, SPEED, TORQUE])

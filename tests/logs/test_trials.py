@@ -68,6 +68,7 @@ def stack(fields: tuple[float, ...]) -> np.ndarray[Any, Any]:
     return np.stack(runs)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1), (1, 2, 0)])
 @pytest.mark.parametrize("kind", ["npz", "h5", "h5 with attributes"])
 @pytest.mark.parametrize("fields", slow_but([(0.0, 0.5)], [(0.0, 0.3, 0.6, 0.9), (0.0, 0.5)]))

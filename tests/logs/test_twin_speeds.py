@@ -34,6 +34,7 @@ def test_one_of_two_lettered_speeds_is_asked_about(tmp_path: Path, letters: str)
     good("inspect", "log.csv", cwd=tmp_path, code=1)
 
 
+@pytest.mark.slow
 def test_a_speed_and_the_one_that_it_was_told_are_not_asked_about(tmp_path: Path) -> None:
     speed = 20 * np.sin(3 * TIME)
     columns = {"t [s]": TIME, "speed [rad/s]": speed, "speed_r [rad/s]": 20 * np.sin(3 * TIME)}

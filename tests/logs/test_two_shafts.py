@@ -170,6 +170,7 @@ def test_the_angles_of_two_shafts_differ_by_the_angle_of_the_slip() -> None:
     assert plan.questions == ()
 
 
+@pytest.mark.slow
 def test_two_numbered_ends_are_one_device_where_the_file_has_one_effort() -> None:
     columns = columns_of("n1", "n2", TURNS)
     slip = planned(columns).signal("slip")

@@ -119,6 +119,7 @@ def test_a_quantity_is_split() -> None:
         units.quantity("half an ampere")
 
 
+@pytest.mark.slow
 def test_heavy_modules_wait_until_they_are_needed() -> None:
     heavy = {"pint", "pandas", "scipy", "h5py", "pyarrow"}
     code = f"import sys, erclutch.logs; print(sorted({heavy} & set(sys.modules)))"

@@ -53,6 +53,7 @@ def steps_of(rows: int, seed: int = 0, shortest: int = 4) -> np.ndarray:
     return np.repeat(rng.random(rows), rng.integers(shortest, 30, rows))[:rows]
 
 
+@pytest.mark.slow
 @free
 @given(tau=st.floats(2e-4, 0.5), at=st.integers(1, 50))
 def test_step_response(tau: float, at: int) -> None:
@@ -78,6 +79,7 @@ def test_rise_and_fall_have_their_own_time_constants(rise: float, fall: float, s
     np.testing.assert_allclose(field, sign * expected, atol=1e-12)
 
 
+@pytest.mark.slow
 @free
 @given(
     samples=st.integers(0, 45),
@@ -133,6 +135,7 @@ def test_it_starts_settled_and_a_gap_starts_anew() -> None:
         )
 
 
+@pytest.mark.slow
 @free
 @given(
     delay=st.floats(0.0, 0.02), rise=st.floats(2e-4, 0.05), fall=st.none() | st.floats(2e-4, 0.05)
@@ -321,6 +324,7 @@ def test_the_search_for_the_modes_equals_the_row_by_row_one(
     np.testing.assert_allclose(x, expected, atol=1e-12)
 
 
+@pytest.mark.slow
 @free
 @given(tau=taus, command=commands)
 def test_equal_time_constants_are_one(tau: float, command: np.ndarray) -> None:
@@ -331,6 +335,7 @@ def test_equal_time_constants_are_one(tau: float, command: np.ndarray) -> None:
     np.testing.assert_allclose(respond(-command, clock, delay=1.7e-3, rise=tau), -one, atol=1e-15)
 
 
+@pytest.mark.slow
 @free
 @given(
     command=commands,

@@ -244,6 +244,7 @@ def test_an_entry_that_stands_twice_is_refused(tmp_path: Path, name: str) -> Non
         load_model(path)
 
 
+@pytest.mark.slow
 def test_files_that_are_no_model(tmp_path: Path) -> None:
     for text, said in (
         ("[1]", "not a JSON object"),

@@ -327,6 +327,7 @@ def test_bands(pinned: Pinned) -> None:
     pinned(found)
 
 
+@pytest.mark.slow
 def test_tracking(pinned: Pinned) -> None:
     found: list[Any] = []
     for gain, offset, noise in (
@@ -348,6 +349,7 @@ def test_tracking(pinned: Pinned) -> None:
     pinned(found)
 
 
+@pytest.mark.slow
 def test_covered_cells(pinned: Pinned) -> None:
     rng = np.random.default_rng(3)
     rows: Array = np.hstack(

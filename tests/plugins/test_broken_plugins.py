@@ -133,6 +133,7 @@ def test_what_a_kind_answers_is_looked_at(part: str, broken: Callable[..., None]
         ask()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text", [*BROKEN, "def THING(rows): return None", "def THING(rows): return 'abc'"]
 )
@@ -158,6 +159,7 @@ def test_a_broken_reading_of_points_stops_no_other(
     assert tried_flow_command(str(points), {}) in (command, "")  # "" where the wing is not there
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "part",
     [
@@ -228,6 +230,7 @@ def test_what_a_reader_gives_is_looked_at(
         sound_table(Table(**{**vars(TABLE), **part}), find(READERS, "odd"))
 
 
+@pytest.mark.slow
 def test_a_column_without_a_unit_has_none(broken: Callable[..., None]) -> None:
     broken("readers", READER + "THING = LogReader(**ALL)")
     assert sound_table(TABLE, find(READERS, "odd")).units == {"a": "V", "b": None}

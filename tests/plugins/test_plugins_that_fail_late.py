@@ -18,6 +18,8 @@ from tests.support.command import run
 from tests.support.installed_plugin import Install, install
 from tests.support.pair import single_log
 
+pytestmark = pytest.mark.slow
+
 __all__ = ["install"]
 NAMED = r"'odd' of bench-odd 1\.5"
 LAW = """
@@ -118,7 +120,6 @@ ON_MANY_ROWS = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("on_many_rows", ON_MANY_ROWS)
 def test_a_law_that_is_wrong_on_many_rows_is_left_out(
     on_many_rows: str, broken: Callable[..., None], rows: Dataset
@@ -130,7 +131,6 @@ def test_a_law_that_is_wrong_on_many_rows_is_left_out(
         compare(rows, Settings(("odd",), lag="none"))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "further",
     [
@@ -150,7 +150,6 @@ def test_a_law_whose_other_functions_are_wrong_is_left_out(
     assert "the law 'odd' of bench-odd 1.5" in left_out(rows, "bingham", "odd")
 
 
-@pytest.mark.slow
 def test_a_gain_of_a_further_input_is_refused(broken: Callable[..., None], rows: Dataset) -> None:
     further = "gains=tuple(replace(gain, extra=7) for gain in OURS.law(form).gains)"
     broken("laws", LAW.format(on_many_rows="return first, second", further=further))
@@ -158,7 +157,6 @@ def test_a_gain_of_a_further_input_is_refused(broken: Callable[..., None], rows:
         compare(rows, Settings(("bingham", "odd"), lag="none"))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "on_many_rows",
     [
@@ -176,7 +174,6 @@ def test_a_stage_that_is_wrong_on_many_rows_is_left_out(
     assert "the stage 'odd' of bench-odd 1.5" in left_out(rows, "bingham", "bingham+odd")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("candidates", "grown", "fits"),
     [
@@ -202,7 +199,6 @@ def test_a_kind_of_model_that_fails_stops_no_law(
     assert "the kind of model 'odd' of bench-odd 1.5" in left_out(rows, *models)
 
 
-@pytest.mark.slow
 def test_where_nothing_else_is_asked_for_the_kind_is_named(
     broken: Callable[..., None], rows: Dataset
 ) -> None:
@@ -211,7 +207,6 @@ def test_where_nothing_else_is_asked_for_the_kind_is_named(
         compare(rows, Settings(("odd-3",), lag="none"))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "law",
     [
@@ -234,7 +229,6 @@ def test_a_list_of_laws_has_all_but_the_one_that_fails_and_names_it(
         assert "the law 'odd' of bench-odd 1.5" in done.error
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "stage", [STAGE.format(on_many_rows="pass") + "THING.__dict__['name'] = 5", "1 / 0"]
 )
@@ -248,7 +242,6 @@ def test_a_list_of_stages_names_the_one_that_fails(
     assert "the stage 'odd' of bench-odd 1.5" in done.error
 
 
-@pytest.mark.slow
 def test_what_a_plugin_prints_while_it_works_is_no_part_of_the_answer(
     broken: Callable[..., None], tmp_path: Path
 ) -> None:

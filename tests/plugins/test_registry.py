@@ -36,6 +36,7 @@ def test_a_name_that_is_none_says_what_is_near() -> None:
         find("erclutch.targets", "pythn")
 
 
+@pytest.mark.slow
 def test_ours_win_and_that_is_said(install: Install) -> None:
     install("their-laws", "[erclutch.laws]\nbingham = their_laws:LAW\n", "raise RuntimeError\n")
     assert find("erclutch.laws", "bingham").own
@@ -43,6 +44,7 @@ def test_ours_win_and_that_is_said(install: Install) -> None:
     assert names("erclutch.laws").count("bingham") == 1
 
 
+@pytest.mark.slow
 def test_two_packages_of_one_name_are_refused(install: Install) -> None:
     for package in ("one-law", "two-law"):
         install(package, f"[erclutch.laws]\nmine = {package.replace('-', '_')}:LAW\n", "LAW = 1\n")
@@ -83,6 +85,7 @@ def test_a_plug_in_that_ends_the_program_is_an_error_that_names_it(
         guarded.value()
 
 
+@pytest.mark.slow
 def test_control_c_and_a_signal_of_the_system_end_a_plug_in_too(install: Install) -> None:
     install(
         "my-plug",
@@ -104,6 +107,7 @@ def test_control_c_and_a_signal_of_the_system_end_a_plug_in_too(install: Install
         signal.signal(signal.SIGTERM, at_kill)
 
 
+@pytest.mark.slow
 def test_a_reader_that_is_too_slow_is_no_faulty_plug_in(install: Install) -> None:
     install("my-plug", "[erclutch.readers]\nmine = my_plug:READER\n", "READER = 1\n")
     with pytest.raises(_OutOfTime), find("erclutch.readers", "mine").working():
@@ -136,6 +140,7 @@ def test_what_a_file_needs() -> None:
             require(damaged, "m.json")
 
 
+@pytest.mark.slow
 def test_a_reader_that_is_broken_is_left_out_and_said(install: Install, tmp_path: Path) -> None:
     from erclutch.logs import read_table
 
@@ -256,6 +261,7 @@ def test_a_library_that_stumbles_over_another_package_is_told_in_a_line(
     assert "pip uninstall odd" in said
 
 
+@pytest.mark.slow
 def test_who_ends_a_plug_in_that_hangs_is_told_its_name(
     install: Install, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -93,6 +93,7 @@ def test_an_older_schema(run: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_predictions_of_another_run(run: Path) -> None:
     """Even with a digest that fits: the columns must."""
     import pyarrow.parquet as pq

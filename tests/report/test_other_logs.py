@@ -210,6 +210,7 @@ def test_epochs_are_counted_from_the_start_of_the_log(stamped: Material) -> None
     assert all("from 1" not in panel.caption for panel in describe_loops(stamped).panels)
 
 
+@pytest.mark.slow
 def test_a_clock_that_begins_near_zero_is_shown_as_it_is(without_field: Material) -> None:
     assert "Time counts from" not in report_html(without_field)
     assert describe_trace(without_field).panels[0].x.label == "time"

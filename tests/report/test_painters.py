@@ -68,6 +68,7 @@ def parsed(panel: Panel) -> ElementTree.Element:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", MARKS)
 def test_both_painters_draw_each_mark(name: str) -> None:
     empty, drawn = (len(str(svg(panel_of(*names)))) for names in ((), (name,)))
@@ -157,6 +158,7 @@ def test_cells_have_the_colours_of_their_legend() -> None:
         assert step == 0 or value >= largest[step - 1] * 0.999
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("log", [False, True])
 @given(low=st.floats(-1e6, 1e6), width=st.floats(1e-3, 1e6))
 def test_ticks_lie_inside_any_range(log: bool, low: float, width: float) -> None:

@@ -78,6 +78,7 @@ TEXTS = (
 )
 
 
+@pytest.mark.slow
 def test_units(pinned: Pinned) -> None:
     found: dict[str, Any] = {}
     for text in TEXTS:

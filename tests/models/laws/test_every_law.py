@@ -54,6 +54,7 @@ def assert_slopes(
         )
 
 
+@pytest.mark.slow
 @free
 @given(shares=shares)
 def test_derivatives_by_shape_parameters(
@@ -67,6 +68,7 @@ def test_derivatives_by_shape_parameters(
         )
 
 
+@pytest.mark.slow
 @free
 @given(shares=shares)
 def test_derivative_by_field(law: Law, columns: Columns, point: Point, shares: list[float]) -> None:
@@ -76,6 +78,7 @@ def test_derivative_by_field(law: Law, columns: Columns, point: Point, shares: l
         assert_slopes(lambda v: tuple(np.broadcast_arrays(*columns(law, v, SLIPS, q))), dual, 0, E)
 
 
+@pytest.mark.slow
 @free
 @given(shares=shares)
 def test_derivative_by_slip(law: Law, columns: Columns, point: Point, shares: list[float]) -> None:
@@ -134,6 +137,7 @@ def test_nothing_happens_without_field_and_slip(
         assert column[0] == 0.0
 
 
+@pytest.mark.slow
 @free
 @given(shares=shares)
 def test_without_field_only_viscosity_is_left(

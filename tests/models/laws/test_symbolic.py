@@ -14,6 +14,7 @@ from erclutch.models.laws.smooth import TRANSITION_SLIP, direction, power
 from erclutch.models.laws.symbolic import equation, equation_latex, equation_text, symbol_latex
 
 
+@pytest.mark.slow
 def test_equation_equals_the_columns_times_gains(
     law: Law,
     columns: Callable[[Law, Any, Any, Sequence[Any]], tuple[Any, ...]],

@@ -48,6 +48,7 @@ def test_an_exchange_keeps_the_size_and_never_costs_more(
     assert rows.at(after.theta).cost == pytest.approx(after.cost, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_neuron_that_is_missing_comes_and_an_idle_one_goes() -> None:
     rng = np.random.default_rng(2)
     sizes = (2, 3, 1)

@@ -109,6 +109,7 @@ def test_the_gram_matrix_is_that_of_the_slopes(
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=examples(20), deadline=None)
 @given(hidden=st.lists(st.integers(1, 8), min_size=1, max_size=2), seed=st.integers(0, 999))
 def test_the_best_output_layer_leaves_no_slope(hidden: list[int], seed: int) -> None:

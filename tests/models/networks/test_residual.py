@@ -321,6 +321,7 @@ def test_a_name_may_hold_stages_of_its_own(data: Dataset) -> None:
     assert not structures_for(data, Settings(models=("bingham+fnn-4+lag",)))
 
 
+@pytest.mark.slow
 def test_a_law_without_residual_needs_no_network(data: Dataset) -> None:
     still = replace(data, effort=0.0 * data.effort)
     with pytest.raises(CheckError):

@@ -158,6 +158,7 @@ def test_it_says_what_it_is(stage: Stage) -> None:
         assert len(stage.outputs_at(0.5, *numbers(stage).values())) == len(stage.gains)
 
 
+@pytest.mark.slow
 @stages
 def test_the_step_is_the_response(stage: Stage) -> None:
     q, u, memory = numbers(stage), coming(stage, signal()), Plain()

@@ -47,6 +47,7 @@ YIELDING = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", YIELDING)
 @settings(max_examples=examples(60), deadline=None)
 @given(slip=slips)

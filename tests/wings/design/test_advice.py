@@ -55,6 +55,7 @@ def test_a_log_beside_its_copies_teaches_nothing_new() -> None:
     )
 
 
+@pytest.mark.slow
 def test_what_no_log_has_is_said_in_the_units_of_the_rig() -> None:
     """A slow log has the large field, a fast log the small field: no log has both."""
     said = which_logs(joined([log_of("slow", 2.0, 0.1), log_of("fast", 0.9, 0.4)]))

@@ -231,6 +231,7 @@ def test_the_effort_that_the_heat_counts_follows_the_speed_and_the_field_of_a_lo
     assert power <= np.mean(np.abs(slip) * counted) < 1.25 * power
 
 
+@pytest.mark.slow
 def test_of_a_pair_the_heat_counts_the_field_alone() -> None:
     """Nobody commands its output, which more power would drive into its ends."""
     known = limits_of_log(pair_rows(4.0))

@@ -20,6 +20,8 @@ from erclutch.signals.device import Element, Units
 from erclutch.wings.design.lessons import Lessons, lessons_of
 from tests.support.command import good
 
+pytestmark = pytest.mark.slow
+
 RATE = 200.0  # rows a second
 SECONDS = 4.0
 
@@ -52,7 +54,6 @@ def lessons(logs: Sequence[Dataset]) -> Lessons:
     return lessons_of(model, rows)
 
 
-@pytest.mark.slow
 def test_logs_that_repeat_are_told_until_an_interval_would_grow() -> None:
     told = lessons([log_of(1.0, 10.0, seed) for seed in range(12)])
     # Of twelve logs alike, each interval grows as one over the root of the logs that stay: ten are the least.
@@ -61,7 +62,6 @@ def test_logs_that_repeat_are_told_until_an_interval_would_grow() -> None:
     assert set(told.teach) | set(told.repeat) == {f"log-{seed}" for seed in range(12)}
 
 
-@pytest.mark.slow
 def test_the_only_log_of_a_field_or_of_a_slip_is_kept() -> None:
     alike = [log_of(1.0, 10.0, seed) for seed in range(12)]
     told = lessons([*alike, log_of(2.0, 10.0, 20), log_of(1.0, 30.0, 30)])
@@ -73,7 +73,6 @@ def test_one_log_repeats_nothing() -> None:
     assert lessons([log_of(1.0, 10.0, 0)]) == Lessons(("log-0",), (), (), 1.0)
 
 
-@pytest.mark.slow
 def test_the_command_says_which_logs_repeat_others(tmp_path: Path) -> None:
     logs = [f"{seed}.csv" for seed in range(10)]
     for seed, name in enumerate(logs):

@@ -212,6 +212,7 @@ def test_a_check_passes_at_its_limit_and_no_further(models: dict[str, Model]) ->
     assert near(step, vectors, "x", vectors.numpy * np.nan, vectors.flags).ulp == np.inf
 
 
+@pytest.mark.slow
 def test_a_token_is_of_the_c_alone(models: dict[str, Model]) -> None:
     face = interface(step_of(models["bingham, single"], ExportOptions(period=1e-3)))
     assert token(replace(face, code=(face.code[0], "another"))) == token(face)

@@ -29,6 +29,7 @@ def test_a_table_holds_all_its_values_in_order(count: int) -> None:
     assert re.findall(r"\d+\.5", text) == values
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["fnn-16, coaxial", "fnn-10-6+lag, coaxial"])
 def test_a_network_in_matlab_uses_only_names_that_it_made(
     models: dict[str, Model], name: str

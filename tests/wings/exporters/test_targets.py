@@ -64,6 +64,7 @@ def _conforms(
         assert (check.other_bits == 0) == (exact or check.where.startswith("C Caller")), check
 
 
+@pytest.mark.slow
 def test_every_target_is_tested() -> None:
     assert set(names("erclutch.targets")) == {
         "c",
@@ -680,6 +681,7 @@ def test_mujoco_samples_at_the_models_own_period(
     assert list(folder.glob("__pycache__")) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("to", "module"), [("onnx", "onnx"), ("fmu2", "fmpy"), ("mujoco", "mujoco")]
 )

@@ -185,6 +185,7 @@ def test_folders_of_one_name_below_different_ones_are_told_apart(
     assert [row["device"] for row in found.fits] == ["one/logs/1.csv", "two/logs/1.csv"]
 
 
+@pytest.mark.slow
 def test_what_cannot_be_is_said(logs: Path, tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     with pytest.raises(ErclutchError, match="exists and is not a fleet"):

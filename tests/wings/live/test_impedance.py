@@ -120,6 +120,7 @@ def test_a_wall_resists_the_way_in_and_nothing_else(brake: Path) -> None:
     assert np.all(frames["field2"] == 0.0)
 
 
+@pytest.mark.slow
 def test_a_hand_at_rest_is_held_and_one_that_pulls_is_let_go(brake: Path) -> None:
     at = in_and_out()
     at[600:] = 2.0 + 3e-3 * np.sin(

@@ -14,8 +14,9 @@ from erclutch.wings.live import session
 from erclutch.wings.live.settings import LoopSettings
 from tests.support.command import good, refused, run
 
+pytestmark = pytest.mark.slow
 
-@pytest.mark.slow
+
 def test_help_shows_what_one_needs_every_day_and_folds_the_rest() -> None:
     short = good("live", "--help")
     everyday = (
@@ -36,7 +37,6 @@ def test_help_shows_what_one_needs_every_day_and_folds_the_rest() -> None:
     assert good("live", "--help") == short
 
 
-@pytest.mark.slow
 def test_a_rig_is_described_by_a_file() -> None:
     hints = {
         name: str(each.hint)
@@ -47,7 +47,6 @@ def test_a_rig_is_described_by_a_file() -> None:
     assert "pathlib.Path" in hints["--run"]
 
 
-@pytest.mark.slow
 def test_a_misspelt_program_is_told_before_a_model_is_fitted(tmp_path: Path) -> None:
     said = refused("live", "--headless", "--program", "torque-stp", cwd=tmp_path)
     assert said.startswith(
@@ -76,7 +75,6 @@ def settings_given(
     return given[0]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("option", "on_a_rig", "in_a_replay"),
     [((), 1.0, 0.0), (("--meter-needed",), 2.0, 2.0), (("--no-meter-needed",), 0.0, 0.0)],

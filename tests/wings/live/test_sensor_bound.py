@@ -60,6 +60,7 @@ def test_a_fault_that_a_check_tells_looks_as_no_healthy_session_does(
     assert likeness(pair, healthy, "torque", kind).alone < 1.0
 
 
+@pytest.mark.slow
 def test_the_gain_of_a_doubled_meter_changes_by_what_the_noise_before_it_says(
     pair: LiveModel,
 ) -> None:

@@ -197,6 +197,7 @@ def test_a_rig_without_a_meter_that_sends_zero_is_stopped_only_where_the_meter_i
     assert bool(said(frames, "trip").size) == (needed > 1.0)
 
 
+@pytest.mark.slow
 def test_a_coarse_meter_that_shows_a_count_late_is_not_stuck(bingham: Path) -> None:
     """Counts of 20 mN m: the model's torque moves by 2 % of the largest effort, and no count shows it."""
     wave = LoopProgram(
@@ -209,6 +210,7 @@ def test_a_coarse_meter_that_shows_a_count_late_is_not_stuck(bingham: Path) -> N
     assert said(frames, "torque-doubted", "stuck").size == 0
 
 
+@pytest.mark.slow
 def test_a_small_torque_whose_sign_turns_is_told_by_the_last_readings(bingham: Path) -> None:
     """It is within the band of the model and within dry friction; impedance went on for half a second."""
     small = LoopProgram(
@@ -365,6 +367,7 @@ def test_the_programs_of_the_pair_ask_for_what_it_can_give(name: str, pair: Live
     assert {event: said(frames, event).size for event in unwanted} == dict.fromkeys(unwanted, 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("effort", [0.02, 0.139, 4.0])
 @pytest.mark.parametrize("device", ["coaxial", "single"])
 def test_no_program_asks_for_more_torque_than_the_model_has_seen(
@@ -447,6 +450,7 @@ def test_a_jump_at_an_end_stop_is_believed_inward_only() -> None:
         assert bool(frame["events"] & EVENT_BITS["alpha-doubted"]) != believed
 
 
+@pytest.mark.slow
 def test_the_motor_of_a_brake_pushes_no_more_than_the_brake_holds() -> None:
     """A stronger motor ran away, and the loop tripped in health."""
     for program in standard_programs(RIG, model=True, motor=0.6, device="single", effort=0.684):
@@ -545,6 +549,7 @@ def test_at_rest_four_periods_of_another_torque_are_told_and_a_spike_is_not() ->
     assert said(spike(4), "torque-doubted").size > 200  # no agreement takes that back
 
 
+@pytest.mark.slow
 def test_at_rest_no_count_of_a_coarse_meter_no_slow_change_and_no_new_field_is_a_fault() -> None:
     coarse = resting(lambda k, torque: 0.008 * round((torque + 5e-6 * k) / 0.008))
     assert said(coarse, "torque-doubted").size == 0

@@ -196,6 +196,7 @@ def test_a_dead_sensor_leaves_the_model_in_charge(bingham: Path) -> None:
     assert after["estimate"][-1] == pytest.approx(0.2, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_stalled_motor_is_held_without_chatter(bingham: Path) -> None:
     """Both sides stand; the encoder flickers between two counts, so the slip's sign is chance."""
     given = samples(2000)

@@ -155,6 +155,7 @@ def test_no_count_and_no_percentage_is_taken_for_a_stress(tmp_path: Path) -> Non
     assert_is_the_curve(read_flow_curves(path))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "column", ["gap [mm]", "concentration (wt%)", "volume fraction", "Konzentration"]
 )

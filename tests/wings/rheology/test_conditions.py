@@ -68,6 +68,7 @@ def test_measured_levels_scatter(tmp_path: Path, header: str) -> None:
     )
 
 
+@pytest.mark.slow
 def test_numbers_of_an_unknown_meaning_are_asked_about(tmp_path: Path) -> None:
     path = table(tmp_path / "f.csv", "sample,Shear rate [1/s],Shear stress [Pa]")
     with pytest.raises(
@@ -79,6 +80,7 @@ def test_numbers_of_an_unknown_meaning_are_asked_about(tmp_path: Path) -> None:
     assert read_flow_curves(path, sheet=["sample=0.5"]).curves[0].rate.size == RATES.size
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["Meas. Pts.", "Interval", "duration", "Step duration [s]", "Time [s]", "Torque [mN m]"]
 )
@@ -101,6 +103,7 @@ def test_a_temperature_that_drifts_parts_nothing(tmp_path: Path) -> None:
     assert len(read_flow_curves(tmp_path / "f.csv").curves) == 1
 
 
+@pytest.mark.slow
 @given(
     levels=st.lists(st.integers(-9, 9), min_size=2, max_size=8, unique=True),
     scatter=st.sampled_from([0.0, 1e-4]),

@@ -80,6 +80,7 @@ def test_intervals_of_a_magnetic_cell_have_the_current_that_was_set(tmp_path: Pa
     assert "MR fluid, interval 1 and 3 more: shear rate: column 'Shear Rate' [1/s]" in notes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", ["tau_{:g}kV", "{:g} kV/mm", "Stress at {:g} T", "tau_I{:g}A"])
 def test_names_of_columns_tell_the_fields(tmp_path: Path, names: str) -> None:
     head = ",".join(["shear_rate", *(names.format(field) for field in FIELDS)])

@@ -132,6 +132,7 @@ def test_points_of_several_words_are_a_curve_each_and_none_is_mixed(
     assert holds_the_curve(read_flow_curves(path, sheet=[f"{column}=A"]))
 
 
+@pytest.mark.slow
 def test_points_that_two_columns_of_words_part_are_asked_about(written: Written) -> None:
     lines: list[str] = []
     for oil, state in (("A", "new"), ("A", "used"), ("B", "new"), ("B", "used")):
@@ -142,6 +143,7 @@ def test_points_that_two_columns_of_words_part_are_asked_about(written: Written)
     assert '--sheet "oil=all"' in caught.value.remedy
 
 
+@pytest.mark.slow
 def test_a_gamma_beside_a_tau_of_several_samples_is_settled_by_one_command(
     written: Written,
 ) -> None:
@@ -211,6 +213,7 @@ def test_a_column_of_each_field(written: Written) -> None:
     assert [curve.label for curve in file.curves] == ["0 kV/mm", "1 kV/mm"]
 
 
+@pytest.mark.slow
 def test_options_settle_what_is_not_known(written: Written) -> None:
     path = written(rows(RATES, [y * 1e-3 for y in STRESSES], [1.0] * 6, head="a,b,c"))
     with pytest.raises(

@@ -142,6 +142,7 @@ def test_a_time_beside_rates_is_not_offered_as_a_stress(tmp_path: Path) -> None:
     assert "--" not in caught.value.remedy
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "head",
     [
@@ -173,6 +174,7 @@ def test_an_oscillation_whose_time_stands_still_is_told_as_one(tmp_path: Path) -
     assert "an oscillation" not in last  # who says how it is read is told what is wrong with that
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "head",
     [

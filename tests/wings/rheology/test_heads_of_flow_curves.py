@@ -174,6 +174,7 @@ def test_headings_over_pairs_of_a_short_table_between_tabs_name_the_curves(tmp_p
     ]
 
 
+@pytest.mark.slow
 def test_points_that_a_brookfield_could_not_measure_are_left_out(tmp_path: Path) -> None:
     lines = ["Shear Rate (1/s);Shear Stress (N/m²);Torque (%)"]
     for k, (g, s) in enumerate(zip(RATES, STRESSES, strict=True)):

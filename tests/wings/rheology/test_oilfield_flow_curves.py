@@ -207,6 +207,7 @@ def test_readings_at_one_speed_each_are_a_curve_a_row(tmp_path: Path, head: str)
         assert curve.stress == pytest.approx(0.511 * row, rel=1e-3, abs=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "names", [("KCl polymer", "Bentonite 6 %"), ("A", "A"), ("rpm", "12 ppg [base]")]
 )
@@ -310,6 +311,7 @@ def test_a_workbook_may_hold_decimal_commas_as_texts_beside_its_numbers(tmp_path
     assert_is_the_curve(path)
 
 
+@pytest.mark.slow
 def test_numbers_that_a_workbook_took_for_thousands_are_not_read(tmp_path: Path) -> None:
     content: list[list[Any]] = [["Shear Rate (1/s)", "Shear Stress (Pa)"]]
     content += [[float(rate), f"0,{place}17"] for place, (rate, _) in POINTS]
@@ -338,6 +340,7 @@ def _number(cell: str) -> str | float:
         return cell
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("index", [2.8, 3.9])
 @pytest.mark.parametrize("size", [1.0, 1e5])
 def test_a_stiff_paste_that_turns_up_at_its_highest_rates_is_fitted(
@@ -357,6 +360,7 @@ TIMES = np.arange(60.0)
 DECAY = np.exp(-TIMES / 20.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "kind"),
     [

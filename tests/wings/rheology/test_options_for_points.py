@@ -146,6 +146,7 @@ def test_the_unit_of_a_viscosity_beside_an_axis_is_left_open(tmp_path: Path, hea
         read_flow_curves(tmp_path / "figure.csv")
 
 
+@pytest.mark.slow
 def test_inspect_leaves_the_unit_of_viscosities_below_labels_open(tmp_path: Path) -> None:
     rows = "".join(f"{rate:.4g},{9 / rate:.6g},{rate:.4g},{7 / rate:.6g}\n" for rate in RATES)
     (tmp_path / "figure.csv").write_text(f"Hct16,,Hct33,\nX,Y,X,Y\n{rows}", encoding="utf-8")

@@ -44,6 +44,7 @@ TRIOS_HEAD = "Filename\tsample\nInstrument name\t5332-1\nOperator\tsomebody\n"
 SWEPT = np.full(6, 0.5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [True, False])
 def test_trios_is_told_by_its_head_and_an_oscillation_is_left_out(
     tmp_path: Path, version: bool
@@ -90,6 +91,7 @@ def test_a_hold_at_one_rate_is_no_flow_curve(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "test", ["Peak hold - 1", "Creep - 2", "Stress relaxation", "Stress growth - 1"]
 )
@@ -194,6 +196,7 @@ def kinexus(between: str, decimal: str) -> str:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("between", "decimal", "encoding"),
     [(",", ".", "utf-8-sig"), (";", ",", "utf-8"), ("\t", ".", "utf-16")],

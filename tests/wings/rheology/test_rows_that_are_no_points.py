@@ -236,6 +236,7 @@ def test_a_wide_loop_of_a_thixotropic_fluid_is_told_with_its_width(
     assert told in note
 
 
+@pytest.mark.slow
 def test_a_workbook_asks_about_its_points_and_not_about_its_parameters(tmp_path: Path) -> None:
     openpyxl = pytest.importorskip("openpyxl")
     workbook = openpyxl.Workbook()
@@ -261,6 +262,7 @@ def test_two_rates_and_the_way_between_them_are_told_as_two_rates(tmp_path: Path
         read_flow_curves(written(tmp_path, NAMES, rate, herschel_bulkley(rate)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [np.linspace(1.0, 100.0, 600), np.logspace(-4.0, 5.0, 400)])
 def test_a_ramp_of_very_many_points_has_many_rates(tmp_path: Path, rate: np.ndarray) -> None:
     notes = read_flow_curves(written(tmp_path, NAMES, rate, herschel_bulkley(rate))).notes

@@ -171,6 +171,7 @@ def braking(changes: dict[str, float], command: float) -> np.ndarray:
     return trace
 
 
+@pytest.mark.slow
 def test_a_warm_room_thins_the_liquid_and_softens_the_chains() -> None:
     """Viscosity and yield stress fall exponentially, each by its own parameter."""
     seals = {

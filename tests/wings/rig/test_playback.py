@@ -65,6 +65,7 @@ def test_a_position_in_another_unit_than_the_slip_is_not_differentiated(
     assert np.diff(angles_of(with_position)[:, 0]) * 1e3 == pytest.approx(0.3)
 
 
+@pytest.mark.slow
 @settings(deadline=None)
 @given(st.sampled_from([1e-4, 3.328e-4, 1e-3, 2e-3, 7e-3]))
 def test_speeds_and_fields_are_those_of_the_log(period: float) -> None:

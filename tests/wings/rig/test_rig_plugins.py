@@ -9,6 +9,7 @@ from erclutch.wings.rig.rig_plugins import UdpRig, hardware
 from tests.support.installed_plugin import Install
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -29,6 +30,7 @@ def test_a_rig_that_fails_is_named(install: Install, text: str, said: str) -> No
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_rig_comes_by_name(install: Install) -> None:
     text = (
         "from erclutch.wings.rig.rig_plugins import UdpRig\n"

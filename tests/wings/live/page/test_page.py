@@ -321,6 +321,7 @@ def fetched(site_of: str) -> dict[str, Any]:
     return {"Sec-Fetch-Site": site_of}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("site_of", ["same-site", "cross-site"])
 def test_nothing_for_a_page_of_another_port(site: Site, site_of: str) -> None:
     """A page of another port of this machine is of the same site: its cookie and its Origin may be ours."""
@@ -515,6 +516,7 @@ def test_an_oversized_message_is_refused(site: Site) -> None:
     assert site.commands == []
 
 
+@pytest.mark.slow
 def test_a_client_that_sends_too_much_is_hung_up_on(site: Site) -> None:
     def talk() -> None:
         with site.connect() as client:
