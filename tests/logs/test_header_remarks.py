@@ -68,6 +68,7 @@ def test_counts_of_a_turn_in_any_words_make_an_angle(tmp_path: Path, line: str, 
     "line",
     [
         "gear ratio 1:10",
+        "Gear ratio 10:1 (encoder on the motor)",
         "# reduction 10:1",
         "gearbox ratio 1/10",
         "Gear ratio 10",

@@ -81,6 +81,13 @@ _CYRILLIC = (
 )
 # Written unit -> what pint understands by it. Pint reads Nm as newton x molal, U/min as enzyme units, gauss in CGS.
 SPELLINGS = (
+    # A share of what is stated behind it: % of 3000 rpm.
+    (
+        re.compile(
+            r"^(?:100\s?%\s?=|%\s?(?:of|von|vom|de|di|del|van)?(?![^\W\d]))\s*(\d+(?:\.\d+)?)\s*(?=[^\W\d])"
+        ),
+        r"0.01*\1*",
+    ),
     *((re.compile(written), means) for written, means in _FRACTIONS),
     *((re.compile(rf"(?<![\w.]){written}(?!\w)"), means) for written, means in _OVER_A_SECOND),
     *((re.compile(written), means) for written, means in _EASTERN),

@@ -106,6 +106,11 @@ def test_a_unit_in_the_lines_above_is_asked_about(
     assert f"[{unit}]" in asked.value.remedy
 
 
+def test_units_that_a_line_above_gives_each_column_are_read(tmp_path: Path) -> None:
+    head = "stress in dyn/cm^2; rate in 1/s\n\nrate,stress"
+    assert_is_the_curve(read_flow_curves(written(tmp_path, head, RATES, 10 * STRESSES)))
+
+
 def test_a_viscosity_over_all_columns_is_proposed_for_all(tmp_path: Path) -> None:
     head = ",Viscosity (mPa·s),\nShear rate (1/s),0 kV/mm,1 kV/mm"
     path = written(tmp_path, head, RATES, STRESSES / RATES, 2 * STRESSES / RATES)

@@ -36,6 +36,8 @@ _ASSIGNMENT = re.compile(
 # Several statements in a line, and one of them: ``LVDT: 25 mm/V; load cell 200 N/V``.
 _BETWEEN_STATEMENTS = re.compile(r"[;,]\s+(?=[^\W\d])")
 _STATEMENT = re.compile(r"\W*[^\d\W][^:=,;\t]{0,60}?\s*[:=]\s*[^\s:=][^:=]*")
+# Words in brackets behind a statement: ``Gear ratio 5:1 (encoder on the motor)``.
+_ASIDE = re.compile(r"(?<=\S)\s+\([^()]*\)\s*$")
 _MOST_PAIRS = 200  # of a header block
 #: Of a period without a unit, in s: a larger number may be one of ms.
 LONGEST_PERIOD = 0.5
@@ -75,7 +77,7 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
         statements = parts if state_all else [line]
         # Behind them the parts of a remark that say ``dt = 0.002 s`` among other words.
         for text in (*statements, *_ASSIGNMENT.findall(line)):
-            said = stated_across_a_mark(text)
+            said = stated_across_a_mark(text) or stated_across_a_mark(_ASIDE.sub("", text))
             match = _QUOTED_KEY.fullmatch(text) or _PAIR.fullmatch(text)
             if said is None and match is None:
                 said = stated_among_words(text)
