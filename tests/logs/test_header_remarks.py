@@ -191,3 +191,31 @@ def test_a_load_in_kilograms_in_any_letters_is_offered_as_a_weight(
 ) -> None:
     said = command(tmp_path, "", {"speed [rad/s]": SPEED, f"Load ({unit})": TORQUE})
     assert said.endswith('--effort "Load [kgf]"')
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "All values multiplied by 1000",
+        "# Scale factor: 0.001",
+        "scaling factor = 10",
+        "Multiplier: x10",
+        "Werte multipliziert mit 1000",
+    ],
+)
+def test_a_factor_without_a_unit_leaves_the_numbers_in_doubt(tmp_path: Path, line: str) -> None:
+    """Whether they were multiplied already, nobody says; they were taken as logged, in silence."""
+    command(tmp_path, line, {"speed [rad/s]": SPEED, "torque [Nm]": TORQUE})
+    plan = plan_of(read_table(tmp_path / "log.csv"), ColumnMap())
+    doubts = {each.signal: each.doubt for each in plan.signals if each.sureness == "doubtful"}
+    assert [*doubts] == ["effort"]
+    assert "as logged, and the file says" in doubts["effort"]
+
+
+@pytest.mark.parametrize("line", ["Scale factor: 1", "Number of scales: 4", "Factor of safety: 2"])
+def test_a_number_that_is_no_factor_of_the_values_leaves_no_doubt(
+    tmp_path: Path, line: str
+) -> None:
+    command(tmp_path, line, {"speed [rad/s]": SPEED, "torque [Nm]": TORQUE})
+    plan = plan_of(read_table(tmp_path / "log.csv"), ColumnMap())
+    assert not any(each.sureness == "doubtful" for each in plan.signals)

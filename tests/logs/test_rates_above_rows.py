@@ -55,6 +55,35 @@ def test_the_frequency_of_a_motion_is_no_rate(tmp_path: Path, lines: tuple[str, 
         read(_log(tmp_path, *lines))
 
 
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("Sampling rate: 2000 Hz", "Decimation: 10"),
+        ("Sample rate: 2 kHz", "Averaging: 10 samples"),
+        ("Sampling time: 8 s",),
+    ],
+)
+def test_a_rate_of_other_rows_and_the_time_of_the_whole_log_are_no_rate(
+    tmp_path: Path, lines: tuple[str, ...]
+) -> None:
+    """Of ten samples one was kept, or the log lasted 8 s: both were taken for the rate of the rows, in silence."""
+    with pytest.raises(MappingError, match="no sampling rate"):
+        read(_log(tmp_path, *lines))
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("Sample time: 8 s", "Sample rate: 200 Hz"),
+        ("Sampling rate: 200 Hz", "Decimation: 1"),
+        ("Sample rate: 200 Hz per channel",),
+        ("Scan rate: 200 Hz, 3 channels",),
+    ],
+)
+def test_what_stands_beside_a_rate_hides_it_not(tmp_path: Path, lines: tuple[str, ...]) -> None:
+    assert read(_log(tmp_path, *lines)).period == pytest.approx(0.005)
+
+
 def test_a_slow_rate_that_is_called_one_of_samples_is_read(tmp_path: Path) -> None:
     assert read(_log(tmp_path, "sample frequency: 2 Hz")).period == pytest.approx(0.5)
 

@@ -44,6 +44,8 @@ _RATIO = re.compile(r"(\d+(?:\.\d+)?)\s*(?::\s*(\d+(?:\.\d+)?))?")
 _PLACE = re.compile(r"NUMBER ([^\"']+)/([^\"'/]+)")  # rad/s/V is of a volt
 _PER = re.compile(r"_([^\W_]+)_per_([^\W_]+)$")
 _MOTIONS = ("slip", "position")
+#: Words for what a sensor reads where its signal is zero.
+_ZEROS = set_of("zero offset nullpunkt nullsignal nullpunktspannung bias tare tara")
 
 
 class StatedScale(NamedTuple):
@@ -175,15 +177,18 @@ def fill_in_stated_scales(draft: Draft) -> None:
         if len(fitting) != 1:
             continue
         filled = fitting[0].over(sensor)
+        zero = _stated_zero(draft, sensor)
         hole = f"NUMBER {made}/{sensor}"
         problem, listed, columns_of_file = question.problem.partition("; the file has")
         draft.questions[about] = replace(
             question,
             problem=f"{problem}; the file says {fitting[0].said}{listed}{columns_of_file}",
-            remedy=question.remedy.replace(hole, filled),
-            option=question.option.replace(hole, filled),
+            remedy=_filled(question.remedy, hole, filled, signal, zero),
+            option=_filled(question.option, hole, filled, signal, zero),
         )
-        draft.examples = [example.replace(hole, filled) for example in draft.examples]
+        draft.examples = [
+            _filled(example, hole, filled, signal, zero) for example in draft.examples
+        ]
     for signal, chosen in [*draft.signals.items()]:
         place = _PLACE.search(chosen.answer)
         fitting = [] if place is None else [*scales_stated(draft, signal)]
@@ -191,6 +196,27 @@ def fill_in_stated_scales(draft: Draft) -> None:
         if place is not None and len(fitting) == 1:
             answer = chosen.answer.replace(place[0], fitting[0].over(place[2]))
             draft.doubt(signal, f"{chosen.doubt}; the file says {fitting[0].said}", answer)
+
+
+def _filled(text: str, hole: str, filled: str, signal: str, zero: str) -> str:
+    """A text with a stated scale in the place of its hole, and behind the option the stated zero."""
+    if not zero:
+        return text.replace(hole, filled)
+    option = f"--zero {shell_word(f'{signal}={zero}')}"
+    return re.sub(rf"{re.escape(hole)}([\"']?)", lambda end: f"{filled}{end[1]} {option}", text)
+
+
+def _stated_zero(draft: Draft, sensor: str) -> str:
+    """What the file says that a sensor reads where its signal is zero, such as ``2.5 V``; "" where it states none."""
+    zeros: list[str] = []
+    for key, text in draft.table.metadata.items():
+        match = _FIRST_QUANTITY.fullmatch(text.strip())
+        if match is None or _ZEROS.isdisjoint(words_of(split_label(key)[0])):
+            continue
+        unit = (match.group(2) or "").strip()
+        if unit and units.is_unit(unit) and units.is_unit(sensor) and units.fits(unit, (sensor,)):
+            zeros.append(f"{match.group(1)} {unit}")
+    return zeros[0] if len(zeros) == 1 else ""
 
 
 def scales_stated(draft: Draft, signal: str) -> Iterator[StatedScale]:

@@ -86,6 +86,7 @@ from erclutch.logs.planning.scaled_signals import doubt_signals_scaled_for_a_net
 from erclutch.logs.planning.sense_of_effort import doubt_an_effort_without_its_sense
 from erclutch.logs.planning.sense_of_speed import doubt_a_speed_without_its_sense
 from erclutch.logs.planning.settings_of_a_rig import ask_about_a_setting_of_the_rig
+from erclutch.logs.planning.stated_factors import doubt_numbers_with_a_stated_factor
 from erclutch.logs.planning.stated_scales import (
     doubt_counts_and_motors,
     fill_in_stated_scales,
@@ -185,6 +186,7 @@ STEPS = (
     Step("whether the effort is a mean to and fro", doubt_the_mean_of_a_motion_to_and_fro),
     Step("whether a drive computed the effort beside a sensor", doubt_the_torque_of_a_drive),
     Step("whether counts or a motor want a stated number", doubt_counts_and_motors),
+    Step("whether numbers want a stated factor", doubt_numbers_with_a_stated_factor),
     Step("whether the effort is the device's alone", doubt_an_effort_with_inertia),
     Step("whether a controller computed the effort", doubt_an_effort_of_a_controller),
     Step("whether slip and effort make a power", doubt_effort_without_power),

@@ -38,6 +38,11 @@ _BETWEEN_STATEMENTS = re.compile(r"[;,]\s+(?=[^\W\d])")
 _STATEMENT = re.compile(r"\W*[^\d\W][^:=,;\t]{0,60}?\s*[:=]\s*[^\s:=][^:=]*")
 # Words in brackets behind a statement: ``Gear ratio 5:1 (encoder on the motor)``.
 _ASIDE = re.compile(r"(?<=\S)\s+\([^()]*\)\s*$")
+# Numbers that were multiplied before they were written: ``All values multiplied by 1000``.
+_FACTOR = re.compile(
+    r"\W*([^\d\W][^:=,;\t]{0,60}?(?:multiplied|divided|scaled|multipliziert|geteilt) (?:by|mit|durch))"
+    r"\s+(\d[\d.eE+-]*)\W*"
+)
 _MOST_PAIRS = 200  # of a header block
 #: Of a period without a unit, in s: a larger number may be one of ms.
 LONGEST_PERIOD = 0.5
@@ -67,6 +72,19 @@ _SIZE_OF_A_MOTION = re.compile(
 )
 
 
+# Of several samples one was kept, or their mean was.
+_THINNED = re.compile(
+    r"(?:.*[\W_])?(?:decimat|down-?sampl|sub-?sampl|under-?sampl|averag|oversampl)\w*(?:[\W_].*)?",
+    re.I,
+)
+_ONE_OR_NONE = re.compile(r"(?:1(?:\.0*)?(?!\d)|0|no|none|off|false)\b.*", re.I)
+# A time of sampling of many seconds is that of the whole log.
+_MAY_BE_A_DURATION = re.compile(r"sampl\w*[ _-]*time", re.I)
+_OF_CHANNELS = re.compile(
+    r"\s*(?:,\s*\d+\s*channels?|(?:per|/|je)\s*(?:channel|ch|kanal))\s*$", re.I
+)
+
+
 def header_pairs(lines: Iterable[str]) -> dict[str, str]:
     """``Key: value`` lines of a header block as texts, the first 200; a number and its unit may stand in two cells."""
     pairs: dict[str, str] = {}
@@ -88,7 +106,7 @@ def header_pairs(lines: Iterable[str]) -> dict[str, str]:
             if match is None:
                 remark = _REMARK.fullmatch(text)
                 match = remark if remark and units.is_unit(remark.group(3)) else None
-                match = match or _AMONG_WORDS.fullmatch(text)
+                match = match or _FACTOR.fullmatch(text) or _AMONG_WORDS.fullmatch(text)
             if match is None or len(pairs) == _MOST_PAIRS:
                 continue
             key, value, *behind = match.groups()
@@ -114,24 +132,47 @@ def is_called_a_rate(name: str) -> bool:
 
 
 def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
-    """Sampling period in s that a header block states, and the key that states it; an interval wins over a rate."""
+    """Sampling period in s that a header block states, and the key that states it; an interval wins over a rate.
+
+    None where it states none, and where it says that of several samples one was kept.
+    """
     states_a_motion = any(_SIZE_OF_A_MOTION.fullmatch(key) for key in pairs)
+    was_thinned = any(
+        _THINNED.fullmatch(key) and not _ONE_OR_NONE.fullmatch(value)
+        for key, value in pairs.items()
+    )
+    if was_thinned:  # whether the rate is that before or behind it, nobody says
+        return None
     for pattern, usual_unit, power in ((_PERIOD, "s", 1), (_RATE, "Hz", -1)):
         for key, value in pairs.items():
             name, unit_of_key = split_label(key)
             if not pattern.fullmatch(name.strip()):
                 continue
             try:
-                number, unit_of_value = units.quantity(_OF_SAMPLES.sub(r"\1Hz", value.strip()))
+                number, unit_of_value = units.quantity(
+                    _OF_SAMPLES.sub(r"\1Hz", _OF_CHANNELS.sub("", value.strip()))
+                )
                 written = unit_of_value or unit_of_key
                 unit = units.parse(written or usual_unit)
             except UnitError:
                 continue
+            is_of_samples = not _may_be_another(name.strip(), number * unit.factor, states_a_motion)
             may_be_in_ms = not written and power == 1 and number > LONGEST_PERIOD
-            if _MAY_BE_OF_A_MOTION.fullmatch(name.strip()) and (
-                number * unit.factor < _SLOWEST_OF_SAMPLES or states_a_motion
-            ):
-                continue
-            if number > 0 and unit.dimension == (("second", float(power)),) and not may_be_in_ms:
+            is_a_time = unit.dimension == (("second", float(power)),)
+            if number > 0 and is_a_time and is_of_samples and not may_be_in_ms:
                 return (number * unit.factor) ** power, key
     return None
+
+
+def _may_be_another(name: str, size: float, states_a_motion: bool) -> bool:
+    """Whether a time may be that of a whole log, or a frequency that of a motion.
+
+    Args:
+        name: what it is called.
+        size: in s or Hz.
+        states_a_motion: whether the size or the form of a motion is stated beside it.
+    """
+    if _MAY_BE_A_DURATION.fullmatch(name):
+        return size > LONGEST_PERIOD
+    may_be_of_a_motion = _MAY_BE_OF_A_MOTION.fullmatch(name) is not None
+    return may_be_of_a_motion and (size < _SLOWEST_OF_SAMPLES or states_a_motion)
