@@ -24,7 +24,7 @@ def test_parts_with_which_the_effort_goes_are_asked_about(name: str) -> None:
     columns = {"t [s]": ROWS / 100, name: PART, "w [rad/s]": SPEED, "torque [N*m]": AT_FIELDS}
     plan = planned(columns)
     assert [question.signal for question in plan.questions] == ["field"]
-    assert "0.2 in 1 and 1.7 in 4" in plan.questions[0].problem
+    assert "part 4 has 8.5 times the effort of part 1" in plan.questions[0].problem
     assert '--scale "field=STEP A" --zero field=1' in plan.command()
     assert not planned(columns, field="none").questions
 
@@ -42,13 +42,17 @@ def test_parts_at_speeds_of_their_own_are_not_held_against_each_other() -> None:
     assert not planned(columns).questions
 
 
-def test_parts_of_a_position_are_held_against_each_other_at_one_stroke() -> None:
+def test_parts_of_a_position_are_held_against_each_other_at_one_rate() -> None:
+    """Larger strokes are faster, so a viscous force is larger at no field at all; so is that of a spring."""
     stroke = 0.02 * np.sin(2 * np.pi * ROWS / 100)
     force = (100.0 + 400.0 * (PART - 1.0)) * np.sign(np.cos(2 * np.pi * ROWS / 100))
     columns = {"t [s]": ROWS / 100, "cycle": PART, "stroke [m]": stroke, "force [N]": force}
     assert [question.signal for question in planned(columns).questions] == ["field"]
-    larger = {**columns, "stroke [m]": stroke * PART}
-    assert not planned(larger).questions
+    larger = stroke * PART
+    viscous = 5e3 * np.gradient(larger, 0.01)
+    for force in (viscous, 1e4 * larger):
+        rows = {**columns, "stroke [m]": larger, "force [N]": force}
+        assert not planned(rows).questions
 
 
 def test_beside_a_current_parts_are_not_asked_about() -> None:
