@@ -35,3 +35,16 @@ def test_beside_a_current_a_gap_is_not_asked_about() -> None:
     current = np.repeat([0.0, 1.0, 0.0, 1.0], 300)
     columns = {"t [s]": ROWS / 100, "w [rad/s]": SPEED, "I [A]": current, NAMES[0]: GAP}
     assert not planned({**columns, "torque [N*m]": TORQUE * (1 + current)}).questions
+
+
+@pytest.mark.parametrize("label", ["Magnet position [mm]", "vane angle [deg]", "Supply [bar]"])
+def test_levels_of_any_name_with_which_the_effort_goes_are_asked_about(label: str) -> None:
+    """The rows of all places of a magnet were one log at no field, in silence."""
+    columns = {"t [s]": ROWS / 100, "w [rad/s]": SPEED, label: GAP, "torque [N*m]": TORQUE}
+    assert [question.signal for question in planned(columns).questions] == ["field"]
+    assert not planned({**columns, "torque [N*m]": STEADY}).questions
+
+
+def test_levels_of_a_temperature_are_no_field() -> None:
+    columns = {"t [s]": ROWS / 100, "w [rad/s]": SPEED, "torque [N*m]": TORQUE}
+    assert not planned({**columns, "Temp [°C]": 10 * GAP}).questions

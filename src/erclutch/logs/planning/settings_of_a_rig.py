@@ -11,6 +11,8 @@ import numpy as np
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.vocabulary import set_of
 from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.field_of_words import levels_of_efforts
+from erclutch.signals import units
 from erclutch.signals.recording import NO_FIELD
 
 _SETTINGS = set_of(
@@ -21,7 +23,10 @@ _DIFFERS = 1.2  # between the mean sizes of the effort at two settings
 
 
 def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
-    """Ask whether the one column of such a name that keeps a few levels is wanted, where the effort goes with them."""
+    """Ask whether the one column of such a name that keeps a few levels is wanted, where the effort goes with them.
+
+    A column of another name that keeps levels is one too, where the effort at the same slip goes with them.
+    """
     field = draft.signals.get("field")
     effort = draft.signals.get("effort")
     is_open = field is not None and field.reason == NO_FIELD
@@ -45,6 +50,13 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
         means = [float(sizes[known & (column.values == level)].mean()) for level in levels]
         if len(means) > 1 and max(means) > _DIFFERS * min(means):
             settings.append(column.name)
+    if not settings:
+        # Whatever it is called: an angle of vanes, or the place of a magnet, which was guessed as the device's.
+        place = draft.guessed("position") if "slip" in draft.signals else None
+        others = [name for name in draft.taken if place is None or name != place.column]
+        settings = [name for name in levels_of_efforts(draft, others) if _has_a_unit(draft, name)]
+        if place is not None and settings == [place.column]:
+            draft.take_back("position")
     if len(settings) != 1:
         return
     (name,) = settings
@@ -53,3 +65,9 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
     remedy = f"Give {option} if it sets the effort as a field does, else --field none"
     draft.ask("field", MappingError(problem, remedy=remedy), option)
     del draft.signals["field"]
+
+
+def _has_a_unit(draft: Draft, name: str) -> bool:
+    """Whether a column has a unit other than that of a temperature: a warm fluid has less effort at any field."""
+    unit = draft.seen.columns[name].written_unit
+    return bool(unit) and not units.is_temperature(unit)
