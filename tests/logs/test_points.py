@@ -145,22 +145,25 @@ def test_inspect_understands_points(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("word", ["cell", "trial", "well"])
+@pytest.mark.parametrize(
+    ("word", "answer"),
+    [
+        ("cell", "--field none --time none"),
+        ("trial", "--time none"),  # which numbers the parts of a test
+        ("well", "--field none --time none"),
+    ],
+)
 def test_a_time_that_no_row_follows_is_told_and_the_rows_are_taken_as_points(
-    tmp_path: Path, word: str
+    tmp_path: Path, word: str, answer: str
 ) -> None:
     times = 12.0 + MANY % 7  # s, of each point by itself
     path = written(
         tmp_path, f"{word},Elapsed_Time_s,RPM,Torque [N*m]", MANY // 1000, times, MANY, MANY % 9
     )
     said = good("inspect", path.name, cwd=tmp_path, code=1).splitlines()
-    assert said[-1] == "What settles it: erclutch inspect points.csv --field none --time none"
-    said = good(
-        "inspect", path.name, "--field", "none", "--time", "none", cwd=tmp_path
-    ).splitlines()
-    assert (
-        said[-1] == "Understood. Fit it: erclutch fit points.csv --field none --time none --out RUN"
-    )
+    assert said[-1] == f"What settles it: erclutch inspect points.csv {answer}"
+    said = good("inspect", path.name, *answer.split(), cwd=tmp_path).splitlines()
+    assert said[-1] == f"Understood. Fit it: erclutch fit points.csv {answer} --out RUN"
 
 
 @pytest.mark.slow
