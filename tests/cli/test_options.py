@@ -286,7 +286,6 @@ def test_the_command_of_a_report_has_options_that_there_are() -> None:
     assert [word for word in given if word not in known and word != "--out"] == []
 
 
-@pytest.mark.slow
 def test_help_folds_what_few_need_and_help_all_shows_each_option() -> None:
     for command in commands():
         if not command.plugin.own:
