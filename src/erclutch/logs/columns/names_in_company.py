@@ -80,8 +80,8 @@ def told_by_company(said: Mapping[str, SpokenName]) -> dict[str, str]:
 def _without_the_place_of_all(stems: Mapping[str, str]) -> dict[str, str]:
     """Names without the place in front of all but the time: ``I_ist`` for ``BRK.I_ist`` beside ``BRK.M_ist``.
 
-    A place says nothing of its own, and one that does, such as that of a motor, stays. Nor does it where the names are
-    understood with it, or are not without it.
+    The place stays where it has a meaning, as that of a motor has; where a name is understood with it; and where no
+    effort and motion are understood without it.
     """
     of_place = {
         name: (place[0], stem[place.end() :])

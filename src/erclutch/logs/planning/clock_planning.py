@@ -33,9 +33,8 @@ from erclutch.logs.table import Table
 from erclutch.signals import units
 
 _APART = 1.0  # s between points: the steps of a clock that nothing may be read from
-_LONGEST_TICK = (
-    1e5  # us between rows: a counter that grows by more counts the cycles of a processor
-)
+#: us between rows: a counter that grows by more counts the cycles of a processor.
+_LONGEST_TICK = 1e5
 _OTHER_RATE = 0.01  # share by which a given rate differs from that of the file at least
 _STEADY_STEPS = 0.2  # of their mean, between the shortest and the longest: a rate stands for them
 _COUNTED = frozenset({"tick", "ticks", "frame", "frames", "sample", "samples", "scan", "scans"})
