@@ -286,6 +286,7 @@ def test_the_command_of_a_report_has_options_that_there_are() -> None:
     assert [word for word in given if word not in known and word != "--out"] == []
 
 
+@pytest.mark.slow
 def test_help_folds_what_few_need_and_help_all_shows_each_option() -> None:
     for command in commands():
         if not command.plugin.own:
@@ -295,6 +296,16 @@ def test_help_folds_what_few_need_and_help_all_shows_each_option() -> None:
             name for name, used in options().items() if command.name in used and name not in whole
         }
         assert hidden == set(), command.name
+
+
+@pytest.mark.slow
+def test_help_is_as_wide_as_the_terminal_is_now(monkeypatch: pytest.MonkeyPatch) -> None:
+    widths = []
+    for columns in ("30", "100"):
+        monkeypatch.setenv("COLUMNS", columns)
+        frame = next(line for line in good("score", "--help").splitlines() if line.startswith("╭"))
+        widths.append(len(frame))
+    assert widths == [30, 100]
 
 
 @pytest.mark.slow

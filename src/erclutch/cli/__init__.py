@@ -132,6 +132,7 @@ def _run(words: Sequence[str]) -> int:
         return 0
 
     from cyclopts import CycloptsError
+    from rich.console import Console
 
     from erclutch.cli.folded_help import HELP_ALL, whole_help
     from erclutch.cli.logs_behind_runs import words_with_logs_first
@@ -150,7 +151,8 @@ def _run(words: Sequence[str]) -> int:
     plain = ["--help" if word == HELP_ALL else word for word in words]
     try:
         with whole_help(whole=HELP_ALL in words):
-            result = app(plain, exit_on_error=False, print_error=False)
+            # Of its own, Cyclopts would print in the width that the terminal had at the first command of this process.
+            result = app(plain, console=Console(), exit_on_error=False, print_error=False)
     except CycloptsError as error:
         completed = words_with_logs_first(plain, error) or words_with_lone_run(plain, error)
         if completed is None:
