@@ -91,6 +91,44 @@ def test_effort_against_slip_is_a_turned_sign(note: str, label: str) -> None:
     assert str(finding).endswith(f'Turn a sign, for example --effort "{label}".')
 
 
+def _logs(*efforts: Array, names: tuple[str, ...] = ("a.csv", "b.csv", "c.csv")) -> Dataset:
+    """Logs of one motion and field with these efforts, joined."""
+    notes = ("effort <- column F [N] (guessed from its name)",)
+    logs = [
+        replace(changed(good(), effort=effort), sources=(name,), notes=notes)
+        for name, effort in zip(names, efforts, strict=False)
+    ]
+    return joined(logs)
+
+
+def test_a_log_whose_effort_opposes_its_slip_beside_others_is_named() -> None:
+    effort = good().effort
+    data = _logs(effort, -0.5 * effort, effort)
+    finding = only(tuple(each for each in findings(data) if each.subject == "signs of logs"))
+    assert finding.level == "warning"
+    assert "effort opposes slip in b.csv and goes with it in a.csv, c.csv" in finding.message
+    assert finding.remedy.endswith(
+        'erclutch inspect "b.csv" --effort "-F [N]" --write-mapping "b.csv.toml"'
+    )
+
+
+def test_a_recording_of_a_file_is_turned_in_the_file() -> None:
+    effort = good().effort
+    data = _logs(effort, -effort, names=("a.xlsx: one", "a.xlsx: two"))
+    finding = only(tuple(each for each in findings(data) if each.subject == "signs of logs"))
+    assert "opposes slip in a.xlsx: two" in finding.message
+    assert finding.remedy.endswith("turn the sign of that recording in the file")
+
+
+def test_a_spring_and_a_zero_turn_no_log_round() -> None:
+    data = good()
+    spring = 5.0 * np.sin(np.arange(N) / 7.0)  # of no phase with the slip: no power to and fro
+    offset = data.effort - 3.0 * float(np.max(np.abs(data.effort)))
+    assert [f for f in findings(_logs(data.effort, spring, offset)) if "signs" in f.subject] == []
+    turned_all = findings(_logs(-data.effort, -data.effort))
+    assert [f.subject for f in turned_all if "sign" in f.subject] == ["sign"]
+
+
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_an_effort_that_falls_with_the_speed_of_a_motion_one_way_is_no_turned_sign(
     sense: float,

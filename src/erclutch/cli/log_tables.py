@@ -148,11 +148,13 @@ def tell_coverage(data: Dataset) -> None:
 def findings(data: Dataset) -> list[str]:
     """What is odd in a log, each with its level."""
     from erclutch.fit.checks.data_check import another_device
+    from erclutch.fit.checks.effort_and_slip import logs_against_others
     from erclutch.fit.checks.sensor_check import sensor_findings
     from erclutch.fit.history import effort_finding
 
     odd = list(sensor_findings(data))
-    odd += [each for each in (effort_finding(data), another_device(data)) if each is not None]
+    of_all_logs = (effort_finding(data), another_device(data), logs_against_others(data))
+    odd += [each for each in of_all_logs if each is not None]
     return [f"{finding.level}: {finding}" for finding in odd]
 
 

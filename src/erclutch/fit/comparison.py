@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from erclutch import registry
 from erclutch.errors import CheckError, PluginError, SettingError, require_known
 from erclutch.fit.candidate import Candidate, Fitted, Kind, kinds
-from erclutch.fit.checks.data_check import ONE_FIELD, SIGN, check, steady_command
+from erclutch.fit.checks.data_check import ONE_FIELD, check, steady_command
+from erclutch.fit.checks.effort_and_slip import SIGN
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.no_time import NO_MEMORY
 from erclutch.fit.choice.ranking import (

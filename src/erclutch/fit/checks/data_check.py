@@ -10,7 +10,8 @@ from re import compile as pattern
 
 import numpy as np
 
-from erclutch.errors import CheckError, shell_word
+from erclutch.errors import CheckError
+from erclutch.fit.checks.effort_and_slip import effort_against_slip, logs_against_others
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.releasing_field import releasing_field
 from erclutch.fit.checks.sensor_check import sensor_findings
@@ -28,8 +29,6 @@ from erclutch.signals.units import amount
 
 #: Subject of the finding that the rows held out have a single field.
 ONE_FIELD = "one field"
-#: Subject of the finding that effort opposes slip.
-SIGN = "sign"
 #: Subject of the finding that all rows have a single field.
 STEADY_FIELD = "field"
 
@@ -41,9 +40,7 @@ USUAL_SHARE = 0.3
 _SMALLER_SHARES = (0.25, 0.2, 0.15, 0.1)
 #: A field, over the largest, below which it is none; two fields that differ by less are one.
 _NO_FIELD = 1e-6
-#: How a note of a recording says from which column a signal came.
-_COLUMN = pattern(r"(\w+) <- column (.+?)(?:, .*| \(the file says .*)? \([^()]*\)")
-#: The same, with a unit that was given and the unit of the file.
+#: How a note of a recording says that a column's unit was given, and which the file has.
 _UNIT_GIVEN = pattern(rf"(\w+) <- column (.+) \[(.+?)\].*, {THOUGH} (.+) \(")
 #: Standard deviation of white noise over the median size of its second differences.
 _DEVIATION_OF_BEND = 1.0 / (0.6745 * 6.0**0.5)
@@ -55,8 +52,6 @@ _NOISE_AT_MOST = 0.05
 _TO_AND_FRO = 0.2
 #: Such a motion drifts where its trend is so many times its swing.
 _RUNS_AWAY = 3.0
-#: A motion goes one way that has no more than this share of its rows in the rarer direction: noise at rest.
-_HARDLY_EVER = 0.02
 #: Changes of the slip's sign within a stretch without a gap, below which it has no swing: two swings.
 _FEWEST_TURNS = 4
 #: Values of a slip up to which it is counted in steps.
@@ -100,7 +95,8 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
         releasing_field(data),
         _one_slip(train),
         _drift(data),
-        _sign(train),
+        effort_against_slip(train),
+        logs_against_others(data),
         _quantised(train),
         *_held_out(train, data, test),
         *_never_seen(train),
@@ -284,40 +280,6 @@ def _drift(data: Dataset) -> Finding | None:
                 remedy = "Check the sensor's zero, and take the drift out of the log"
                 return Finding("warning", "drift", message, remedy)
     return None
-
-
-def _sign(train: Dataset) -> Finding | None:
-    """A passive element dissipates: effort and slip have the same sign on the whole."""
-    # A sensor's zero makes no power over a motion to and fro, and is taken off. Over a motion one way it cannot be told
-    # from friction, and an effort that falls with the speed would seem to drive the device without its mean.
-    rarer = [
-        min(np.mean(element.slip > 0.0), np.mean(element.slip < 0.0)) for element in train.elements
-    ]
-    to_and_fro = max(rarer) > _HARDLY_EVER
-    effort = train.effort - np.mean(train.effort) if to_and_fro else train.effort
-    power = 0.0
-    for element in train.elements:
-        # Most power is dissipated under the strongest field, so rows weigh by it; all the same without any field.
-        strength = np.abs(element.field)
-        most = float(strength.max())
-        weight = strength + 1e-3 * most if most > 0.0 else np.ones_like(element.field)
-        weighed = effort * element.slip * weight
-        power += float(np.mean(weighed))
-    if power >= 0:
-        return None
-
-    # The remedy names the column, with the sign that it has not got now.
-    name = "T" if train.device == "coaxial" else "effort"
-    label = "-NAME [unit]"
-    for note in train.notes:
-        column = _COLUMN.fullmatch(note)
-        if column is not None and column[1] == name:
-            label = column[2] if "sign turned" in note else f"-{column[2]}"
-            break
-    message = "effort opposes slip on average, so the device would deliver energy"
-    return Finding(
-        "warning", SIGN, message, f"Turn a sign, for example --{name} {shell_word(label)}"
-    )
 
 
 def _quantised(train: Dataset) -> Finding | None:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from erclutch.fit.checks.data_check import SIGN
+from erclutch.fit.checks.effort_and_slip import SIGN
 
 #: Error as a share of the standard deviation from which a model explains next to nothing.
 NEXT_TO_NOTHING = 0.95
