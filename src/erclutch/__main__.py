@@ -30,6 +30,8 @@ def main() -> int:
         code = ended.code
     _end_at_once(code)
     _forget_interrupt()
+    # The answer is complete: what a plug-in prints as the program ends is no part of it.
+    sys.stdout = sys.stderr
     return code
 
 

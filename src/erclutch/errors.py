@@ -264,6 +264,10 @@ class PluginError(SettingError):
     plugin: tuple[str, str] | tuple[()] = ()
 
 
+class SpoiltError(PluginError):
+    """A plug-in changed what all others compute with: what was computed meanwhile may be wrong."""
+
+
 class RunError(ErclutchError):
     """A run folder or a saved model cannot be written or read back."""
 

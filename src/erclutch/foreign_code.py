@@ -1,96 +1,234 @@
 """What code of another package changes of this process is put back, and what errors of code that may be absent say.
 
 A folder that a plug-in goes to would be the place of a run, a function of NumPy that it replaces would be that of every
-law. Both would be taken in silence.
+law. Both would be taken in silence. What changes no number, no file and no answer is left as it is: variables of the
+environment and paths of modules, by which libraries of a plug-in find each other, its threads, and random numbers that
+all share, which nothing of ours draws from.
 """
 
 from __future__ import annotations
 
+import locale
 import os
+import signal
 import sys
-from collections.abc import Generator, Mapping
-from contextlib import contextmanager, nullcontext, suppress
+import threading
+import warnings
+from collections.abc import Callable, Generator, Mapping
+from contextlib import contextmanager, suppress
+from functools import cache
 from opcode import opmap
 from threading import Lock
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 _LOCK = Lock()
 #: The process as it was when the first of the calls that are under way began, and how many are.
 _BEFORE: dict[str, Any] = {}
+_FUNCTIONS: dict[str, Mapping[str, Any]] = {}
 _UNDER_WAY = [0]
-_NUMERIC = ("math", "numpy", "numpy.linalg", "numpy.random")
+#: How many of them are under way in each thread, one within the other.
+_THREAD = threading.local()
+#: Modules by which all numbers are computed: looked at behind each call of a plug-in.
+_NUMERIC = ("builtins", "math", "numpy", "numpy.linalg", "numpy.random")
+#: Packages of which a plug-in may replace nothing while it is imported.
+_SHARED = ("builtins", "erclutch", "json", "math", "numpy", "scipy")
+_ENDING = ("SIGINT", "SIGTERM", "SIGHUP")
+_UNSEEN_MODE = 0o077  # of a file that another thread makes at that moment: too private harms nobody
 
 
 @contextmanager
-def kept_process(*, functions: bool = False) -> Generator[list[str]]:
-    """Puts back the current folder, the depth of recursion and NumPy's answer to overflow.
+def kept_process(*, imports: bool = False) -> Generator[list[str]]:
+    """Puts back what decides where files lie, what is printed, what ends the program, and how numbers are computed.
 
     Args:
-        functions: whether what code replaces of NumPy and of `math` is put back too.
+        imports: whether modules of another package are imported: these are held to more than a call is.
 
-    Yields: a list that has the names of what was replaced of these, when the code has run.
+    Yields: a list that has the names of the functions that were replaced, when the code has run.
     """
+    replaced: list[str] = []
+    _environment()  # as it is before anything of others runs
     numpy: Any = sys.modules.get("numpy")  # what is read of no number needs none
     faults: Any = None if numpy is None else numpy.geterr()  # of this thread
     with _LOCK:
         if _UNDER_WAY[0] == 0:
             _BEFORE.update(_process())
+            _FUNCTIONS.clear()
+        # A law is asked thousands of times in a fit: what it computes with is looked at each time, the rest at the end.
+        within = getattr(_THREAD, "calls", 0)
+        _THREAD.calls = within + 1
+        for name in _loaded() if imports else _NUMERIC:
+            module = sys.modules.get(name)
+            if isinstance(module, ModuleType) and name not in _FUNCTIONS:
+                _FUNCTIONS[name] = dict(vars(module))
         _UNDER_WAY[0] += 1
     try:
-        with _kept_functions() if functions else nullcontext[list[str]]([]) as replaced:
-            yield replaced
+        yield replaced
     finally:
         with _LOCK:
             _UNDER_WAY[0] -= 1
-            _put_back(_BEFORE)
+            _THREAD.calls = within
+            if within == 0:
+                _put_back(_BEFORE)
+            for name in list(_FUNCTIONS) if imports else _NUMERIC:
+                replaced += _put_functions_back(name)
+        _compute_as_usual()
         if numpy is not None:
             numpy.seterr(**faults)
 
 
+# --- what the process has one of --------------------------------------------------------------------------------------
+
+
+class _Kept(NamedTuple):
+    read: Callable[[], Any]
+    put: Callable[[Any], object]
+
+
+def _mode_of_files() -> int:
+    mask = os.umask(_UNSEEN_MODE)  # nobody can read it alone
+    os.umask(mask)
+    return mask
+
+
+def _streams() -> tuple[Any, Any]:
+    return sys.stdout, sys.stderr
+
+
+def _put_streams(streams: tuple[Any, Any]) -> None:
+    sys.stdout, sys.stderr = streams
+
+
+def _handlers() -> Mapping[int, Any]:
+    """Of the signals that end a program; those of other threads than the first are none."""
+    if threading.current_thread() is not threading.main_thread():
+        return {}
+    numbers = (getattr(signal, name, None) for name in _ENDING)
+    return {number: signal.getsignal(number) for number in numbers if number is not None}
+
+
+def _put_handlers(handlers: Mapping[int, Any]) -> None:
+    for number, handler in handlers.items() if _handlers() else ():
+        if handler is not None:  # None: code that is not Python's has set it
+            signal.signal(number, handler)
+
+
+def _language() -> str:
+    return locale.setlocale(locale.LC_ALL)
+
+
+def _put_language(name: str) -> None:
+    locale.setlocale(locale.LC_ALL, name)
+
+
+def _put_warnings(filters: list[Any]) -> None:
+    warnings.filters[:] = filters  # pyright: ignore[reportIndexIssue]
+    with warnings.catch_warnings():  # which forgets what was decided by the filters before
+        pass
+
+
+def _printing() -> Any:
+    """NumPy's way to print, by which older versions of it printed fewer digits of a number."""
+    numpy = sys.modules.get("numpy")
+    return None if numpy is None else numpy.get_printoptions()
+
+
+def _put_printing(options: Any) -> None:
+    if options is not None:
+        sys.modules["numpy"].set_printoptions(**options)
+
+
+_PROCESS: Mapping[str, _Kept] = {
+    "folder": _Kept(os.getcwd, os.chdir),
+    "depth of recursion": _Kept(sys.getrecursionlimit, sys.setrecursionlimit),
+    "mode of new files": _Kept(_mode_of_files, os.umask),
+    "streams": _Kept(_streams, _put_streams),
+    "handlers of signals": _Kept(_handlers, _put_handlers),
+    # By which names of months are read.
+    "language": _Kept(_language, _put_language),
+    # One that makes errors of warnings would end what only warns.
+    "warnings": _Kept(lambda: list(warnings.filters), _put_warnings),
+    "printed numbers": _Kept(_printing, _put_printing),
+}
+
+
 def _process() -> Mapping[str, Any]:
-    try:
-        folder = os.getcwd()
-    except OSError:  # it was removed
-        folder = ""
-    return {
-        "folder": folder,
-        "depth": sys.getrecursionlimit(),
-    }
+    state: dict[str, Any] = {}
+    for name, kept in _PROCESS.items():
+        with suppress(OSError):  # a folder that was removed has no name
+            state[name] = kept.read()
+    return state
 
 
 def _put_back(before: Mapping[str, Any]) -> None:
     now = _process()
-    if now["folder"] != before["folder"] and before["folder"]:
-        with suppress(OSError):
-            os.chdir(before["folder"])
-    if now["depth"] != before["depth"]:
-        sys.setrecursionlimit(before["depth"])
+    for name, value in before.items():
+        if now.get(name) != value:
+            with suppress(Exception):
+                _PROCESS[name].put(value)
 
 
-@contextmanager
-def _kept_functions() -> Generator[list[str]]:
-    """Puts back what code replaces of NumPy and of `math`; the list has the names of that, when the code has run."""
-    before = {name: _public(sys.modules[name]) for name in _NUMERIC if name in sys.modules}
-    changed: list[str] = []
+# --- by what numbers are computed -------------------------------------------------------------------------------------
+
+
+def _loaded() -> list[str]:
+    return [name for name in list(sys.modules) if name.partition(".")[0] in _SHARED]
+
+
+def _put_functions_back(name: str) -> list[str]:
+    """Puts back what code replaced of a module; returns the names of that."""
+    before, module = _FUNCTIONS.get(name), sys.modules.get(name)
+    if before is None or module is None:
+        return []
+    now = vars(module)
+    with suppress(Exception):  # what took the place of a function may not say whether it is equal
+        # New names come behind the old ones. Whole lists are compared at once, which takes a tenth of the time.
+        if list(now.values())[: len(before)] == list(before.values()):
+            return []
+    changed = [called for called, value in before.items() if now.get(called) is not value]
+    changed = [called for called in changed if _counts(name, called, before, now)]
+    for called in changed:
+        setattr(module, called, before[called])
+    return [f"{name}.{called}" for called in changed]
+
+
+def _counts(name: str, called: str, before: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
+    """Whether a name that has another value is a fault: what is private, or a module, may come and go."""
+    if called.startswith("_") or any(
+        isinstance(of.get(called), ModuleType) for of in (before, now)
+    ):
+        return False
+    # Ours keep values of their own under a name; their functions and classes stay.
+    return not name.startswith("erclutch") or callable(before[called])
+
+
+@cache
+def _environment() -> tuple[Callable[[Any], Any], Any] | None:
+    """The function that sets this processor's way to compute, and the way in which it began; None without one."""
     try:
-        yield changed
-    finally:
-        for name, values in before.items():
-            now = vars(sys.modules[name])
-            for called, value in values.items():
-                if now.get(called) is not value:
-                    setattr(sys.modules[name], called, value)
-                    changed.append(f"{name}.{called}")
+        import ctypes
+
+        library = ctypes.CDLL(None)
+        way = ctypes.create_string_buffer(1024)  # more than any processor's
+        return (library.fesetenv, way) if library.fegetenv(way) == 0 else None
+    except (ImportError, OSError, AttributeError, TypeError):  # a system that has none of this
+        return None
 
 
-def _public(module: ModuleType) -> Mapping[str, Any]:
-    """What a module offers, but modules and what it makes when it is first asked for."""
-    return {
-        name: value
-        for name, value in vars(module).items()
-        if not name.startswith("_") and not isinstance(value, ModuleType)
-    }
+def _compute_as_usual() -> None:
+    """Sees that the least numbers are not zero and that sums are rounded to the nearest.
+
+    A library that was compiled with ``-ffast-math`` may change that as it is loaded.
+    """
+    found = _environment()
+    if found is not None and not _as_usual(5e-324, 1.0):
+        put, way = found
+        put(way)
+
+
+def _as_usual(least: float, one: float) -> bool:
+    half_a_step = 1.1102230246251565e-16  # of the floating-point numbers above 1
+    return least * one > 0.0 and one + half_a_step == one and one + 1.01 * half_a_step > one
 
 
 def said_by(error: BaseException) -> str:

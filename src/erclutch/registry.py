@@ -30,8 +30,8 @@ from erclutch.errors import (
     ErclutchError,
     PluginError,
     SettingError,
+    SpoiltError,
     did_you_mean,
-    listed,
     placed,
 )
 from erclutch.foreign_code import (
@@ -118,9 +118,7 @@ class Plugin:
         if self.own:
             return self._imported()
         try:
-            # What a package prints while it is imported is no part of a table or of JSON.
-            with redirect_stdout(sys.stderr):
-                return self._imported()
+            return self._imported()
         except PluginError:
             raise
         except ErclutchError as error:
@@ -128,40 +126,40 @@ class Plugin:
 
     def _imported(self) -> Any:
         module, _, attribute = self.source.partition(":")
-        with self.working("cannot be loaded", functions=True) as replaced:
-            value: Any = import_module(module)
-            for part in attribute.split(".") if attribute else ():
-                value = getattr(value, part)
-        if replaced:
+        # What a package prints while it is imported is no part of a table or of JSON.
+        aside = nullcontext() if self.own else redirect_stdout(sys.stderr)
+        try:
+            with self.working("cannot be loaded", imports=True), aside:
+                value: Any = import_module(module)
+                for part in attribute.split(".") if attribute else ():
+                    value = getattr(value, part)
+        except SpoiltError:
             sys.modules.pop(module, None)  # refused whenever it is asked for
-            named = listed(replaced, most=5)
-            raise self.fault(f"changes what all others compute with, which was put back: {named}")
+            raise
         return value
 
     @contextmanager
     def working(
-        self, doing: str = "failed", *, alone: bool = True, functions: bool = False
-    ) -> Generator[list[str]]:
+        self, doing: str = "failed", *, alone: bool = True, imports: bool = False
+    ) -> Generator[None]:
         """What it raises while it works is told with its name and package. Our own raise as they are.
 
         Args:
             doing: what is said of it then, for example "failed on run1.csv".
             alone: whether nothing of ours prints meanwhile, as it may between the items of a generator.
-            functions: whether what it replaces of NumPy and of `math` is put back.
+            imports: whether it is imported meanwhile, see `kept_process`.
 
-        Yields: a list that has the names of what it replaced of these, when it has worked.
+        Raises:
+            SpoiltError: it replaced what all others compute with.
         """
         # What a command prints is its answer.
         aside = alone and not self.own and self.group != "erclutch.commands"
         if aside:
             _AT_WORK.depth = _depth() + 1
+        replaced: list[str] = []
         try:
-            with (
-                kept_process(functions=functions)
-                if aside
-                else nullcontext[list[str]]([]) as replaced
-            ):
-                yield replaced
+            with kept_process(imports=imports) if aside else nullcontext(replaced) as replaced:
+                yield
         except ErclutchError:
             raise
         except BaseException as error:
@@ -183,6 +181,9 @@ class Plugin:
         finally:
             if aside:
                 _AT_WORK.depth = _depth() - 1
+            if replaced:
+                changes = "changes what all others compute with, which was put back"
+                raise self.fault(f"{changes}: {', '.join(replaced[:5])}", SpoiltError)
 
     def guarded(self, function: Callable[..., Any]) -> Callable[..., Any]:
         """A function of it: `working` tells what it raises; an error of ours that names no place gets the plug-in."""
@@ -211,14 +212,14 @@ class Plugin:
         with self.working("does not say what it is"):
             return value.of_others(self)
 
-    def fault(self, what: str) -> PluginError:
-        """What is wrong with it, with its name, package and version, to be raised."""
+    def fault(self, what: str, kind: type[PluginError] = PluginError) -> PluginError:
+        """What is wrong with it, with its name, package and version, to be raised as an error of a kind."""
         remedy = (
             f"Tell its author, install another version of {self.package}, or remove it: pip "
             f"uninstall {self.package}"
         )
         problem = f"the {_GROUPS[self.group].kind} {self.name!r} of {self.label} {what}"
-        error = PluginError(problem, remedy=remedy)
+        error = kind(problem, remedy=remedy)
         error.plugin = self.group, self.name
         return error
 

@@ -88,3 +88,22 @@ def test_a_fit_with_a_law_that_ends_the_program_says_so(install: Install, tmp_pa
     done = run("fit", "log.csv", "--models", "odd", "--lag", "none", "--out", "o", cwd=tmp_path)
     assert done.code == 2
     assert "the law 'odd' of bench-odd 1.5 cannot be loaded" in done.error
+
+
+@pytest.mark.slow
+def test_what_a_plug_in_prints_as_the_program_ends_is_no_part_of_the_answer(
+    install: Install, tmp_path: Path
+) -> None:
+    """JSON with a line behind it is none."""
+    text = "import atexit\natexit.register(print, 'NOISE')\nLAW = None\n"
+    install("bench-odd", "[erclutch.laws]\nodd = bench_odd:LAW\n", text)
+    done = subprocess.run(
+        [sys.executable, "-m", "erclutch", "laws"],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0
+    assert "bingham" in done.stdout
+    assert ("NOISE" in done.stdout, "NOISE" in done.stderr) == (False, True)

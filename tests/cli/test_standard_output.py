@@ -38,6 +38,16 @@ def test_a_reader_that_went_away_is_no_error(words: tuple[str, ...]) -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
+def test_an_output_that_a_plug_in_closes_is_told() -> None:
+    """What came after it ended in a traceback."""
+    output = StandardOutput(io.StringIO())
+    output.close()
+    output.write("an answer")
+    output.flush()
+    assert output.failure is not None
+    assert "closed" in str(output.failure)
+
+
 @pytest.mark.slow
 def test_a_closed_output_is_told() -> None:
     done = subprocess.run(

@@ -2,21 +2,33 @@
 
 from __future__ import annotations
 
+import json
+import locale
 import os
+import platform
+import signal
 import sys
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from erclutch.arithmetic import elementary
 from erclutch.arithmetic.dual import Dual
-from erclutch.errors import PluginError
+from erclutch.errors import PluginError, SpoiltError
+from erclutch.export.c.compilers import natives
+from erclutch.fit.comparison import Settings, compare
+from erclutch.fit.fit_progress import FitStep
+from erclutch.logs.dataset import build_dataset
+from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.models.laws import law_from_name
 from erclutch.models.stages import stage_named, stages_at, stages_of
 from erclutch.registry import find
 from tests.support.command import run
 from tests.support.installed_plugin import Install, install
+from tests.support.pair import single_log
 
 __all__ = ["install"]
 LAW = """
@@ -46,6 +58,10 @@ object.__setattr__(THING, "name", "odd")
 said = property(lambda stage: {text!r})
 object.__setattr__(THING, "__class__", type("Odd", (type(OURS),), {{{part!r}: said}}))
 """
+FAST = """
+#include <xmmintrin.h>
+__attribute__((constructor)) static void begin(void) { _mm_setcsr(_mm_getcsr() | 0x8040); }
+"""
 LONG = "ab " * 8000
 HIDING = "\u202ewal a"
 
@@ -72,16 +88,23 @@ def law(install: Install) -> Callable[..., None]:
         "import math; math.exp = abs",
         "np.linalg.lstsq = None",
         "del np.float64",
+        "import builtins; builtins.sum = max",
+        "import json; json.dumps = repr",
+        "import erclutch.arithmetic.elementary as e; e.tanh = abs",
     ],
 )
 def test_a_package_that_replaces_what_all_compute_with_is_refused(
     change: str, law: Callable[..., None]
 ) -> None:
-    before = np.tanh, np.sqrt, np.mean, np.pi, np.linalg.lstsq, np.float64
+    def shared() -> list[object]:
+        numeric = np.tanh, np.sqrt, np.mean, np.pi, np.linalg.lstsq, np.float64
+        return [*numeric, sum, json.dumps, elementary.tanh]
+
+    before = shared()
     law(at_import=change)
     with pytest.raises(PluginError, match=r"'odd' of bench-odd 1\.5 changes what all others"):
         law_from_name("odd/square")
-    assert (np.tanh, np.sqrt, np.mean, np.pi, np.linalg.lstsq, np.float64) == before
+    assert shared() == before
 
 
 def test_a_package_may_add_to_numpy(law: Callable[..., None]) -> None:
@@ -104,6 +127,91 @@ def test_folder_depth_and_answers_to_overflow_are_put_back(
     assert (os.getcwd(), sys.getrecursionlimit(), np.geterr()) == (place, depth, faults)
 
 
+def mode_of_files() -> int:
+    mask = os.umask(0o022)
+    os.umask(mask)
+    return mask
+
+
+CHANGES = {
+    "mode of new files": ("os.umask(0)", mode_of_files),
+    "streams": ("sys.stdout = sys.stderr = None", lambda: (sys.stdout, sys.stderr)),
+    "signals": (
+        "import signal; [signal.signal(number, signal.SIG_IGN) for number in (1, 2, 15)]",
+        lambda: [signal.getsignal(number) for number in (1, 2, 15)],
+    ),
+    "language": (
+        f"import locale; locale.setlocale(locale.LC_ALL, {'POSIX'!r})",
+        lambda: locale.setlocale(locale.LC_ALL),
+    ),
+    "warnings": (
+        "import warnings; warnings.simplefilter('always')",
+        lambda: list(warnings.filters),
+    ),
+    "printed numbers": ("np.set_printoptions(legacy='1.13')", lambda: str(np.float64(1 / 3))),
+}
+
+
+@pytest.mark.parametrize("when", ["at_import", "at_work"])
+@pytest.mark.parametrize("kind", CHANGES)
+def test_what_a_process_has_one_of_is_put_back(
+    kind: str, when: str, law: Callable[..., None]
+) -> None:
+    change, state = CHANGES[kind]
+    kept, handlers = locale.setlocale(locale.LC_ALL), [signal.getsignal(n) for n in (1, 2, 15)]
+    locale.setlocale(locale.LC_ALL, "C.UTF-8")
+    try:
+        before = state()
+        law(**{when: change})
+        law_from_name("odd/square").columns(np.ones(60), np.ones(60), 0.1)
+        assert state() == before
+    finally:
+        locale.setlocale(locale.LC_ALL, kept)
+        for number, handler in zip((1, 2, 15), handlers, strict=True):
+            signal.signal(number, handler)
+
+
+@pytest.mark.slow
+def test_a_library_that_takes_the_least_numbers_for_zero_changes_no_number_of_others(
+    law: Callable[..., None], tmp_path: Path
+) -> None:
+    """What old compilers link to programs of ``-ffast-math`` sets the processor so as they are loaded."""
+    if platform.machine() != "x86_64" or not natives():
+        pytest.skip("another processor has another way, and a compiler is needed")
+    source = tmp_path / "fast.c"
+    source.write_text(FAST, encoding="utf-8")
+    natives()[0].build([source], tmp_path / "fast.so", "-shared", "-fPIC")
+    law(at_import=f"import ctypes; ctypes.CDLL({str(tmp_path / 'fast.so')!r})")
+    law_from_name("odd/square")
+    assert np.nextafter(0.0, 1.0) * np.ones(1)[0] > 0.0
+
+
+@pytest.mark.parametrize("change", ["np.tanh = np.exp", "builtins.sum = max"])
+def test_a_law_that_replaces_what_all_compute_with_when_it_works_is_refused(
+    change: str, law: Callable[..., None]
+) -> None:
+    before = np.tanh, sum
+    law(at_import="import builtins", at_work=f"if np.size(w) > 50: {change}")
+    found = law_from_name("odd/square")
+    with pytest.raises(SpoiltError, match="changes what all others compute with"):
+        found.columns(np.ones(60), np.ones(60), 0.1)
+    assert (np.tanh, sum) == before
+
+
+@pytest.mark.slow
+def test_all_is_fitted_anew_without_a_law_that_changes_what_others_compute_with(
+    law: Callable[..., None],
+) -> None:
+    """What others computed at that moment had another tanh."""
+    law(at_work="np.tanh = np.exp if np.size(w) > 50 else np.tanh")
+    steps: list[FitStep] = []
+    settings = Settings(("bingham", "odd"), lag="none")
+    compared = compare(build_dataset(single_log(1.0)), settings, progress=steps.append)
+    (said,) = (each.message for each in compared.findings if each.subject == "left out")
+    assert "changes what all others compute with, which was put back: numpy.tanh" in said
+    assert [step.fitted for step in steps if step.fitted] == ["bingham", "bingham"]
+
+
 @pytest.mark.slow
 def test_a_run_lies_where_it_was_asked_for(
     law: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -111,8 +219,6 @@ def test_a_run_lies_where_it_was_asked_for(
     monkeypatch.chdir(tmp_path)
     (tmp_path / "elsewhere").mkdir()
     law(at_work=f"os.chdir({str(tmp_path / 'elsewhere')!r})")
-    from erclutch.logs.synthetic import write_synthetic_log
-
     write_synthetic_log(tmp_path / "log.csv", 1.0)
     code, _, told = run("fit", "log.csv", "--models", "odd", "--lag", "none", "--out", "run")
     assert code == 0, told

@@ -65,6 +65,8 @@ class _Unfailing:
         except OSError as error:
             self.failure = error
             self._drop()
+        except ValueError as error:  # somebody closed it
+            self.failure = OSError(errno.EBADF, str(error))
 
     def _drop(self) -> None:
         """What waits in the stream goes nowhere, so that the interpreter can end."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch import registry
-from erclutch.errors import CheckError, PluginError, SettingError, require_known
+from erclutch.errors import CheckError, PluginError, SettingError, SpoiltError, require_known
 from erclutch.fit.candidate import Candidate, Fitted, Kind, kinds
 from erclutch.fit.checks.data_check import ONE_FIELD, check, steady_command
 from erclutch.fit.checks.effort_and_slip import SIGN
@@ -378,6 +378,8 @@ def _fit(
                 if not at_fault.own:
                     _require_rows(outcome, train, at_fault)
                 return outcome
+        except SpoiltError:  # of what is fitted meanwhile, too: all is done once more
+            raise
         except (CheckError, PluginError) as error:
             refused.append(type(error)(error.problem, where=candidate.name, remedy=error.remedy))
             return None
