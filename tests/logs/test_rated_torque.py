@@ -100,3 +100,38 @@ def test_a_rated_speed_or_power_says_nothing_of_a_torque(tmp_path: Path) -> None
     )
     (tmp_path / "log.csv").write_text(f"{head}\n{text}\n")
     assert "effort=NUMBER N*m/%" in good("inspect", "log.csv", cwd=tmp_path, code=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("share", "rated", "scale"),
+    [
+        ("Actual Torque (%)", "Rated torque (Nm)", 100.0),
+        ("torque_pct", "rated_torque_Nm", 100.0),
+        ("Torque (% of rated)", "Nennmoment (Nm)", 100.0),
+        ("Actual Torque (0.1 %)", "Motor rated torque (Nm)", 1000.0),
+    ],
+)
+def test_a_rated_torque_in_a_column_is_no_effort_and_fills_the_scale(
+    tmp_path: Path, share: str, rated: str, scale: float
+) -> None:
+    # The rated torque, 2 N m in all rows, was the effort, in silence.
+    rows = zip(TIME, SLIP, FIELD, scale * TORQUE / RATED, strict=True)
+    text = "\n".join(f"{t:.2f},{w:.4f},{i:g},{part:.4f},{RATED:g}" for t, w, i, part in rows)
+    names = f"t [s],slip [rad/s],coil current [A],{share},{rated}"
+    (tmp_path / "log.csv").write_text(f"{names}\n{text}\n")
+    printed = " ".join(good("inspect", "log.csv", cwd=tmp_path, code=1).split())
+    *_, answer = printed.rpartition("erclutch inspect log.csv ")
+    assert rated.partition(" (")[0] not in answer.partition("--scale")[0]
+    words = shlex.split(answer)
+    good("inspect", "log.csv", *words, "--write-mapping", "log.csv.toml", cwd=tmp_path)
+    np.testing.assert_allclose(read(tmp_path / "log.csv").signals["effort"], TORQUE, atol=1e-4)
+
+
+@pytest.mark.parametrize("rated", ["Rated torque (Nm)", "Nominal torque (Nm)", "Nennmoment [Nm]"])
+def test_a_rated_torque_stands_beside_a_measured_one(tmp_path: Path, rated: str) -> None:
+    rows = zip(TIME, SLIP, FIELD, TORQUE, strict=True)
+    text = "\n".join(f"{t:.2f},{w:.4f},{i:g},{m:.4f},{RATED:g}" for t, w, i, m in rows)
+    names = f"t [s],slip [rad/s],coil current [A],Torque (Nm),{rated}"
+    (tmp_path / "log.csv").write_text(f"{names}\n{text}\n")
+    np.testing.assert_allclose(read(tmp_path / "log.csv").signals["effort"], TORQUE, atol=1e-4)

@@ -106,6 +106,17 @@ def test_plain_whole_numbers_tell_what_a_point_is(written: Written) -> None:
     assert set(recording.signals["field"]) == {500.0, 1500.0}
 
 
+def test_six_significant_digits_are_no_thousands() -> None:
+    """-177.778 beside -100 was read as -177778: both are what %g prints."""
+    lines = [f"{50 * k},{-100 - 700 / 9 * k:.6g},{80 + 520 / 9 * k:.6g}" for k in range(10)]
+    rows = "\n".join(lines)
+    assert "," + "-177.778," in rows
+    with_commas = weigh(rows, ",", ".")
+    assert (with_commas.decimal, with_commas.thousands) == (".", "")
+    with pytest.raises(LogError, match=r"-177\.778 may be -177\.778 or -177778"):
+        weigh(rows.replace(",", "\t"), "\t", ".")
+
+
 @pytest.mark.slow
 def test_a_tie_is_asked_about_with_both_readings(written: Written) -> None:
     lines = [f"{1 + i}.000;{1 + i % 3}.500;1.{100 + i};2.{200 + i}" for i in range(40)]

@@ -16,6 +16,7 @@ from erclutch.logs.columns.names import headed, spoken_name
 from erclutch.logs.columns.parts_of_efforts import parts_of_efforts
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import pressing_loads, speeds_of_machine
+from erclutch.logs.columns.rated_torque import is_rating
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import follows, is_rate_of
@@ -98,7 +99,7 @@ def candidates(
     free = [column for column in free if fits[column.name] or column.name.strip() != _WATT]
     if signal == "effort":
         parts = parts_of_efforts([each for each in free if fits[each.name] is not False])
-        free = [column for column in free if column.name not in parts]
+        free = [each for each in free if each.name not in parts and not is_rating(each)]
     fitting = [column for column in free if fits[column.name] is not False]
     forms = {column.name: column.spoken.forms[signal] for column in fitting}
 

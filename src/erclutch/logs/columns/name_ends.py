@@ -36,7 +36,7 @@ _POUNDS = {
     for end in (f"{arm}{pound}", f"{pound}{arm}", f"{arm}_{pound}")
 }
 _IN_WORDS = "degrees=deg degree=deg radians=rad radian=rad meters=m metres=m millimeters=mm millimetres=mm newtons=N"
-_INCHES_IN_WORDS = "inches=in inch=in pounds=lbf kips=kip kip=kip"
+_INCHES_IN_WORDS = "inches=in inch=in pounds=lbf kips=kip kip=kip klbf=kip klbs=kip"
 # Ampere-turns are amperes, as SI has them, and no turns of a shaft.
 _AMPERE_TURNS = "A_turns=A A_turn=A amp_turns=A ampere_turns=A Aturns=A"
 _TURNS_IN_WORDS = "turns=turn turns_s=turn/s turns_per_second=turn/s"
@@ -119,8 +119,13 @@ _TORQUE = re.compile(
     re.IGNORECASE,
 )
 _TORQUE_SYMBOL = re.compile(r"[TM]\d?")
-#: Units in letters of another size, by what the name says: it is one of another quantity, or none, as it is written.
+#: Units of two meanings or in letters of another size, by what the name says: as written each is another, or none.
 _IN_SMALL_LETTERS = (
+    # Of a torque rev is the reverse.
+    (
+        re.compile(r"theta|angle|phi|winkel|rotation", re.IGNORECASE),
+        {"rev": "turn", "revs": "turn"},
+    ),
     (
         re.compile(
             r"curr|strom|courant|corrent|corriente|amps?\b|^i(?:_|\b)|电流|電流", re.IGNORECASE

@@ -78,6 +78,11 @@ def is_rated_torque(key: str) -> bool:
     )
 
 
+def is_rating(column: SeenColumn) -> bool:
+    """Whether a column repeats the rated torque of a drive in each row: no measurement."""
+    return column.shape.constant and is_rated_torque(column.name)
+
+
 def _share(column: SeenColumn, words: str, sensor: str, size: float) -> RatedShare:
     # A unit that is no unit to us is replaced by the name that the scale has for it.
     label = (

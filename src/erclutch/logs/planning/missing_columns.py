@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
+import numpy as np
+
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import slips_in_percent
 from erclutch.logs.columns.labels import COUNTS
@@ -44,6 +46,10 @@ _SENSORS = {
         }
     ),
 }
+_COUNTS_A_SECOND = re.compile(
+    r"(?:count|ct|cnt|tick|pulse|step|inc|increment|imp|impulse|inkrement)s?e?(?:/| per )s(?:ec)?",
+    re.IGNORECASE,
+)
 _FRACTION_IN_BRACKETS = re.compile(
     r"(?P<name>[^(]{1,60}?)\s*\((?P<unit>[^()/\s]{1,20}/[^()/\s]{1,20})\)"
 )
@@ -141,6 +147,7 @@ def missing(
         first, *others = column.spoken.stem_words or ("",)
         words = [first, *(word for word in others if len(word) > 2)]
         speaks = any(spoken_name(word).forms[signal] for word in words)
+        speaks = speaks and not (signal == "effort" and share_of_rated_torque(column))
         if signal != "field" and speaks and not_measured(column, signal):
             doubt += f"; column {column.name} is none that was measured, by its name"
             say_so = f"--{signal} {shell_word(seen.table.label(column.name))}"
@@ -162,7 +169,14 @@ def _position_options(free: Iterable[SeenColumn]) -> str:
         is_travel = column.fits(SIGNALS["position"].si_units) and not column.is_called_time
         if is_travel and not column.shape.constant:
             return f"--position {shell_word(column.name)}"
-    return sensor_options(free, "position")
+    of_a_sensor = sensor_options(free, "position")
+    for column in free:
+        is_counted = column.spoken.plain in (*_COUNTED, *_RAW) and not column.unit
+        counts_rows = bool(np.all(np.diff(column.values) == 1.0))
+        if not of_a_sensor and is_counted and not column.shape.constant and not counts_rows:
+            scale = shell_word("position=NUMBER rad/count")
+            return f"--position {shell_word(column.name)} --scale {scale}"
+    return of_a_sensor
 
 
 def _said_of_rated_torque(free: Iterable[SeenColumn]) -> str:
@@ -257,6 +271,13 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
                 scale = shell_word("slip=1 turn/s/Hz")
                 return f"--slip {shell_word(column.name)} --scale {scale}"
             return f"--slip {shell_word(f'{column.name} [turn/s]')}"
+        if (
+            signal == "slip"
+            and _COUNTS_A_SECOND.fullmatch(written or "")
+            and _is_called(column, signal)
+        ):
+            label = shell_word(f"{column.name} [count]")
+            return f"--slip {label} --scale {shell_word('slip=NUMBER rad/s/count')}"
         from_sensor = written in ("V", "mV", "%") or written in COUNTS
         if (
             from_sensor

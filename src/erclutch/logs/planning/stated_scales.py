@@ -15,7 +15,11 @@ from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.candidates import DRIVES
 from erclutch.logs.columns.labels import COUNTS, split_label
 from erclutch.logs.columns.names import words_of
-from erclutch.logs.columns.rated_torque import is_rated_torque, share_of_rated_torque
+from erclutch.logs.columns.rated_torque import (
+    is_rated_torque,
+    is_rating,
+    share_of_rated_torque,
+)
 from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.vocabulary import CURRENTS, set_of
 from erclutch.logs.planning.draft import Draft, scaled
@@ -228,6 +232,11 @@ def scales_stated(draft: Draft, signal: str) -> Iterator[StatedScale]:
         of_unit = _PER.search(key)
         if of_unit is not None:
             texts[key] = f"{value!r} {of_unit[1]}/{of_unit[2]}"
+    # The rated torque of a drive may have a column of its own, which never changes.
+    for column in draft.seen.columns.values():
+        unit = column.unit or column.spoken.end
+        if unit and is_rating(column):
+            texts[column.name] = f"{float(column.values[0])!r} {unit}"
     for key, text in texts.items():
         match = _FIRST_QUANTITY.match(text.strip())
         if match is None:

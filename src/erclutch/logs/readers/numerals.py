@@ -131,9 +131,14 @@ def weigh(
     if not doubtful:
         return Numerals(sniffed)
     mark, number = next(iter(doubtful.items()))
-    if len(doubtful) == 1 and _beside_whole_numbers(body, delimiter, mark):
+    if len(doubtful) == 1 and (mark, delimiter) == (".", ","):
+        return Numerals(
+            "."
+        )  # who groups thousands by points has decimal commas, and parts cells otherwise
+    beside_whole_numbers = _beside_whole_numbers(body, delimiter, mark)
+    if len(doubtful) == 1 and beside_whole_numbers is True:
         return Numerals(_OTHER[mark], mark, number)
-    if len(doubtful) == 1 and mark == "." and delimiter != ";":
+    if len(doubtful) == 1 and mark == "." and delimiter != ";" and beside_whole_numbers is False:
         return Numerals(".")  # three decimals in each number, as fixed formats print them
 
     as_decimal = number.replace(mark, ".").rstrip("0").rstrip(".")
@@ -292,20 +297,32 @@ def _search(pattern: str, body: str, delimiter: str | None, mark: str) -> str | 
     return None if match is None else match.group().strip()
 
 
-def _beside_whole_numbers(body: str, delimiter: str | None, mark: str) -> bool:
-    """Whether the columns of the doubtful numbers hold plain whole numbers too."""
+def _beside_whole_numbers(body: str, delimiter: str | None, mark: str) -> bool | None:
+    """Whether the columns of the doubtful numbers hold plain whole numbers too; None where these tell nothing.
+
+    Printed to six significant digits, 177.7780 is 177.778 and 100.0000 is 100: a format that leaves zeros at the end
+    out makes whole numbers too, which have no more digits than stand before the mark of the others.
+    """
     rows: list[list[str]] = []
     for line in body[:_SAMPLE].splitlines():
         if line.strip():
             rows.append([cell.strip(' "') for cell in line.split(delimiter)])
     grouped = re.compile(_groups(mark))
     width = max(map(len, rows), default=0)
+    are_beside: bool | None = False
     for column in range(width):
-        cells = [row[column] for row in rows if len(row) > column]
-        plain = any(re.fullmatch(r"[+-]?\d{1,3}", cell) for cell in cells)
-        if plain and any(grouped.fullmatch(cell) for cell in cells):
+        cells = [row[column].lstrip("+-") for row in rows if len(row) > column]
+        plain = [cell for cell in cells if re.fullmatch(r"\d{1,3}", cell)]
+        doubtful = [cell for cell in cells if grouped.fullmatch(cell)]
+        if not plain or not doubtful:
+            continue
+        before_mark = {len(cell.partition(mark)[0]) for cell in doubtful}
+        is_larger = max(map(len, plain)) > min(before_mark)
+        ends_in_zero = any(cell.endswith("0") or cell.count(mark) > 1 for cell in doubtful)
+        if is_larger or ends_in_zero or len(before_mark) > 1:
             return True
-    return False
+        are_beside = None
+    return are_beside
 
 
 def with_plain_minus(text: str) -> tuple[str, str]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from itertools import takewhile
 from operator import le, lt
+from typing import NamedTuple
 
 from erclutch.logs.readers.cells import WORDS, cells_of, is_comment, is_number, sums_up
 from erclutch.logs.readers.dialect import LINE_END, Dialect, lines_of
@@ -21,16 +23,34 @@ _LEAST_BLOCK = 10  # rows between blank lines that are a stretch of a log
 _MOST_BLOCKS = 100
 
 
-def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
-    """The text from the first row on without comment lines and last lines that are no rows, and notes on these."""
+class CutRows(NamedTuple):
+    """The rows of a text.
+
+    Attributes:
+        body: the text from the first row on, without comment lines and last lines that are no rows.
+        notes: on what was left out.
+        below: last lines without a number, which may tell units.
+    """
+
+    body: str
+    notes: list[str]
+    below: list[str]
+
+
+def rows_of_body(text: str, dialect: Dialect) -> CutRows:
+    """The text from the first row on without what is no row."""
     start = 0
     for _ in range(dialect.first):
         line_end = LINE_END.search(text, start)
         start = line_end.end() if line_end else start
     body = text[start:]
+    below: list[str] = []
     if any(mark in body for mark in ("#", "%", "//")):
         # Comments become blank: line numbers stay right.
-        body = "\n".join("" if is_comment(line) else line for line in lines_of(body))
+        lines = lines_of(body)
+        body = "\n".join("" if is_comment(line) else line for line in lines)
+        comments = takewhile(lambda line: is_comment(line) or not line.strip(BLANK), lines[::-1])
+        below += [line for line in comments if line.strip(BLANK)]
 
     body, notes = _without_sums_above(body, dialect)
 
@@ -43,6 +63,7 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
         if any(map(dialect.is_row, lines)):
             break
         body = body[: gap.start()]
+        below += lines
         remark = lines[0] if lines else remark
     if remark:
         shown = " ".join(remark.split())[:60]
@@ -71,6 +92,7 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
             notes.append(f"the last line sums up the rows ({shown!r}): left out")
         else:
             without.append(shown)
+            below.append(body[last:])
         body = body[:last]
     if without:
         count = len(without)
@@ -81,12 +103,13 @@ def rows_of_body(text: str, dialect: Dialect) -> tuple[str, list[str]]:
     last = max(body.rfind("\n"), body.rfind("\r")) + 1
     rest = body[last:]
     if not last or not rest.strip(BLANK):
-        return body, notes
+        return CutRows(body, notes, below)
     usual_columns = enumerate(dialect.numeric[: dialect.usual or None])
     needed = max((column for column, is_numeric in usual_columns if is_numeric), default=0)
     if len(cells_of(rest, dialect.delimiter)) > needed:
-        return body, notes
-    return body[:last], [*notes, "the last row was cut off in the middle: left out"]
+        return CutRows(body, notes, below)
+    notes.append("the last row was cut off in the middle: left out")
+    return CutRows(body[:last], notes, below)
 
 
 def _without_sums_above(body: str, dialect: Dialect) -> tuple[str, list[str]]:

@@ -28,7 +28,7 @@ from erclutch.logs.readers.text_cells import have_ended, long_rows, refuse_ragge
 from erclutch.logs.readers.text_columns import sorted_columns
 from erclutch.logs.readers.text_put_right import put_right
 from erclutch.logs.readers.text_rows import blocks_in, rows_of_body
-from erclutch.logs.readers.told_units import with_told_units
+from erclutch.logs.readers.told_units import texts_below, with_told_units
 from erclutch.logs.table import Table
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def read_text(source: LogSource) -> Table:
     notes += changes
 
     # 4. The rows are cut out of the text.
-    body, cut = rows_of_body(text, dialect)
+    body, cut, below = rows_of_body(text, dialect)
     grouped = grouped_by_blanks(body, dialect.delimiter)
     if grouped:
         whole = ungrouped(grouped, dialect.decimal)
@@ -82,7 +82,7 @@ def read_text(source: LogSource) -> Table:
         )
 
     # 5. Their cells become columns.
-    return table_of_rows(body, dialect, source, [*cut, *notes])
+    return table_of_rows(body, dialect, source, [*cut, *notes], below)
 
 
 def read_cells(source: LogSource, labels: Iterable[str], rows: Iterable[Sequence[str]]) -> Table:
@@ -107,7 +107,7 @@ def weighed_dialect(text: str, decimal: str | None) -> tuple[Dialect, list[str]]
     """The dialect, its marks weighed over all rows of a text, and what to say of them."""
     dialect = sniff(text, decimal)
     Budget(0).take_names(len(dialect.names))
-    body, _ = rows_of_body(text, dialect)
+    body, *_ = rows_of_body(text, dialect)
     written = numerals.weigh(body, dialect.delimiter, dialect.decimal, decimal)
     if written.decimal != dialect.decimal:
         dialect = sniff(text, written.decimal)
@@ -127,6 +127,7 @@ def table_of_rows(
     dialect: Dialect,
     source: LogSource,
     notes_above: Sequence[str],
+    below: Sequence[str] = (),
 ) -> Table:
     """The rows of a text as a table.
 
@@ -135,6 +136,7 @@ def table_of_rows(
         dialect: of the text.
         source: where it comes from.
         notes_above: a sentence on each change that made rows of the text.
+        below: lines without a number below the rows.
 
     Raises:
         LogError: see `read_text`.
@@ -193,7 +195,8 @@ def table_of_rows(
         words=held.words,
         row_names=held.row_names,
     )
-    return with_told_units(with_stated_units(table, dialect.metadata), dialect.metadata.items())
+    texts = [*dialect.metadata.items(), *texts_below(below)]
+    return with_told_units(with_stated_units(table, dialect.metadata), texts)
 
 
 def _parsed(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.DataFrame:

@@ -82,6 +82,19 @@ def texts_in(node: Any, above: str = "", depth: int = 0) -> Iterator[tuple[str, 
                 yield f"{name}_unit", unit
 
 
+def texts_below(lines: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Lines below the rows as texts with their keys: a bare line of units stands under the key units."""
+    for line in lines:
+        text = line[:_LONGEST].strip(" \r\n#%")
+        key, *rest = re.split("[:=]", text, maxsplit=1)
+        if rest and _LISTS.fullmatch(key.strip()):
+            yield key.strip(), rest[0]
+            continue
+        cells = len(re.split(r"[;|\t,]", text))
+        bare = bool(_in_order(text, cells))
+        yield ("units" if bare else "below"), text
+
+
 def units_told(
     names: Sequence[str], texts: Iterable[tuple[str, str]]
 ) -> tuple[dict[str, str], list[str]]:
