@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -43,6 +44,7 @@ class LogLook:
         problem: what stands against them.
         further: the recordings of further logs.
         refused: why a log is not read beside the others, by its name.
+        paths: the file of each log, by its name.
         rows: the first recording.
         covered: all recordings, as far as they fit together.
         unfit: why no model can be fitted to them; "" where nothing stands against it.
@@ -59,6 +61,7 @@ class LogLook:
     problem: ErclutchError | None
     further: list[Recording]
     refused: dict[str, str]
+    paths: dict[str, Path]
     rows: Dataset | None
     covered: Dataset | None
     unfit: str
@@ -95,10 +98,33 @@ class LogLook:
         of_first = without(str(self.problem), self.plan.path, self.log.name)
         alike: list[str] = []
         for name, why in self.refused.items():
-            path = str(self.log.parent / name)
-            if without(why, path, name) == of_first:
+            path = self.paths.get(name)
+            if path is None:  # of several recordings in a file
+                continue
+            of_file = why.replace(name, path.name)
+            if without(of_file, str(path), path.name) == of_first:
                 alike.append(name)
         return tuple(alike)
+
+    def for_all(self, command: str, typed: str) -> str:
+        """A command that settles the first log, for all logs of which the same is asked.
+
+        Args:
+            command: of the first log; "" stays so.
+            typed: the logs or the folder, as the user gave them.
+        """
+        from erclutch.logs.columns.name_pattern import pattern_among
+
+        alike = self.refused_alike
+        names = [Path(name).stem for name in (self.log.name, *alike)]
+        if len(self.plan.questions) > 1 and pattern_among(names):
+            # Once the logs are read, their efforts show whether the number in the names is a field.
+            command = command.replace(" --field none", "")
+        first = shlex.quote(self.plan.path)
+        if len(alike) == len(self.refused):
+            return command.replace(first, typed)
+        same = [self.plan.path, *(str(self.paths[name]) for name in alike)]
+        return command.replace(first, shlex.join(same))
 
     @property
     def doubtful(self) -> bool:
@@ -119,6 +145,7 @@ def look_at(
     """
     from erclutch.logs import apply
     from erclutch.logs.field_between_logs import require_no_plan, with_paths
+    from erclutch.logs.names_of_logs import called, names_apart
 
     plan = reading.plan(raw, log)
     missing: tuple[str, ...] = ()
@@ -137,21 +164,23 @@ def look_at(
     except ErclutchError as error:
         problem = error
 
+    names = names_apart([log, *others])
+    read = [called(recording, log, names[0]) for recording in read]
     further: list[Recording] = []
     refused: dict[str, str] = {}
     kinds = LogKinds()
     if others:
         kinds.add(log, raw, reading)
-    for other in others:
+    for other, name in zip(others, names[1:], strict=True):
         try:
             table = _table_of(other, reading)
             if table is not None:
                 kinds.add(other, table, reading)
-            further += reading.how().read(other, reading.device, table)
+            further += reading.how().read(other, reading.device, table, name)
         except SettingError:
             raise
         except ErclutchError as error:
-            refused[other.name] = str(error)
+            refused[name] = str(error).replace(other.name, name, 1)
 
     problem, refused = _asked_at_once(problem, refused, [log, *others], kinds)
     rows: Dataset | None = None
@@ -184,6 +213,7 @@ def look_at(
         problem=problem,
         further=further,
         refused=refused,
+        paths=dict(zip(names, [log, *others], strict=True)),
         rows=rows,
         covered=covered,
         unfit=unfit,

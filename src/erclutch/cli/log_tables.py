@@ -173,9 +173,9 @@ def tell_kinds(look: LogLook, reading: LogOptions) -> bool:
     if not look.doubtful or is_of_a_rheometer or isinstance(look.problem, UnloggedFieldError):
         return False
     # Something else may stand against one of them, such as a damaged file.
-    of_kinds = {path.name for kind in kinds for path in kind.paths}
+    of_kinds = {path for kind in kinds for path in kind.paths}
     for name, why in look.refused.items():
-        if name not in of_kinds:
+        if look.paths.get(name) not in of_kinds:
             terminal.say(f"Not understood yet: {why if why.startswith(name) else f'{name}: {why}'}")
     for kind in sorted(kinds, key=lambda kind: not kind.is_sure):
         log = kind.paths[0].name

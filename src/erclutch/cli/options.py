@@ -158,8 +158,14 @@ class LogOptions:
         Raises:
             LogError: a log cannot be read; MappingError: or not be understood.
         """
+        from erclutch.logs.names_of_logs import names_apart
+
         how = self.how()
-        return [log for path in expand(paths) for log in how.read(path, self.device)]
+        files = expand(paths)
+        logs: list[Recording] = []
+        for path, name in zip(files, names_apart(files), strict=True):
+            logs += how.read(path, self.device, name=name)
+        return logs
 
     def how(self) -> Reading:
         """What the command line says of the reading of a log.
@@ -268,12 +274,14 @@ _OF_FILTERS = {"cutoff": ("lowpass", "kalman"), "window": ("savgol",)}
 def expand(paths: Sequence[Path]) -> list[Path]:
     """Logs, with folders replaced by the logs in them, by name; a folder that is one log (a ROS 2 bag) stays.
 
+    A folder without logs stands for those of its folders whose names tell a field: each holds the logs at one.
     Files that hold a log only together, a signal each, become one log.
 
     Raises:
         LogError: a folder without a log.
     """
     from erclutch.cli import terminal
+    from erclutch.logs.columns.name_pattern import pattern_among
     from erclutch.logs.log_reader import (
         LEARN_REPORT,
         folder_reader,
@@ -312,6 +320,9 @@ def expand(paths: Sequence[Path]) -> list[Path]:
         folders = [folder for folder in path.iterdir() if folder.is_dir() and folder_reader(folder)]
         if not folders and (len(words) == len(tables) or are_notes_above(tables)):
             below = _folders_with_logs(path, suffixes)
+            if pattern_among(below, called_so=True):  # 0A, 0.5A, 1A: one device at several fields
+                files.extend(expand([path / folder for folder in below]))
+                continue
             named = f"Logs end in {', '.join(suffixes)}"
             if below:
                 named = f"Give one of its folders: {listed(below)}"

@@ -28,6 +28,7 @@ from erclutch.logs.dataset import (
     require_units,
 )
 from erclutch.logs.field_between_logs import require_no_plan, with_paths
+from erclutch.logs.names_of_logs import names_apart
 from erclutch.logs.read_logs import extent_of
 from erclutch.logs.reading import Reading
 from erclutch.logs.stretch_choice import STRETCH, Stretch, StretchChoice, cut
@@ -143,6 +144,7 @@ def read_rows(
     """
     require(2 * _WITHOUT_ROWS / 1e9, unit=" GB", memory=memory / 1e9)
     files = [Path(path) for path in paths]
+    names = dict(zip(files, names_apart(files), strict=True))
     whole: dict[Path, list[Recording]] = {}
     rows = 0
     values = 0
@@ -151,7 +153,7 @@ def read_rows(
         with suppress(ErclutchError):  # reading it says the same with more words
             extent = None if how.variable else extent_of(path)
         if extent is None:
-            logs = how.read(path, device)
+            logs = how.read(path, device, name=names[path])
             whole[path] = logs
             rows_of_file = sum(log.rows for log in logs)
             columns = 1 + max(len(log.signals) for log in logs)
@@ -164,7 +166,7 @@ def read_rows(
     if rows <= most or not values:
         recordings: list[Recording] = []
         for path in files:
-            recordings += whole.get(path) or how.read(path, device)
+            recordings += whole.get(path) or how.read(path, device, name=names[path])
         try:
             data = build_dataset(recordings, device=device, derivative=how.derivative)
             require_no_plan(data.notes, files)
@@ -174,9 +176,9 @@ def read_rows(
     reader = _BlockReader(device, how, StretchChoice(rows, most), rows, progress)
     for path in files:
         if path not in whole:
-            reader.read(path, None, how.batches(path, device))
+            reader.read(path, names[path], None, how.batches(path, device))
         for number, recording in enumerate(whole.pop(path, ())):
-            reader.read(path, number, [one_batch(recording)])
+            reader.read(path, recording.name, number, [one_batch(recording)])
     try:
         read = reader.rows()
         require_no_plan(read.data.notes, files)
@@ -203,8 +205,8 @@ class _BlockReader:
         self._digests: dict[str, str] = {}
         self._like: Dataset | None = None
 
-    def read(self, path: Path, number: int | None, batches: Iterable[Batch]) -> None:
-        """Read one log to its end: the file, or one of its recordings."""
+    def read(self, path: Path, name: str, number: int | None, batches: Iterable[Batch]) -> None:
+        """Read one log to its end, under this name: the file, or one of its recordings."""
         log, before = len(self._logs), sum(log.rows for log in self._logs)
         recording: Recording | None = None  # of the first block
         segments: list[tuple[int, int]] = []
@@ -228,18 +230,18 @@ class _BlockReader:
                 self._choice.show(stretch)
             place += data.rows
             periods.append(block.recording.period)
-            self._progress(f"reading {recording.name}", before + place, self._total)
+            self._progress(f"reading {name}", before + place, self._total)
         if recording is None:
             raise LogError(
                 "no row is left", where=path.name, remedy="Give a log with finite values"
             )
-        refuse_twin(recording.name, recording.digest, self._digests)
+        refuse_twin(name, recording.digest, self._digests)
         period = float(np.median(periods))
         self._logs.append(
             LogInBlocks(
                 path=path,
                 number=number,
-                name=recording.name,
+                name=name,
                 digest=recording.digest,
                 origin=recording.origin,
                 mapping=recording.mapping,
@@ -262,7 +264,7 @@ class _BlockReader:
         ):
             data, own = _of_one_log(list(stretches))
             numbers.append(number)
-            parts.append(data)
+            parts.append(replace(data, sources=(self._logs[number].name,)))
             places.append(own)
         refuse_unlogged_fields(parts)
         data = joined(parts)

@@ -50,7 +50,8 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     for pattern in patterns:
         matches = False
         for log, (start, stop) in zip(dataset.sources, dataset.source_rows, strict=True):
-            if fnmatch.fnmatchcase(PurePath(log).name, pattern):
+            names = (log, PurePath(log).name)  # with its folder, where two logs have one name
+            if any(fnmatch.fnmatchcase(name, pattern) for name in names):
                 matches = True
                 mask[start:stop] = True
         if not matches:

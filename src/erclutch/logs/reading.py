@@ -13,6 +13,7 @@ from erclutch.logs.clock.resample import resampled
 from erclutch.logs.keywords import Window, window_and_rate
 from erclutch.logs.log_file import wants_each
 from erclutch.logs.mapping import ColumnMap, map_over
+from erclutch.logs.names_of_logs import called
 from erclutch.logs.plan import Invalid
 from erclutch.logs.read_logs import read, read_all, read_batches
 from erclutch.logs.table import Table
@@ -74,13 +75,26 @@ class Reading:
         path: str | Path,
         device: DeviceName | None,
         table: Table | None = None,
+        name: str = "",
     ) -> list[Recording]:
         """The recordings of one log; a table that was read before is that of the first of them.
+
+        Args:
+            path: the log.
+            device: how signals become elements.
+            table: what was read before.
+            name: what the log is called in place of its file's name, which another log may have; "" for that name.
 
         Raises:
             LogError, MappingError: see `erclutch.read`.
             SettingError: a window or a rate that the log cannot have.
         """
+        logs = self._recordings(path, device, table)
+        return [called(log, Path(path), name) for log in logs] if name else logs
+
+    def _recordings(
+        self, path: str | Path, device: DeviceName | None, table: Table | None
+    ) -> list[Recording]:
         how = self._how(device)
         if not wants_each(self.variable):
             try:

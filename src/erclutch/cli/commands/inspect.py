@@ -346,11 +346,7 @@ def _tell_what_settles(
     else:  # only another file helps
         settled = ""
     settled = tried_answer(settled, look, reading) if settled else ""
-    if len(alike) == len(look.refused):  # one command settles it for all of them
-        settled = settled.replace(first, typed)
-    elif alike:  # or for those of which the same is asked
-        same = [plan.path, *(str(look.log.parent / name) for name in alike)]
-        settled = settled.replace(first, shlex.join(same))
+    settled = look.for_all(settled, typed)
     why = str(problem)
     is_of_points = settled.startswith("erclutch flowcurve")
     if is_of_points and f"[{UNIT_TO_FILL_IN}]" in settled:
