@@ -561,6 +561,17 @@ def test_logs_of_one_order(factor: float, said: bool, name: str) -> None:
     assert [f"the {name} of b is {factor:.3g}," in f.message for f in found] == [True] * said
 
 
+@pytest.mark.parametrize(("factor", "said"), [(290.0, False), (310.0, True), (0.0, False)])
+def test_a_log_at_no_field_says_nothing_of_its_unit(factor: float, said: bool) -> None:
+    data = good()
+    thirds = ((0, 1300), (1300, 2600), (2600, N))
+    field = np.ones(N)
+    field[2600:] *= factor
+    data = replace(changed(data, field=field), sources=("a", "b", "c"), source_rows=thirds)
+    found = [f for f in findings(data, 0.4) if f.message.startswith("the field of c is")]
+    assert [f.remedy for f in found] == ["Check the unit of the field"] * said
+
+
 @pytest.mark.parametrize(("rows", "said"), [(11, False), (13, True)])
 def test_one_percent_of_the_test_rows_may_be_outside(rows: int, said: bool) -> None:
     data = good()

@@ -147,14 +147,14 @@ def tell_coverage(data: Dataset) -> None:
 
 def findings(data: Dataset) -> list[str]:
     """What is odd in a log, each with its level."""
-    from erclutch.fit.checks.data_check import another_device
-    from erclutch.fit.checks.effort_and_slip import logs_against_others
     from erclutch.fit.checks.sensor_check import sensor_findings
+    from erclutch.fit.checks.unlike_logs import unlike_logs
     from erclutch.fit.history import effort_finding
 
     odd = list(sensor_findings(data))
-    of_all_logs = (effort_finding(data), another_device(data), logs_against_others(data))
-    odd += [each for each in of_all_logs if each is not None]
+    of_effort = effort_finding(data)
+    odd += [of_effort] if of_effort is not None else []
+    odd += unlike_logs(data)
     return [f"{finding.level}: {finding}" for finding in odd]
 
 

@@ -11,17 +11,17 @@ from re import compile as pattern
 import numpy as np
 
 from erclutch.errors import CheckError
-from erclutch.fit.checks.effort_and_slip import effort_against_slip, logs_against_others
+from erclutch.fit.checks.effort_and_slip import effort_against_slip
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.releasing_field import releasing_field
 from erclutch.fit.checks.sensor_check import sensor_findings
+from erclutch.fit.checks.unlike_logs import unlike_logs
 from erclutch.fit.training_range import range_of
 from erclutch.logs.clock.resample import RESAMPLED
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.field_between_logs import CourseOfLog, efforts_of_two_devices
 from erclutch.logs.held_out import hold_out
 from erclutch.logs.plan import THOUGH
-from erclutch.signals.array import Array, Mask, rms
+from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import largest_field
 from erclutch.signals.percent import percent
 from erclutch.signals.recording import NO_FIELD
@@ -60,8 +60,6 @@ _FEW_LEVELS = 64
 _UNCOVERED = 0.01
 #: Share of the rows held out that are at rest from which that is told.
 _MOSTLY_AT_REST = 0.6
-#: A log whose root mean square is so many times the usual one, or so many times less, is of another unit.
-_ANOTHER_UNIT = (30.0, 300.0)
 
 
 def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
@@ -96,11 +94,10 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
         _one_slip(train),
         _drift(data),
         effort_against_slip(train),
-        logs_against_others(data),
         _quantised(train),
         *_held_out(train, data, test),
         *_never_seen(train),
-        _unlike(data) or another_device(data),
+        *unlike_logs(data),
         *sensor_findings(data),
     )
     return tuple(finding for finding in findings if finding is not None)
@@ -368,44 +365,3 @@ def _never_seen(train: Dataset) -> Iterator[Finding]:
         )
         remedy = "Turn its sign, for example --field '-NAME [unit]'"
         yield Finding("warning", "field", message, remedy)
-
-
-def _unlike(data: Dataset) -> Finding | None:
-    """Logs whose efforts or slips are of another order: a unit taken for another."""
-    if len(data.sources) < 2:
-        return None
-    larger, smaller = _ANOTHER_UNIT
-    slips = data.elements[0].slip
-    for name, values in (("effort", data.effort), ("slip", slips)):
-        # A log without rows has no size, and is not odd.
-        sizes = np.array([rms(values[a:b]) if b > a else np.nan for a, b in data.source_rows])
-        usual = float(np.nanmedian(sizes))
-        odd = np.flatnonzero((sizes > larger * usual) | (sizes < usual / smaller))
-        if odd.size and usual > 0:
-            first = odd[0]
-            message = f"the {name} of {data.sources[first]} is {sizes[first]:.3g}, that of the usual log {usual:.3g}"
-            return Finding("warning", name, message, f"Check the unit of the {name}")
-    return None
-
-
-def another_device(data: Dataset) -> Finding | None:
-    """Logs of which one has much more effort at the same field and slip: they are of two devices, or one changed."""
-    if len(data.sources) < 2 or data.device != "single":
-        return None
-    if any(NO_FIELD in note for note in data.notes):
-        return None
-    element = data.elements[0]
-    logs: list[CourseOfLog] = []
-    for name, (start, stop) in zip(data.sources, data.source_rows, strict=True):
-        own = slice(start, stop)
-        field = element.field[own]
-        if field.size:
-            logs.append(CourseOfLog(name, (), element.slip[own], data.effort[own], field))
-    apart = efforts_of_two_devices(logs)
-    if apart is None:
-        return None
-    message = (
-        f"at the same field and slip {logs[apart.more].name} has {apart.times:.2g} times the effort of "
-        f"{logs[apart.less].name}: they are of two devices, or of one that changed"
-    )
-    return Finding("warning", "logs", message, "Fit the logs of each device on their own")

@@ -49,8 +49,6 @@ def effort_against_slip(train: Dataset) -> Finding | None:
 
 def logs_against_others(data: Dataset) -> Finding | None:
     """Logs in which the effort opposes the slip, beside others in which it does not: a sensor was turned round."""
-    if len(data.sources) < 2:
-        return None
     against: list[str] = []
     along: list[str] = []
     for name, (start, stop) in zip(data.sources, data.source_rows, strict=True):
