@@ -16,6 +16,7 @@ from erclutch.report.html.runs_page import write_comparison
 from erclutch.report.html.verdict_section import RANKING
 from erclutch.report.numbers.paired_runs import pair
 from erclutch.report.numbers.run_material import Material, material_of
+from erclutch.runs.run_about import RunAbout
 from erclutch.runs.run_folder import read_run
 from tests.support.pace import within
 
@@ -333,6 +334,24 @@ def test_nothing_sticks_out(report: Path, visit: Callable[..., Any]) -> None:
         page.set_viewport_size({"width": width, "height": 900})
         rows_of(page)
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+@pytest.mark.parametrize("width", [390, 1440])
+def test_whatever_is_said_of_a_run_keeps_to_its_place(
+    width: int,
+    material: Material,
+    tmp_path: Path,
+    visit: Callable[..., Any],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A device of 2,000 letters made the report 20,000 pixels wide; marks above letters lay on the lines around."""
+    tower = "".join(letter + "\u0301\u0316" * 40 for letter in "tower")
+    said = RunAbout("T" * 2000, "D" * 2000, "A" * 2000, note=tower, tags="W" * 2000)
+    monkeypatch.setitem(material.__dict__, "about", said)
+    page = visit(write_report(material, tmp_path / "report.html"), width)
+    assert page.evaluate("document.documentElement.scrollWidth") <= width
+    cut = page.locator(".said").evaluate("note => getComputedStyle(note).overflow")
+    assert cut == "hidden"
 
 
 @pytest.mark.parametrize(("width", "height", "screens"), [(1440, 900, 8), (390, 844, 12)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any
 
@@ -30,3 +31,20 @@ def test_the_overview_keeps_its_width(
     page.wait_for_selector("text=Not shown for their names")
     assert page.evaluate("document.documentElement.scrollWidth") <= width
     assert page.evaluate("window.pwned === undefined && document.images.length === 0")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [390, 1440])
+def test_tags_of_a_run_leave_room_for_what_it_found(
+    width: int, served: Served, open_page: Callable[..., Any]
+) -> None:
+    """The model and its error stood some thousand pixels beside the page."""
+    run = served.folder / "tagged"
+    run.mkdir(exist_ok=True)
+    (run / "run.json").write_text("{}", encoding="utf-8")
+    said = {"tags": ",".join(map(str, range(500)))}
+    (run / "about.json").write_text(json.dumps(said), encoding="utf-8")
+    page = open_page(width)
+    box = page.locator(".tags").bounding_box()
+    assert box["width"] < 300
+    assert box["height"] < 60
