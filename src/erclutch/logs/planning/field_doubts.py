@@ -129,6 +129,11 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
         answer = NONE if go_straight(current, measured) else ""
         draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", answer)
         return
+    keeps_its_sign = not takes_both_signs(current) and not seen.shape.keeps_levels
+    if keeps_its_sign and seen.spoken.says(_OF_DRIVES) and go_straight(current, measured):
+        doubt = f"which is called like that of a drive and goes straight with {effort.column}"
+        draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
+        return
     if not goes_along(current, measured):
         return
     course = f"takes the sign of {effort.column} and goes along with it"

@@ -14,7 +14,11 @@ import numpy as np
 from erclutch.errors import shell_word
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
-from erclutch.logs.columns.two_courses import go_straight, goes_along
+from erclutch.logs.columns.two_courses import (
+    go_straight,
+    goes_along,
+    is_course_times_a_number,
+)
 from erclutch.logs.columns.vocabulary import COMMANDS, CURRENTS, EASTERN_TOLD, VOLTAGES
 from erclutch.signals import units
 
@@ -46,6 +50,12 @@ def one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequence
         for current in columns:
             if circuit == _circuit(current, CURRENTS) and _drives_a_coil(voltage, current):
                 driving.add(voltage.name)
+    # Nor is the voltage across a gap, where the strength of the field in that gap is logged as well.
+    strengths = [column for column in columns if column.fits(("V/m",))]
+    for voltage in columns:
+        is_across = voltage.fits(("V",)) and len(strengths) == 1
+        if is_across and is_course_times_a_number(voltage.values, strengths[0].values):
+            driving.add(voltage.name)
     columns = [column for column in columns if column.name not in driving]
 
     # Nor is a command (a duty, say) that a measured current goes straight with.
@@ -67,7 +77,17 @@ def one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequence
             of_no_drive.append(column)
     coil_is_there = any(not takes_both_signs(column.values) for column in of_no_drive)
     left = of_no_drive if coil_is_there else without_commands
-    return [column.name for column in left]
+
+    # Of a device that turns one way both keep their sign: what was set keeps levels, and a drive's current wanders with
+    # the effort.
+    were_set = [column for column in left if column.shape.keeps_levels]
+    wander: set[str] = set()
+    for column in left if were_set else []:
+        if column.shape.keeps_levels or takes_both_signs(column.values):
+            continue
+        if any(go_straight(column.values, seen.columns[each].values) for each in efforts):
+            wander.add(column.name)
+    return [column.name for column in left if column.name not in wander]
 
 
 def _circuit(column: SeenColumn, quantity: Collection[str]) -> frozenset[str]:
@@ -77,7 +97,7 @@ def _circuit(column: SeenColumn, quantity: Collection[str]) -> frozenset[str]:
         letters = word.rstrip("0123456789")
         number = word.removeprefix(letters)
         rest.add(number if letters in quantity else word)
-    return frozenset(rest - {""})
+    return frozenset(rest - {"", "a"})  # CH1 (A)
 
 
 def _drives_a_coil(voltage: SeenColumn, current: SeenColumn) -> bool:

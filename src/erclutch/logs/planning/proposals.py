@@ -22,7 +22,7 @@ from erclutch.logs.columns.two_courses import follows, go_straight
 from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOLD
 from erclutch.logs.plan import Question
 from erclutch.logs.planning.draft import Draft
-from erclutch.logs.planning.field_of_a_circuit import COILS, of_a_coil
+from erclutch.logs.planning.field_of_a_circuit import COILS, of_a_coil, one_of_a_circuit
 from erclutch.logs.planning.field_of_words import levels_of_efforts
 from erclutch.logs.planning.missing_columns import (
     has_short_name,
@@ -154,12 +154,17 @@ def _field_option(
     if len(joints_of_fields) > 1 and joints_of_fields == joints_of_efforts:
         return "--field none"
 
-    # Each of several currents goes straight with the effort: those of the machines of a bench.
+    # Each of several currents goes straight with the effort, and none keeps levels: those of machines.
     effort = draft.signals.get("effort")
-    if len(fields) > 1 and effort is not None and effort.column in seen.columns:
+    were_set = any(seen.columns[name].shape.keeps_levels for name in fields)
+    if len(fields) > 1 and not were_set and effort is not None and effort.column in seen.columns:
         measured = seen.columns[effort.column].values
         if all(go_straight(seen.columns[name].values, measured) for name in fields):
             return f"--field {of_a_coil(seen, fields) or 'none'}"
+    # What drives a coil's current, and the current of a drive, are not proposed.
+    if len(fields) > 1:
+        left = one_of_a_circuit(seen, fields, efforts)
+        taken += [name for name in fields if left and name not in left]
 
     # A column with a name of several meanings may be the field, and is proposed for no other signal.
     _, _, named = question.problem.partition("; ")
