@@ -166,6 +166,15 @@ def test_who_says_that_there_is_no_field_is_not_asked(tmp_path: Path) -> None:
         build_dataset([read(path) for path in paths])
 
 
+@pytest.mark.slow
+def test_logs_of_unlike_efforts_that_are_said_to_have_no_field_are_told(tmp_path: Path) -> None:
+    folder_of(tmp_path / "logs", {"idle": 0.2, "loaded": 1.1})
+    said = good("inspect", "logs", "--field", "none", cwd=tmp_path)
+    assert "no field was given, and at the same slip loaded.csv has" in said
+    folder_of(tmp_path / "alike", {"first": 0.2, "second": 0.22})
+    assert "no field was given" not in good("inspect", "alike", "--field", "none", cwd=tmp_path)
+
+
 @pytest.mark.parametrize(
     "names",
     [

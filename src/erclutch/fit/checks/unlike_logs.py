@@ -62,8 +62,6 @@ def _another_device(data: Dataset) -> Finding | None:
     """Logs of which one has much more effort at the same field and slip: they are of two devices, or one changed."""
     if data.device != "single":
         return None
-    if any(NO_FIELD in note for note in data.notes):
-        return None
     element = data.elements[0]
     logs: list[CourseOfLog] = []
     for name, (start, stop) in zip(data.sources, data.source_rows, strict=True):
@@ -74,8 +72,18 @@ def _another_device(data: Dataset) -> Finding | None:
     apart = efforts_of_two_devices(logs)
     if apart is None:
         return None
+    more, less = logs[apart.more].name, logs[apart.less].name
+    if any(
+        note.startswith(NO_FIELD) for note in data.notes
+    ):  # as was said, or it would be asked about
+        message = (
+            f"no field was given, and at the same slip {more} has {apart.times:.2g} times the effort of {less}: "
+            "a field may tell them apart"
+        )
+        remedy = "Give the field of each log, such as by --name-pattern, or fit logs of one field together"
+        return Finding("warning", "logs", message, remedy)
     message = (
-        f"at the same field and slip {logs[apart.more].name} has {apart.times:.2g} times the effort of "
-        f"{logs[apart.less].name}: they are of two devices, or of one that changed"
+        f"at the same field and slip {more} has {apart.times:.2g} times the effort of {less}: they are of two devices, "
+        "or of one that changed"
     )
     return Finding("warning", "logs", message, "Fit the logs of each device on their own")
