@@ -18,7 +18,7 @@ from erclutch.errors import shell_word
 from erclutch.logs.synthetic import synthetic_log
 from erclutch.models.model_file import digest_of
 from erclutch.runs.run_folder import read_run
-from tests.support.command import good, run
+from tests.support.command import good, refused, run
 
 pytestmark = pytest.mark.slow
 
@@ -266,6 +266,24 @@ def test_several_logs_give_a_folder_and_several_runs_one_table(place: Path, tmp_
     )
     assert "Models of 2 runs" in said
     assert "sister" in said
+
+
+@pytest.mark.slow
+def test_predictions_of_logs_of_one_name_have_their_folders_in_their_names(
+    place: Path, tmp_path: Path
+) -> None:
+    for folder in ("first", "second"):
+        (tmp_path / folder).mkdir()
+        shutil.copy(place / "two.csv", tmp_path / folder / "log.csv")
+    words = ["predict", "first", "second", "--run", place / "run", "--out"]
+    good(*words, "p", cwd=tmp_path)
+    assert sorted(path.name for path in (tmp_path / "p").iterdir()) == [
+        "first_log.csv",
+        "second_log.csv",
+    ]
+    # Two formats of one log would be one file.
+    shutil.copy(place / "two.csv", tmp_path / "first" / "log.txt")
+    assert "two logs are called log" in refused("predict", "first", *words[3:], "q", cwd=tmp_path)
 
 
 def test_score_says_that_a_run_was_trained_on_the_log(place: Path, tmp_path: Path) -> None:

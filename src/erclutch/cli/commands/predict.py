@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
@@ -59,9 +59,11 @@ def predict(
         reading: How to read the log; by default as the run's own logs were read.
     """
     from erclutch.logs.log_writer import is_prediction
+    from erclutch.logs.names_of_logs import names_apart
     from erclutch.runs.new_rows import opened
 
     files = expand(logs)
+    names = names_apart(files)
     several = len(files) > 1 or logs[0].is_dir()
     if several:
         # A folder of predictions may be replaced where that is asked for, and no other folder.
@@ -83,8 +85,9 @@ def predict(
     if not sensor:
         how = how.without_effort(chosen.units.effort)
     if several:
-        # Two logs of one name would be one file of the folder.
-        stems = [file.stem for file in files]
+        # Logs of one name in several folders have the folders in the names of their predictions; log.csv and log.mat
+        # would be one file.
+        stems = [PurePath(name).with_suffix("").as_posix().replace("/", "_") for name in names]
         twice = next((stem for stem in stems if stems.count(stem) > 1), None)
         if twice is not None:
             remedy = "Give their predictions apart, each to a file"
@@ -93,11 +96,11 @@ def predict(
             remedy = "Give --out the name of a folder"
             raise SettingError(f"one file for {len(files)} logs", where=str(out), remedy=remedy)
         with whole_folder(out, _UNWRITABLE) as folder, terminal.progress("predicting") as bar:
-            for done, file in enumerate(files):
+            for done, (file, stem) in enumerate(zip(files, stems, strict=True)):
                 bar(done, len(files), file.name)
-                of_file = folder / f"{file.stem}.{kind}"
+                of_file = folder / f"{stem}.{kind}"
                 told = _estimated(file, how, chosen, kept, of_file, band=band, sensor=sensor)
-                terminal.say(f"{file.name}: {told}")
+                terminal.say(f"{names[done]}: {told}")
     else:
         summary = _estimated(files[0], how, chosen, kept, out, band=band, sensor=sensor)
         terminal.say(summary)
