@@ -25,8 +25,8 @@ from erclutch.runs.cluster import WorkerLostError
 from erclutch.wings.fleet.commands.fit_many import advice_of_logs
 from erclutch.wings.fleet.fitted_fleet import Fleet
 from erclutch.wings.fleet.fleet import DeviceTask, fit_device, fit_many, logs_of_devices
-from erclutch.wings.fleet.fleet_charts import fleet_panels
-from erclutch.wings.fleet.fleet_page import mixed, not_compared, too_few
+from erclutch.wings.fleet.fleet_charts import fleet_panels, named
+from erclutch.wings.fleet.fleet_page import fleet_html, mixed, not_compared, too_few
 from erclutch.wings.fleet.fleet_statistics import OUTLYING, control_chart, outlier_scores, trend
 from erclutch.wings.fleet.fleet_tables import fit_row, tables_of
 from tests.support.dask_cluster import dask_cluster, kill_a_worker, peak
@@ -226,6 +226,28 @@ def test_a_fleet_of_too_few_devices_says_why_its_columns_are_empty(fleet: Fleet)
         few = [replace(series, devices=series.devices[:count]) for series in fleet.stands_for]
         assert too_few(few) == start + have
     assert too_few([]) == ""
+
+
+@pytest.mark.slow
+def test_a_fleet_is_drawn_in_a_notebook(fleet: Fleet) -> None:
+    """It ended in a KeyError: matplotlib had no look for the intervals."""
+    assert len(fleet.plot()) == len(fleet.stands_for)
+
+
+@pytest.mark.slow
+def test_a_page_says_where_no_model_stands_for_the_fleet(fleet: Fleet) -> None:
+    """It said of none that it is recommended most often."""
+    often = "It is the model recommended most often"
+    none = "Of no log or device a model is recommended"
+    pages = fleet_html(fleet), fleet_html(replace(fleet, model=None))
+    assert [(often in page, none in page) for page in pages] == [(True, False), (False, True)]
+
+
+def test_names_of_devices_are_cut_and_turn_no_line_round() -> None:
+    """The letters behind a mark from right to left stood in the other order."""
+    assert named(("\u202ex", "b", "W" * 200)) == f"\\u202ex, b, {'W' * 60}…"
+    assert named(tuple("abcdefgh")) == "a, b, c, d, e, f and 2 more"
+    assert named(()) == "–"
 
 
 @pytest.mark.slow

@@ -33,6 +33,8 @@ STYLES: dict[str, dict[str, Any]] = {
     "baseline": {"color": GREEN, "linestyle": ":"},
     "ref": {"color": GREY, "linewidth": 0.6},
     "zero": {"color": GREY, "linewidth": 0.5},
+    "whisker": {"color": BLACK, "linewidth": 0.5},
+    "whiskers": {"color": BLACK, "linewidth": 0.2},
     "band": {"color": "#CCCCCC", "linewidth": 0},
     "other": {"color": "#B9BDC4"},
     **{f"level{k}": {"color": colour} for k, colour in enumerate(_VIRIDIS)},

@@ -7,19 +7,31 @@ from typing import Any
 
 import numpy as np
 
+from erclutch.errors import printable
 from erclutch.report.numbers.number_text import chart_scale
-from erclutch.report.plots.plot_description import Axis, Dots, Line, Panel, ReferenceLine, Shade
+from erclutch.report.plots.plot_description import (
+    Axis,
+    Dots,
+    Line,
+    Panel,
+    ReferenceLine,
+    Shade,
+)
 from erclutch.signals.array import largest_size
 from erclutch.wings.fleet.fleet_statistics import RMSE, FleetSeries
 
 _NAMED = 6  # devices in a sentence; the others are counted
+_LONGEST = 60  # letters of a name in a sentence
+_FEW = 100  # devices whose intervals stand beside each other; those of more are drawn thinner
 _REACH = 20.0  # intervals that an interval is drawn to, so that one that knows nothing leaves the others to be seen
 
 
-def named(devices: tuple[str, ...]) -> str:
-    """Names, the first six of many."""
-    more = f" and {len(devices) - _NAMED} more" if len(devices) > _NAMED else ""
-    return ", ".join(devices[:_NAMED]) + more or "–"
+def named(devices: Sequence[str], most: int = _NAMED) -> str:
+    """Names, the first six of many, with hidden signs written out, and long names cut."""
+    names = [printable(device) for device in devices[:most]]
+    short = [name if len(name) <= _LONGEST else f"{name[:_LONGEST]}…" for name in names]
+    more = f" and {len(devices) - most} more" if len(devices) > most else ""
+    return ", ".join(short) + more or "–"
 
 
 def fleet_panels(series: Sequence[FleetSeries], over: str) -> list[Panel]:
@@ -36,7 +48,9 @@ def fleet_panels(series: Sequence[FleetSeries], over: str) -> list[Panel]:
 
         gap = np.full_like(low, np.nan)
         whiskers = np.column_stack([low, high, gap]).ravel()  # NaN parts one from the next
-        marks: list[Any] = [Line(np.repeat(x, 3), whiskers, "whisker")]
+        marks: list[Any] = [
+            Line(np.repeat(x, 3), whiskers, "whisker" if x.size <= _FEW else "whiskers")
+        ]
         width = high - low
         known = width[np.isfinite(width)]
         reach = _REACH * float(np.median(known)) if known.size else 0.0

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from erclutch.errors import printable
 from erclutch.report.html.report_page import plain_page
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.number_text import count, number, span
@@ -51,7 +52,7 @@ def not_compared(series: Sequence[FleetSeries]) -> str:
         return ""
     fields = next(iter(apart.values()))
     logs = ", ".join(
-        f"{device} ({reached:.3g})" for device, reached in list(fields.items())[:_NAMED]
+        f"{named([device])} ({reached:.3g})" for device, reached in list(fields.items())[:_NAMED]
     )
     more = f" and {len(fields) - _NAMED} more" if len(fields) > _NAMED else ""
     numbers = ", ".join(apart)
@@ -91,7 +92,7 @@ def fleet_html(fleet: Fleet) -> str:
         "series": series,
         "rows": rows,
         "panels": fleet_panels(series, fleet.over),
-        "failed": fleet.failed,
+        "failed": {printable(device): why for device, why in fleet.failed.items()},
         "too_few": too_few(series),
         "not_compared": not_compared(series),
         "mixed": mixed(series, fleet.over),
