@@ -567,6 +567,37 @@ def test_a_trip_on_a_busy_machine_says_so(late: int, tmp_path: Path, ring_writer
     assert bool(watch.busy) == (late == 5)
 
 
+@pytest.mark.parametrize(
+    ("origin", "late_from", "at_fault"),
+    [
+        ("HARDWARE", 40, "The rig was silent"),
+        ("HARDWARE", 35, "The rig was silent"),
+        ("HARDWARE", 20, "This machine was busy"),
+        ("TWIN", 40, "This machine was busy"),
+    ],
+)
+def test_a_trip_by_a_silent_rig_is_not_blamed_on_the_machine(
+    origin: str,
+    late_from: int,
+    at_fault: str,
+    tmp_path: Path,
+    ring_writer: Any,
+) -> None:
+    """A device behind UDP that was unplugged was told as a busy machine, though each step was on time."""
+    ring = make_ring(tmp_path / "ring", RingInfo(capacity=64, origin=origin))
+    writer, watch = ring_writer(ring), SessionFigures(RingReader(ring, "oldest"))
+    frame = np.zeros((), FRAME)
+    for tick in range(40):
+        frame["time_ns"] = 10**9 + tick * 1_000_000
+        frame["lateness_ns"] = 7_900_000 if tick >= late_from else 80_000
+        lost = EVENT_BITS["sample-lost"] * (tick >= 19)
+        late = EVENT_BITS["overrun"] * (tick >= late_from)
+        frame["events"] = lost | late | EVENT_BITS["trip"] * (tick == 39)
+        writer.write(frame)
+    watch.poll()
+    assert watch.busy.startswith(f"{at_fault}: in the second before, 21 samples of the rig")
+
+
 def test_a_step_that_took_long_is_not_called_late_by_nothing(
     tmp_path: Path, ring_writer: Any
 ) -> None:

@@ -71,7 +71,8 @@ class SessionFigures:
         role: of the channel that is to follow the reference; empty where none is.
         lateness, step: histograms of the wake-up's lateness and of the step's time.
         frames: how many were read.
-        busy: that samples or steps came late just before the last trip, in words; empty where they did not.
+        busy: that samples or steps came late just before the last trip, and who was at fault; empty where they did
+            not.
     """
 
     reader: RingReader
@@ -142,10 +143,15 @@ class SessionFigures:
                     late.append(f"{samples} did not come in time")
                 if overran:
                     late.append(f"{overran} step{'s'[: overran != 1]} came late{by}")
-                self.busy = (
-                    f"This machine was busy: in the second before, {' and '.join(late)}. "
-                    "Close other programs first."
-                )
+                told = f"in the second before, {' and '.join(late)}"
+                # A program of ours that plays the rig needs this machine, too; a device does not.
+                without = before[before[:, 1] & _LOST > 0]
+                on_time = without[without[:, 2] < self.reader.info.period_ns]
+                device_silent = 2 * len(on_time) > len(without)
+                if device_silent and self.reader.info.origin == "HARDWARE":
+                    self.busy = f"The rig was silent: {told}. Look at the rig, its supply and its cable first."
+                else:
+                    self.busy = f"This machine was busy: {told}. Close other programs first."
         self._last = last[last[:, 0] > rows[-1, 0] - _BEFORE]
 
     @property
