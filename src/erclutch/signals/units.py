@@ -84,6 +84,7 @@ _FACTORS = {
     (("second", -1.0),): {"1/s": 1.0, "Hz": 1.0, "1/min": 1.0 / 60.0},
     (("second", 1.0),): {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "min": 60.0},
     (("meter", 1.0), ("second", -2.0)): {"m/s^2": 1.0},
+    (("meter", 3.0), ("second", -1.0)): {"m^3/s": 1.0},
 }
 #: Unit -> factor and dimension.
 COMMON = {
