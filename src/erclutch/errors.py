@@ -25,19 +25,24 @@ class ErclutchError(Exception):
         problem: what is wrong, with the value and the limit that it missed.
         remedy: what to do about it, as an imperative sentence.
         where: the file (and row or column) or the option at fault.
+        answers: options of a command that the remedy gives, each a whole answer, the likeliest first: ``--time none``.
+            There are several where the user chooses, and none where the user fills something in or mends the file.
     """
 
     exit_code = 2
 
-    def __init__(self, problem: str, *, remedy: str, where: str = "") -> None:
+    def __init__(
+        self, problem: str, *, remedy: str, where: str = "", answers: Sequence[str] = ()
+    ) -> None:
         self.problem = problem
         self.remedy = remedy
         self.where = where
+        self.answers = tuple(answers)
         super().__init__(problem)
 
     def __reduce__(self) -> tuple[object, ...]:
         # Errors come back from other processes.
-        return _again, (type(self), self.problem, self.remedy, self.where)
+        return _again, (type(self), self.problem, self.remedy, self.where, self.answers)
 
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
@@ -49,8 +54,9 @@ def _again(
     problem: str,
     remedy: str,
     where: str,
+    answers: tuple[str, ...],
 ) -> ErclutchError:
-    return kind(problem, remedy=remedy, where=where)
+    return kind(problem, remedy=remedy, where=where, answers=answers)
 
 
 @dataclass
@@ -171,6 +177,18 @@ class AlikeRecordingsError(LogError):
 
 class MappingError(ErclutchError):
     """The columns of a log cannot be matched to the signals that a device needs."""
+
+
+class MissingColumnError(MappingError):
+    """No column can be a signal that the device needs."""
+
+
+class SeveralColumnsError(MappingError):
+    """Several columns may be a signal, and nothing tells which of them is."""
+
+
+class MissingClockError(MappingError):
+    """A log has neither a column of times nor a sampling rate."""
 
 
 class UnloggedFieldError(MappingError):

@@ -34,6 +34,7 @@ def flow_command(look: LogLook) -> str:
     A gamma is a strain or a rate, a viscosity without a unit may be in Pa s or in mPa s, and a column of words may part
     the points into curves. No option reads some of them, such as stresses against their rates: such a table is a log.
     """
+    from erclutch.logs.columns.rheometer_names import is_a_logarithm
     from erclutch.logs.log_file import EACH
 
     path = look.plan.path
@@ -58,7 +59,9 @@ def flow_command(look: LogLook) -> str:
         return tried
     as_a_log = look.plan.command()
     was_tried = bool(registry.plugins(GROUP))  # by a wing that is there
-    if was_tried and "COLUMN" not in as_a_log:
+    # Logarithms are no signals either: `flowcurve` says what is to be written in their place.
+    has_logarithms = any(map(is_a_logarithm, look.raw.columns))
+    if was_tried and "COLUMN" not in as_a_log and not has_logarithms:
         return as_a_log
     stress: dict[str, list[str]] = {}
     if viscosities := viscosities_without_a_unit(look.raw):

@@ -61,12 +61,16 @@ def tried_answer(command: str, look: LogLook, reading: LogOptions) -> str:
         told = replace(reading, **_options(given, reading))
         try:
             plan = told.plan(table, look.log)
-            further = _further_answers(plan) if plan.questions else []
-            if not plan.questions:
+            further: list[str] = []
+            if plan.questions:
+                proposed = shlex.split(plan.command())[3:]
+                has_a_place = any(mark in word for mark in _NOT_TRIED for word in proposed)
+                further = [] if has_a_place else proposed  # a place is filled in by the user
+            else:
                 try:
                     told.how().finished(apply(plan, table))
                 except ErclutchError as error:
-                    further = _remedies(error.remedy, plan)
+                    further = shlex.split(answer_to(error, plan))
         except ErclutchError:
             break
         new: list[str] = []
@@ -92,15 +96,14 @@ def _options(words: Sequence[str], reading: LogOptions) -> dict[str, Any]:
     return options
 
 
-def _further_answers(plan: Plan) -> list[str]:
-    """The options by which a plan proposes to answer its questions; none where one of them has a place to fill in."""
-    words = shlex.split(plan.command())[3:]
-    has_a_place = any(mark in word for mark in _NOT_TRIED for word in words)
-    return [] if has_a_place else words
+def answer_to(error: ErclutchError, plan: Plan) -> str:
+    """The only option that answers what stands against the rows of a plan; "" where none does.
 
-
-def _remedies(remedy: str, plan: Plan) -> list[str]:
-    """The option that a remedy gives for rows that no clock fits, or that lack numbers; none for another remedy."""
-    if "(--time none)" in remedy and plan.signal("slip") is not None:
-        return ["--time", "none"]
-    return ["--invalid", "drop"] if "--invalid drop" in remedy else []
+    Points have no time that a position could be differentiated by: rows that no clock fits are points only where the
+    speed has a column.
+    """
+    if len(error.answers) != 1:
+        return ""
+    (answer,) = error.answers
+    needs_a_speed = answer == "--time none"
+    return "" if needs_a_speed and plan.signal("slip") is None else answer

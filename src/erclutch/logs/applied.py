@@ -320,7 +320,9 @@ def _refuse_or_note(
     many = f"{count} value{'s' if count > 1 else ''} missing or infinite"
     text = f"column {name} has {many}, the first ({shown}) in data row {table.first_row + row + 1}"
     if invalid == "error":
-        raise LogError(text, remedy="Correct them, or cut the log there with --invalid drop")
+        answer = "--invalid drop"
+        remedy = f"Correct them, or cut the log there with {answer}"
+        raise LogError(text, remedy=remedy, answers=[answer])
     _, *others = holes.items()
     for other, rows in others:
         text += f", column {other} {int(rows.sum())}"

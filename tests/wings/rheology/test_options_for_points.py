@@ -159,3 +159,13 @@ def test_points_of_a_force_over_a_displacement_are_not_sent_to_flowcurve(tmp_pat
     rows = "".join(f"{k},{30 * k},{k},{40 * k}\n" for k in range(1, 30))
     (tmp_path / "figure.csv").write_text(f"a,a,b,b\nX,Y,X,Y\n{rows}", encoding="utf-8")
     assert "flowcurve" not in _printed(tmp_path, "figure.csv")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("head", ["log Shear stress", "lg shear stress"])
+def test_logarithms_are_never_offered_as_stresses(tmp_path: Path, head: str) -> None:
+    rows = "".join(f"{rate:.4g},{np.log10(5 + rate):.6g}\n" for rate in RATES)
+    (tmp_path / "flow.csv").write_text(f"Shear Rate [1/s],{head}\n{rows}", encoding="utf-8")
+    assert _printed(tmp_path, "flow.csv") == "erclutch flowcurve flow.csv"
+    with pytest.raises(MappingError, match="holds logarithms or roots"):
+        read_flow_curves(tmp_path / "flow.csv")

@@ -28,7 +28,7 @@ from erclutch.cli.rheometer_points import (
     tried_flow_command,
     without_their_unit,
 )
-from erclutch.cli.tried_answer import tried_answer, with_options
+from erclutch.cli.tried_answer import answer_to, tried_answer, with_options
 from erclutch.errors import (
     AlikeRecordingsError,
     ErclutchError,
@@ -337,10 +337,8 @@ def _tell_what_settles(
         pass
     elif plan.questions and not is_of_all:
         settled = plan.command()
-    elif "(--time none)" in problem.remedy and plan.signal("slip") is not None:
-        settled = f"{plan.command().rstrip()} --time none"
-    elif "--invalid drop" in problem.remedy:
-        settled = f"{plan.command().rstrip()} --invalid drop"
+    elif answer := answer_to(problem, plan):
+        settled = f"{plan.command().rstrip()} {answer}"
     elif option is not None:
         settled = f"{shlex.join(['erclutch', 'inspect', plan.path])} {option.group()}"
     else:  # only another file helps

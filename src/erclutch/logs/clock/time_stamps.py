@@ -31,7 +31,8 @@ _WHOLE = 0.1  # of a period, by which a whole number of periods is off at most
 _MOSTLY = 0.95  # of the steps
 _WANDERS = 0.5  # periods that such an average may move
 DISORDER = 0.05  # share of the steps from which on backward ones are no slips of a clock
-_AS_POINTS = "take the rows as points (--time none)"  # of a remedy
+_POINTS = "--time none"  # the option that takes rows as points
+_AS_POINTS = f"take the rows as points ({_POINTS})"  # of a remedy
 _SHORTEST = 1e-12  # s: no logger samples at a THz
 _COARSE = 0.2  # share of repeated stamps above which they are coarser than the sampling
 
@@ -86,7 +87,7 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         rate = f"{stamps.size / (stamps[-1] - stamps[0]):.3g}"  # Hz
         problem = f"column {column} has {np.unique(stamps).size} stamps for {stamps.size} rows, not evenly"
         in_the_mean = f"Give a rate ({rate} Hz in the mean: --rate {rate})"
-        raise TimingError(problem, remedy=f"{in_the_mean}, or {_AS_POINTS}")
+        raise TimingError(problem, remedy=f"{in_the_mean}, or {_AS_POINTS}", answers=[_POINTS])
     _refuse_short(period, column)
     gaps = [start - 1 for start in regular.starts[1:]]
     steps = np.delete(np.diff(stamps), gaps)
@@ -115,6 +116,7 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
         raise TimingError(
             f"column {column} repeats its stamps without a pattern",
             remedy=f"Give the sampling rate instead (--rate 1000), log finer stamps, or {_AS_POINTS}",
+            answers=[_POINTS],
         )
     else:
         shortest, longest = np.percentile(steps, (1, 99)).tolist()
@@ -167,7 +169,7 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
     if not np.any(steps):
         remedy += f", or {_AS_POINTS}"
         problem = f"column {column} is {stamps[0]:g} in all {stamps.size} rows"
-        raise TimingError(problem, remedy=remedy.capitalize())
+        raise TimingError(problem, remedy=remedy.capitalize(), answers=[_POINTS])
     usual = float(np.median(steps[steps != 0]))
     _refuse_short(usual, column)
     back = np.flatnonzero(steps < 0)
@@ -178,14 +180,15 @@ def _refuse_no_clock(stamps: Array, column: str) -> None:
     if back.size > 1:
         order += f" ({back.size} times in all)"
     others = "choose another time column (--time) or a rate (--rate)"
-    remedy = f"Split the log there, sort it, {others}, or {_AS_POINTS}"
+    problem = f"column {column} runs backwards at data row {row + 1}: {order}"
     if back.size == steps.size:
         remedy = f"The newest row stands first: sort the rows by {column}"
-    elif back.size > DISORDER * stamps.size:
-        as_points = "take them as points (--time none), or give a rate (--rate)"
+        raise TimingError(problem, remedy=remedy)
+    remedy = f"Split the log there, sort it, {others}, or {_AS_POINTS}"
+    if back.size > DISORDER * stamps.size:
+        as_points = f"take them as points ({_POINTS}), or give a rate (--rate)"
         remedy = f"The rows follow no time: {as_points}"
-    problem = f"column {column} runs backwards at data row {row + 1}: {order}"
-    raise TimingError(problem, remedy=remedy)
+    raise TimingError(problem, remedy=remedy, answers=[_POINTS])
 
 
 def _refuse_short(step: float, column: str) -> None:

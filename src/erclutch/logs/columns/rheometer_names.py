@@ -238,6 +238,7 @@ _NEARLY_ALL = 0.9  # of the rows: the others are the step to what is held
 _BY_NAME: dict[Role, re.Pattern[str]] = {
     role: re.compile("|".join(words)) for role, words in _WORDS.items()
 }
+_LOGARITHM = re.compile(r"(?:log|lg|ln)[ _]?(?:10)?[ _(\[]|log10|sqrt|root|√")
 
 
 def plain_name(name: str) -> str:
@@ -260,6 +261,11 @@ def said_by_name(name: str) -> Role:
         if pattern.search(plain):
             return role
     return "unknown"
+
+
+def is_a_logarithm(name: str) -> bool:
+    """Whether a column holds logarithms, or roots as Casson's plot has them: they are no rates and no stresses."""
+    return _LOGARITHM.match(name.lower().lstrip("(")) is not None
 
 
 def tells_a_flow_curve(names: Iterable[str]) -> bool:
@@ -294,11 +300,8 @@ def held_in_time(columns: Mapping[str, Array]) -> str:
     plain = {name: plain_name(name) for name in columns}
     strains = [name for name in columns if _STRAIN.search(plain[name])]
     stresses = [name for name in columns if said_by_name(name) == "stress"]
-    if (
-        not any(_TIME.search(each) for each in plain.values())
-        or len(strains) != 1
-        or len(stresses) != 1
-    ):
+    has_a_time = any(_TIME.search(each) for each in plain.values())
+    if not has_a_time or len(strains) != 1 or len(stresses) != 1:
         return ""
     stress = columns[stresses[0]]
     strain = columns[strains[0]]

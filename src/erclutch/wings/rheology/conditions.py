@@ -90,9 +90,8 @@ def conditions_of(table: Table, plan: FlowPlan, *, parted: bool = False) -> list
         problem = (
             f"column {name} parts the points into {parting[name].max() + 1} sweeps of the rate"
         )
-        raise MappingError(
-            problem, where=table.name, remedy=f"Take each as a curve: {each}; or one: {one}"
-        )
+        remedy = f"Take each as a curve: {each}; or one: {one}"
+        raise MappingError(problem, where=table.name, remedy=remedy, answers=[each, one])
     if not parting:
         return _sweeps(table, plan)
 

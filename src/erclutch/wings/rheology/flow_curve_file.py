@@ -125,7 +125,9 @@ def read_flow_curves(
                     if sheet or len(chosen) > 1 or are_mixed:
                         each = f"--sheet {shell_word(f'{words}={EACH}')}"
                         remedy = f"Take each as a curve: {each}; or one: {one}"
-                        raise MappingError(problem, where=table.name, remedy=remedy)
+                        raise MappingError(
+                            problem, where=table.name, remedy=remedy, answers=[each, one]
+                        )
                     of_each_word = read_flow_curves(
                         path, shear_rate=shear_rate, stress=stress, sheet=[f"{words}={EACH}"]
                     )
@@ -306,7 +308,10 @@ def _planned(
             if ", or " in error.remedy
             else f"{error.remedy} {sheets}"
         )
-        raise type(error)(error.problem, where=error.where, remedy=remedy) from None
+        answers = [f"{answer} {sheets}" for answer in error.answers]
+        raise type(error)(
+            error.problem, where=error.where, remedy=remedy, answers=answers
+        ) from None
 
 
 def _parting_words(plan: FlowPlan, table: Table) -> tuple[str, WordColumn, bool] | None:

@@ -131,10 +131,13 @@ def plan_of(
 
     values = stresses or viscosities
     if len(rates) not in (1, len(values)):
+        of_values = f"for {len(values)} columns of stresses"
+        first = f"--shear-rate {shell_word(table.label(rates[0]))}"
         raise MappingError(
-            f"{len(rates)} columns could be the shear rate ({', '.join(rates)}) for {len(values)} columns of stresses",
+            f"{len(rates)} columns could be the shear rate ({', '.join(rates)}) {of_values}",
             where=table.name,
-            remedy=f"Name one: --shear-rate {shell_word(table.label(rates[0]))}",
+            remedy=f"Name one: {first}",
+            answers=[first],
         )
     rate_of_each = rates if len(rates) > 1 else rates * len(values)
     curves: list[CurvePlan] = []
@@ -163,7 +166,7 @@ def plan_of(
         (viscosity,) = viscosities
         if unit_of(table, viscosity):
             compare_with_viscosity(table, curve, _flow_column(table, viscosity, "viscosity", {}))
-        elif curve.stress.reason.startswith("no unit"):
+        elif curve.stress.unit_is_assumed:
             require_fitting_units(table, curve, viscosity)
     return plan
 
@@ -248,10 +251,13 @@ def _role(table: Table, name: str) -> Role:
         return named
     if "other" in (named, measured):
         return "other"
+    a_rate = f"--shear-rate {shell_word(f'{name} [1/s]')}"
+    a_stress = f"--stress {shell_word(f'{name} [Pa]')}"
     raise UnitError(
         f"the column {name!r} is {_MEANING[named]} by its name and {_MEANING[measured]} by its unit [{unit}]",
         where=table.name,
-        remedy=f"Say which it is: --shear-rate {shell_word(f'{name} [1/s]')} or --stress {shell_word(f'{name} [Pa]')}",
+        remedy=f"Say which it is: {a_rate} or {a_stress}",
+        answers=[a_rate, a_stress],
     )
 
 
@@ -345,7 +351,8 @@ def _flow_column(
         raise of_unknown_unit(table, name, unknown)
     if unit is None:
         require_no_unit_above(table, name, role)
-        return FlowColumn(name, SI[role], 1.0, f"no unit, taken for {SI[role]}")
+        reason = f"no unit, taken for {SI[role]}"
+        return FlowColumn(name, SI[role], 1.0, reason, unit_is_assumed=True)
     if said_by_unit(unit) != role:
         option = "--shear-rate" if role == "rate" else "--stress"
         units = ["mPa*s", SI[role]] if role == "viscosity" else [SI[role]]
@@ -354,6 +361,7 @@ def _flow_column(
             f"the column {name!r} has the unit {unit!r}, which is no unit of {_MEANING[role]}",
             where=table.name,
             remedy=f"Name its unit: {', or '.join(named)}",
+            answers=named,
         )
     base = 1.0 if role == "rate" else _PASCAL
     reason = "asked for" if unit_asked else f"named, in {unit}"
@@ -370,7 +378,7 @@ def _notes(curves: Sequence[CurvePlan], guessed: Sequence[str]) -> tuple[str, ..
         sentence = f"{_CALLED[quantity]}: column {column.name!r} [{column.unit}]"
         if column.name in guessed:
             sentence += ", without unit or a known name: taken for a stress in Pa because it grows with the rate"
-        elif column.reason.startswith("no unit"):
+        elif column.unit_is_assumed:
             sentence += f", {column.reason}"
         elif column.factor != 1.0:
             sentence += f", x {column.factor:g} to {SI[quantity]}"

@@ -216,8 +216,7 @@ def _rows_that_hold_a_point(curve: CurvePlan, table: Table) -> tuple[Mask, list[
     stress = table.columns[curve.stress.name]
     is_empty = np.isnan(rate) & np.isnan(stress)
     is_half = np.isnan(rate) ^ np.isnan(stress)
-    stands_under_its_label = curve.rate.reason.startswith("a label")
-    if is_half.any() and stands_under_its_label and curve.label == f"{rate[0]:g}":
+    if is_half.any() and curve.is_labelled and curve.label == f"{rate[0]:g}":
         # The labels of pairs that are numbers stand in the first row, without a stress.
         is_half[0] = False
         is_empty[0] = True
@@ -234,7 +233,7 @@ def _rows_that_hold_a_point(curve: CurvePlan, table: Table) -> tuple[Mask, list[
     for left_out, why in (
         (swings, f"in oscillation ({', '.join(marks[:3])})"),
         (is_half, "without a rate or without a stress"),
-        (is_sentinel, "of a value that instruments write for no measurement"),
+        (is_sentinel, "with a number that instruments write where they measured nothing"),
         (is_at_rest & ~is_half, "at rest, which a logarithm has no place for"),
     ):
         if left_out.any():

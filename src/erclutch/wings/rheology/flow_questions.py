@@ -13,6 +13,7 @@ from erclutch.logs.columns.powers_of_ten import both_ways, power_beside
 from erclutch.logs.columns.rheometer_names import (
     Quantity,
     Role,
+    is_a_logarithm,
     of_oscillation,
     plain_name,
     said_by_name,
@@ -38,9 +39,6 @@ _AGREE = 0.2
 #: Units that a stress without a unit may have in place of Pa, and a viscosity beside it.
 _OTHER_STRESSES = ("dyn/cm^2", "lbf/(100*ft^2)", "mPa", "MPa")
 _VISCOSITIES = ("mPa*s", "Pa*s")
-#: A column of logarithms, or of roots as Casson's plot has them: its numbers are no rates and no stresses.
-_LOGARITHM = re.compile(r"(?:log|lg|ln)[ _]?(?:10)?[ _(\[]|log10|sqrt|root|√")
-
 #: What only a unit has within brackets, whether the whole is a unit that we know or not.
 _OF_A_UNIT = re.compile(
     r"(?<![^\W\d_])(?:[kKMmµu]?Pa|m?N|dyne?s?|lb[fs]?|psi|bar|poise|[mc]P|sec|min)(?![^\W\d_])"
@@ -90,10 +88,12 @@ def missing_column(table: Table, roles: dict[str, Role], rates: Sequence[str]) -
         )
     if rates and (spoken := [*units_above(table, "stress"), *units_above(table, "viscosity")]):
         named = " ".join(shell_word(f"{name} [{spoken[0]}]") for name in candidates)
+        with_their_unit = f"{option} {named}"
         return MappingError(
             f"no column is surely the {what} {there}, and the lines above the table speak of {spoken[0]}",
             where=table.name,
-            remedy=f"Name such columns with their unit: {option} {named}",
+            remedy=f"Name such columns with their unit: {with_their_unit}",
+            answers=[with_their_unit],
         )
     # A gamma beside a tau is a rate or a strain: only the user knows, and no other column is more likely.
     likely = [name for name in candidates if plain_name(name) in ("gamma", "gamma point", "shear")]
@@ -111,10 +111,12 @@ def of_unknown_unit(table: Table, name: str, unknown: Sequence[str]) -> UnitErro
     def named(unit: str) -> str:
         return "--stress " + " ".join(shell_word(f"{other} [{unit}]") for other in unknown)
 
+    answers = [named("mPa*s"), named("Pa*s")]
     return UnitError(
         without_a_unit([name] if len(unknown) == 1 else unknown),
         where=table.name,
-        remedy=f"Say which: {named('mPa*s')}, or {named('Pa*s')}",
+        remedy=f"Say which: {', or '.join(answers)}",
+        answers=answers,
     )
 
 
@@ -128,11 +130,12 @@ def require_no_unit_above(table: Table, name: str, role: Quantity) -> None:
     if not spoken:
         return
     option = "--shear-rate" if role == "rate" else "--stress"
-    either = f"{option} {shell_word(f'{name} [{spoken[0]}]')}, or {option} {shell_word(f'{name} [{SI[role]}]')}"
+    answers = [f"{option} {shell_word(f'{name} [{unit}]')}" for unit in (spoken[0], SI[role])]
     raise UnitError(
         f"the column {name!r} has no unit, and the lines above the table speak of {spoken[0]}",
         where=table.name,
-        remedy=f"Say which: {either}",
+        remedy=f"Say which: {', or '.join(answers)}",
+        answers=answers,
     )
 
 
@@ -146,7 +149,7 @@ def require_no_logarithms(
     """
     for curve in curves:
         for column, option in ((curve.rate, "--shear-rate"), (curve.stress, "--stress")):
-            if column.name in asked or not _LOGARITHM.match(column.name.lower().lstrip("(")):
+            if column.name in asked or not is_a_logarithm(column.name):
                 continue
             raise MappingError(
                 f"column {column.name!r} holds logarithms or roots, by its name",
@@ -180,9 +183,10 @@ def require_plain_heads(
                     f"the name of column {name!r} has a power of ten: its numbers may be times it, or over it",
                     where=table.name,
                     remedy=f"Say which: {multiplied} if they were multiplied by it, or {over}",
+                    answers=[multiplied, over],
                 )
             inside = _IN_BRACKETS.search(name)
-            if column.reason.startswith("no unit") and inside and _OF_A_UNIT.search(inside[1]):
+            if column.unit_is_assumed and inside and _OF_A_UNIT.search(inside[1]):
                 raise UnitError(
                     f"the column {name!r} has {inside[1]!r} behind its name, which is no unit that erclutch knows",
                     where=table.name,
@@ -236,6 +240,7 @@ def require_fitting_units(table: Table, curve: CurvePlan, viscosity: str) -> Non
         f"{beside}, and their numbers are of {are_of}",
         where=table.name,
         remedy=f"Name the stress with its unit: {options}",
+        answers=[options],
     )
 
 
@@ -265,4 +270,5 @@ def compare_with_viscosity(table: Table, curve: CurvePlan, viscosity: FlowColumn
         f"{shear_stress.name!r} [{shear_stress.unit}] is {ratio:.4g} times {product}: one of these units is wrong",
         where=table.name,
         remedy=f"Name the columns with their units: {options}",
+        answers=[options],
     )

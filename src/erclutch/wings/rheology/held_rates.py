@@ -33,8 +33,9 @@ def require_no_hold(test: str) -> None:
     match = _HOLDS.fullmatch(test.strip())
     if match is not None:
         problem = f"the test is a {match[1].lower()}, which holds its rate, stress or strain and is no flow curve"
-        remedy = f"Give a test with several rates, or take this one by --sheet {shell_word(test)}"
-        raise MappingError(problem, remedy=remedy)
+        this_one = f"--sheet {shell_word(test)}"
+        remedy = f"Give a test with several rates, or take this one by {this_one}"
+        raise MappingError(problem, remedy=remedy, answers=[this_one])
 
 
 def require_several_rates(plan: FlowPlan, table: Table) -> None:

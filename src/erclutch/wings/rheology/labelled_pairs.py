@@ -27,12 +27,14 @@ class FlowColumn:
         unit: by which it is read.
         factor: from that unit to 1/s, Pa or Pa s.
         reason: why the column is taken for its role, as the end of a sentence.
+        unit_is_assumed: whether neither the file nor an option says the unit.
     """
 
     name: str
     unit: str
     factor: float
     reason: str
+    unit_is_assumed: bool = False
 
 
 @dataclass(frozen=True)
@@ -44,12 +46,14 @@ class CurvePlan:
         rate: its shear rates.
         stress: its shear stresses, or its viscosities.
         times_rate: whether ``stress`` is a viscosity, which becomes a stress by its rate.
+        is_labelled: whether ``label`` stands over the rates in place of their name.
     """
 
     label: str
     rate: FlowColumn
     stress: FlowColumn
     times_rate: bool = False
+    is_labelled: bool = False
 
 
 def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
@@ -119,9 +123,13 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
             falls = "falls as the first grows, as a viscosity does and no shear stress"
             of_pair = "" if are_axes else f"behind {label!r} "
             problem = f"pairs of columns without units: {of_pair}the second {falls}"
-            remedy = "Say its unit, such as --stress '[mPa*s]', or --stress '[Pa]' if it is a stress all the same"
-            raise MappingError(problem, where=table.name, remedy=remedy)
-        pairs.append(CurvePlan(label, rate, stress, times_rate=quantity == "viscosity"))
+            viscosity = "--stress '[mPa*s]'"
+            stress_after_all = "--stress '[Pa]'"
+            remedy = f"Say its unit, such as {viscosity}, or {stress_after_all} if it is a stress all the same"
+            answers = [viscosity, stress_after_all]
+            raise MappingError(problem, where=table.name, remedy=remedy, answers=answers)
+        times_rate = quantity == "viscosity"
+        pairs.append(CurvePlan(label, rate, stress, times_rate, is_labelled=not are_axes))
     return tuple(pairs)
 
 

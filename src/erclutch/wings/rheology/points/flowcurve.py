@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping, Sequence
 
 from erclutch.errors import ErclutchError
@@ -12,13 +13,8 @@ POINTS = "flow curves of a rheometer"
 
 #: One behind another: the rate and the unit of its stress, the sheet, what parts its rows.
 _MOST_QUESTIONS = 3
-_WORD = r""" (?:"[^"]+"|'[^']+'|(?!--)[^\s,;'"]+)"""
-_OPTION = re.compile(rf"--(shear-rate|stress|sheet)((?:{_WORD})+)")
 _UNIT = re.compile(r"\[[^\[\]]+\]")
 _LEFT_OPEN = "[UNIT]"
-_ANY_UNIT = "Say its unit"
-#: In the remedy of an error whose unit only the user knows.
-_TWO_ANSWERS = (", or --stress", _ANY_UNIT)
 
 
 def flowcurve(path: str, given: Mapping[str, Sequence[str]]) -> dict[str, list[str]] | None:
@@ -39,27 +35,30 @@ def flowcurve(path: str, given: Mapping[str, Sequence[str]]) -> dict[str, list[s
         try:
             read_flow_curves(path, shear_rate=rate, stress=stress, sheet=sheet)
         except ErclutchError as error:
-            asked = _asked(error.remedy, with_units)
+            asked = _asked(error.answers, with_units)
             if not asked:
                 return None
-            has_two_answers = any(mark in error.remedy for mark in _TWO_ANSWERS)
-            for option, words in asked.items():
-                with_units[option] = words
-                is_open = has_two_answers and option == "stress"
-                options[option] = (
-                    [_UNIT.sub(_LEFT_OPEN, each) for each in words] if is_open else words
-                )
+            with_units |= asked
+            options |= asked
+            if "stress" in asked and len(error.answers) > 1:
+                options["stress"] = [_UNIT.sub(_LEFT_OPEN, each) for each in asked["stress"]]
         else:
             return options
     return None
 
 
-def _asked(remedy: str, known: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
-    """The options that a remedy gives, the first of each kind; none where it gives an example or nothing new."""
-    if "such as" in remedy and not remedy.startswith(_ANY_UNIT):
+def _asked(answers: Sequence[str], known: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """The options of the likeliest answer that are not known yet; none where the answers are of different options."""
+    of_answers: list[dict[str, list[str]]] = []
+    for answer in answers:
+        options: dict[str, list[str]] = {}
+        words_of_option: list[str] = []
+        for word in shlex.split(answer):
+            if word.startswith("--"):
+                words_of_option = options.setdefault(word.removeprefix("--"), [])
+            else:
+                words_of_option.append(word)
+        of_answers.append(options)
+    if not of_answers or any(each.keys() != of_answers[0].keys() for each in of_answers):
         return {}
-    asked: dict[str, list[str]] = {}
-    for option, words in _OPTION.findall(remedy):
-        if option not in known and option not in asked:
-            asked[option] = [word.strip("\"'") for word in re.findall(_WORD[1:], words)]
-    return asked
+    return {option: words for option, words in of_answers[0].items() if option not in known}
