@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -242,3 +243,11 @@ def test_an_orientation_that_is_left_over_is_proposed_for_no_effort(name: str) -
     assert [each for each in plan.examples if each.startswith("--effort")] == [
         '--effort "COLUMN [N]"'
     ]
+
+
+def test_the_command_for_a_sensor_of_a_position_holds_no_remark() -> None:
+    columns = {"time": TIME, "E1": np.sin(TIME), "E2": np.cos(TIME), "LVDT": ANGLE, "torque": SPEED}
+    told = {"time": "s", "E1": "V", "E2": "V", "LVDT": "V", "torque": "N*m"}
+    table = Table("a.csv", columns, told, "0" * 64, path="a.csv")
+    *_, position, scale, number = shlex.split(plan_of(table, ColumnMap()).command())
+    assert (position, scale, number) == ("LVDT", "--scale", "position=NUMBER m/V")

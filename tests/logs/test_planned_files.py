@@ -98,8 +98,8 @@ def test_what_is_asked_about_for_another_reason_says_too_that_it_was_planned(
 ) -> None:
     columns = {"time": TIME, "velocity": SPEED, "torque_1": TORQUE, "torque_2": 2.0 * TORQUE}
     plan = planned(tmp_path / "traj_1.csv", columns)
-    told = "; ".join([*(each.problem for each in plan.questions), *plan.doubts])
-    assert "name says that it was planned, not measured" in told
+    questions = [each.short for each in plan.questions]  # as they stand beside other questions
+    assert "name says that it was planned, not measured" in "; ".join([*questions, *plan.doubts])
 
 
 @pytest.mark.slow

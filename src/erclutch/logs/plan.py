@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Literal
 
-from erclutch.errors import MappingError, UnitError, listed, placed, shell_word
+from erclutch.errors import MappingError, SeveralColumnsError, listed, placed, shell_word
 from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import NAMED_COLUMNS, NO_FIELD
@@ -23,6 +23,9 @@ Invalid = Literal["error", "drop"]
 Sureness = Literal["given", "sure", "likely", "doubtful"]
 #: How a note goes on where what was given differs from what the file says; the check before a fit warns of it.
 THOUGH = "though the file says"
+
+#: What stands behind the problem of a question, before all columns.
+_THE_FILE_HAS = "; the file has: "
 
 #: What a device needs: each group is satisfied by one of its alternatives, each of which is a set of signals.
 NEEDS: Mapping[str, tuple[tuple[tuple[str, ...], ...], ...]] = {
@@ -120,25 +123,31 @@ class Question:
         signal: the signal, ``time``, ``lead`` or ``input`` that it is about.
         problem: what is missing, or what cannot be told.
         remedy: an option that answers it.
-        of_unit: whether a unit is at fault.
+        kind: of the error that asks it.
         option: that option alone, ready to be typed, where it is known.
+        answers: of the error, see `ErclutchError`; a step of the plan may know a better option.
     """
 
     signal: str
     problem: str
     remedy: str
-    of_unit: bool = False
+    kind: type[MappingError] = MappingError
     option: str = ""
+    answers: tuple[str, ...] = ()
 
     @property
     def short(self) -> str:
         """The problem without the list of all columns."""
-        return self.problem.split("; the file has: ")[0]
+        return self.problem.partition(_THE_FILE_HAS)[0]
+
+    def adding(self, more: str) -> Question:
+        """The question with more behind its problem, in front of the list of all columns."""
+        problem, listed, columns = self.problem.partition(_THE_FILE_HAS)
+        return replace(self, problem=f"{problem}{more}{listed}{columns}")
 
     def error(self) -> MappingError:
         """The question as an error, for whom only an answer helps."""
-        kind = UnitError if self.of_unit else MappingError
-        return kind(self.problem, remedy=self.remedy)
+        return self.kind(self.problem, remedy=self.remedy)
 
 
 @dataclass(frozen=True)
@@ -234,7 +243,7 @@ class Plan:
     def is_of_a_log(self) -> bool:
         """Whether all but the field was found, or is one of several columns: a table without a motion is no log."""
         known = {each.signal for each in self.signals if each.column}
-        known |= {each.signal for each in self.questions if "may be any of" in each.problem}
+        known |= {each.signal for each in self.questions if each.kind is SeveralColumnsError}
         for group in NEEDS[self.device]:
             is_field = ("field",) in group
             is_met = any(not known.isdisjoint(option) for option in group)

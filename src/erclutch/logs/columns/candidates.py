@@ -23,6 +23,7 @@ from erclutch.logs.columns.two_courses import follows, is_rate_of
 from erclutch.logs.columns.two_shafts import between_shafts
 from erclutch.logs.columns.vocabulary import (
     COMMANDS,
+    DRIVES,
     NEED_UNIT,
     OTHER,
     SINGLE,
@@ -32,8 +33,6 @@ from erclutch.logs.columns.vocabulary import (
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
-#: Words for what drives a device.
-DRIVES = frozenset(("motor", "drive", "servo", "engine", "actuator", "antrieb", "moteur", "shaker"))
 #: Signals that a unit alone may tell.
 _TOLD_BY_UNIT = ("field", "slip", "position", "effort", "T")
 _LENGTHS = (
@@ -156,9 +155,8 @@ def _without_plans(
     """The columns without what was planned and stands beside its measurement; a field may be what a supply was told."""
     if signal == "field":
         return [*columns]
-    planned = planned_beside_measured(
-        [each for each in columns if each.fits(si_units) is not False]
-    )
+    fitting = [column for column in columns if column.fits(si_units) is not False]
+    planned = planned_beside_measured(fitting)
     return [column for column in columns if column.name not in planned]
 
 
@@ -319,10 +317,8 @@ def _goes_with(seen: SeenColumns, column: SeenColumn, signal: str) -> bool:
     # A load beside a displacement is that of a testing machine.
     if column.spoken.forms["effort"] == "load":
         for other in others:
-            if (
-                other.spoken.forms["position"] in _LENGTHS
-                or other.spoken.heads["position"] in _LENGTHS
-            ):
+            called = (other.spoken.forms["position"], other.spoken.heads["position"])
+            if any(name in _LENGTHS for name in called):
                 return True
     return any(follows(column.values, motion.values) for motion in (*positions, *speeds))
 

@@ -6,21 +6,13 @@ import re
 from collections.abc import Iterator, Mapping
 
 from erclutch.logs.columns.names import SpokenName, spoken_name
-from erclutch.logs.columns.vocabulary import MODELS, NOT_MEASURED, OTHER, TOLD
+from erclutch.logs.columns.vocabulary import DRIVES, MODELS, NOT_MEASURED, OTHER, TOLD, set_of
 
 #: The place in front of a name: a device, a program and a block on a bus, a struct.
 _PLACE = re.compile(r".{2,}[./:\\|]|[^\W_]{2,}_")
 _ENDS_OF_PLACES = "./:\\|_"
 #: Words that say of what a signal is, so that a place of such a word is no mere place.
-_HAVE_A_MEANING = (
-    TOLD
-    | OTHER
-    | NOT_MEASURED
-    | MODELS
-    | frozenset(
-        "motor mot drive servo engine actuator antrieb moteur shaker pump pumpe esc".split()
-    )
-)
+_HAVE_A_MEANING = TOLD | OTHER | NOT_MEASURED | MODELS | DRIVES | set_of("mot pump pumpe esc")
 _FEWEST = 3  # columns, from which on what all names share says nothing
 #: A letter in front of all names: measured, filtered.
 _IN_FRONT = ("m", "f")

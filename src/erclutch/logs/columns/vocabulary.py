@@ -174,6 +174,8 @@ CURRENTS = set_of(
 )
 #: What the time from row to row is called, where each row has its own.
 STEPS_OF_TIME = frozenset({"dt", "deltat", "timestep", "looptime", "cycletime", "zykluszeit"})
+#: What drives a device.
+DRIVES = set_of("motor drive servo engine actuator antrieb moteur shaker")
 #: What a supply is told.
 COMMANDS = frozenset({"pwm", "duty", "command", "cmd", "excitation"})
 ROMANCE = set_of(

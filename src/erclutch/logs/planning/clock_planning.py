@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from erclutch.errors import MappingError, UnitError, shell_word
+from erclutch.errors import MappingError, MissingClockError, UnitError, shell_word
 from erclutch.logs.clock.mixed_rows import are_mixed_up
 from erclutch.logs.columns.labels import COUNTS, split_label
 from erclutch.logs.columns.name_ends import split_end
@@ -131,13 +131,14 @@ def clock_plan(seen: SeenColumns, told: ColumnMap, taken: Sequence[str]) -> Cloc
         )
     if header is None:
         problem = f"no time column and no sampling rate; the file has: {table.listed}"
-        any_clock = 'Give --time "NAME [s]" or --rate HZ, or --time none for a table of points (no lag is fitted)'
-        remedy = _steady_column(seen, taken) or _column_of_steps(seen, taken)
-        rate = None if remedy else rate_by_motion(seen)
-        if rate is not None:
-            option = f"--rate {shell_word(f'{rate:g} Hz')}"
-            remedy = f"The speed is the rate of the position at {rate:g} Hz, if both are in units of one kind: {option}"
-        raise MappingError(problem, remedy=remedy or any_clock)
+        remedy = 'Give --time "NAME [s]" or --rate HZ, or --time none for a table of points (no lag is fitted)'
+        why, answer = _steady_column(seen, taken) or _column_of_steps(seen, taken) or ("", "")
+        if answer:
+            remedy = f"{why}, give {answer}"
+        elif (rate := rate_by_motion(seen)) is not None:
+            answer = f"--rate {shell_word(f'{rate:g} Hz')}"
+            remedy = f"The speed is the rate of the position at {rate:g} Hz, if both are in units of one kind: {answer}"
+        raise MissingClockError(problem, remedy=remedy, answers=[answer] if answer else [])
 
     said = f"time from the sampling period in the header: {header:g} s"
     if not counters:
@@ -306,8 +307,8 @@ def _time_since_1970(seen: SeenColumns, taken: Sequence[str]) -> str | None:
     return found[0] if len(found) == 1 else None
 
 
-def _column_of_steps(seen: SeenColumns, taken: Sequence[str]) -> str:
-    """A remedy that proposes the rate by a column called like a step of the time, which hardly changes; else ""."""
+def _column_of_steps(seen: SeenColumns, taken: Sequence[str]) -> tuple[str, str] | None:
+    """Why a column called like a step of the time, which hardly changes, may tell the rate, and that option."""
     for column in seen.without(taken):
         unit = column.unit or column.spoken.end or "s"
         known = column.values[np.isfinite(column.values)]
@@ -319,30 +320,30 @@ def _column_of_steps(seen: SeenColumns, taken: Sequence[str]) -> str:
         if np.ptp(known) > _STEADY_STEPS * mean or period > LONGEST_PERIOD:
             continue
         said = f"column {column.name} is the step of each row, {mean:.4g} {unit} on average"
-        return f"If {said}, give --rate {shell_word(f'{1.0 / period:.4g} Hz')}"
-    return ""
+        return f"If {said}", f"--rate {shell_word(f'{1.0 / period:.4g} Hz')}"
+    return None
 
 
-def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> str:
-    """A remedy that proposes the first column as the time: no unit, equal steps other than 1; else "".
+def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> tuple[str, str] | None:
+    """Why the first column may be the time, and that option: it has no unit, and equal steps other than 1.
 
     A torque may be called t1 too, but none rises by equal steps. Rows are counted by 1; by 5 and by 5000 a controller
     counts ms and us.
     """
     first = next(iter(seen.columns.values()), None)
     if first is None or first.name in taken or first.unit:
-        return ""
+        return None
     if first.spoken.may_be and not _NUMBERED_TIME.fullmatch(first.name):
-        return ""
+        return None
     name = first.name
     steps = np.diff(first.values)
     if steps.size < 2 or not np.isfinite(steps).all():
-        return ""
+        return None
     step = float(np.median(steps))
     even = step > 0 and bool(np.all(np.abs(steps - step) <= EVEN * step))
     is_a_count = step.is_integer() and not 1.0 < step <= _LONGEST_TICK
     unit = "d" if counts_days(first.values) else likely_unit(first.values)
     if not even or is_a_count or (step.is_integer() and unit == "s"):
-        return ""
-    option = f"--time {shell_word(f'{name} [{unit}]')}"
-    return f"{name} grows by {step:.4g} from row to row: if that is {unit}, give {option}"
+        return None
+    why = f"{name} grows by {step:.4g} from row to row: if that is {unit}"
+    return why, f"--time {shell_word(f'{name} [{unit}]')}"

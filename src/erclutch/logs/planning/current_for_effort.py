@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from erclutch.errors import MappingError, shell_word
+from erclutch.errors import shell_word
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import takes_both_signs
@@ -60,11 +60,11 @@ def offer_the_current_of_a_drive(draft: Draft) -> None:
     option = f"--effort {_label(draft, current)}"
     if current.written_unit:
         option += f" --scale {shell_word('effort=NUMBER N*m/A')}"
-    problem = draft.questions["effort"].problem.partition("; the file has")[0]
     what = "output of a controller" if current.spoken.plain == "u" else "current of a drive"
-    problem += f"; column {current.name} goes with {motion.name}, as the {what} does"
+    question = draft.questions["effort"]
+    problem = f"{question.short}; column {current.name} goes with {motion.name}, as the {what} does"
     remedy = f"If it moves the device, it is its torque by a constant: {option} --field none"
-    draft.ask("effort", MappingError(problem, remedy=remedy), option=option)
+    draft.questions["effort"] = replace(question, problem=problem, remedy=remedy, option=option)
 
 
 def _label(draft: Draft, column: SeenColumn) -> str:

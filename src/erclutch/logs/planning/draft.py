@@ -108,8 +108,9 @@ class Draft:
 
     def ask(self, signal: str, error: MappingError, option: str = "") -> None:
         """Keep an error as a question about a signal, with the option that answers it where that is known."""
-        of_unit = isinstance(error, UnitError)
-        self.questions[signal] = Question(signal, error.problem, error.remedy, of_unit, option)
+        self.questions[signal] = Question(
+            signal, error.problem, error.remedy, type(error), option, error.answers
+        )
 
     def take(
         self,

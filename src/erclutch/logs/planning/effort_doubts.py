@@ -10,13 +10,12 @@ import numpy as np
 
 from erclutch.errors import UnitError, shell_word
 from erclutch.logs.columns.arms_in_names import arm_in
-from erclutch.logs.columns.candidates import DRIVES
 from erclutch.logs.columns.labels import COUNTS
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.rated_torque import share_of_rated_torque
 from erclutch.logs.columns.two_courses import is_sum_of
-from erclutch.logs.columns.vocabulary import set_of
+from erclutch.logs.columns.vocabulary import DRIVES, set_of
 from erclutch.logs.planning.draft import Draft
 from erclutch.signals import units
 
@@ -92,10 +91,8 @@ def add_a_stated_arm(draft: Draft) -> None:
     at_the_arm = _SCALE_OF_A_WEIGHT.sub(rf"effort={arm.metres:g} \1*m/", at_the_arm)
     if at_the_arm == question.remedy:
         return
-    problem, listed, columns_of_file = question.problem.partition("; the file has")
     draft.questions["effort"] = replace(
-        question,
-        problem=f"{problem}; the file says {arm.said}{listed}{columns_of_file}",
+        question.adding(f"; the file says {arm.said}"),
         remedy=at_the_arm,
         option=at_the_arm[at_the_arm.index("--effort") :],
     )

@@ -88,11 +88,8 @@ def leave_out_the_number_of_a_motor(draft: Draft) -> None:
     if not is_a_number or _OF_DRIVES.isdisjoint(column.spoken.stem_words):
         return
     for other in draft.seen.without([*draft.taken, field.column]):
-        if (
-            not other.shape.constant
-            and other.fits(("A",))
-            and not CURRENTS.isdisjoint(other.spoken.stem_words)
-        ):
+        is_a_current = other.fits(("A",)) and not CURRENTS.isdisjoint(other.spoken.stem_words)
+        if is_a_current and not other.shape.constant:
             why = f"is {level:g} all through while {other.name} changes: taken for the number of a motor, left out"
             _leave_out_field(draft, why)
             return

@@ -86,11 +86,9 @@ def note_spare_columns(draft: Draft) -> None:
         is_other = numbers_the_rows or is_of_phases(draft.seen, column)
         measures = changes and not is_other and np.isfinite(column.values).all()
         # What another model says of the effort would take off its error, and no controller has it.
-        if (
-            measures
-            and not is_of_models(draft.seen, column)
-            and not _is_an_effort_besides(draft, column)
-        ):
+        if not measures or is_of_models(draft.seen, column):
+            continue
+        if not _is_an_effort_besides(draft, column):
             draft.spare.append(name)
             if len(draft.spare) == _MOST_SPARE:
                 return

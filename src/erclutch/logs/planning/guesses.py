@@ -85,7 +85,8 @@ def guess_what_is_needed(draft: Draft) -> None:
         remedy = f"; if {both} are the fields of a coaxial pair, --device coaxial"
         or_a_pair = remedy if both and draft.device == "single" else ""
         error = doubts[0] if doubts else missing(draft.seen, needed, taken, names)
-        draft.ask(needed, MappingError(error.problem, remedy=error.remedy + or_a_pair))
+        error.remedy += or_a_pair
+        draft.ask(needed, error)
         if not doubts:
             draft.missing.append(needed)
 
@@ -97,14 +98,9 @@ def _settle_several_speeds(draft: Draft, doubt: MappingError) -> None:
     """
     position = draft.signals.get("position")
     stamps = draft.seen.stamps
-    if (
-        "slip" in draft.signals
-        or position is None
-        or not position.column
-        or position.sureness == "given"
-    ):
+    if "slip" in draft.signals or stamps is None:
         return
-    if stamps is None:
+    if position is None or not position.column or position.sureness == "given":
         return
     columns = draft.table.columns
     names, reason = candidates(draft.seen, "slip", draft.taken)
@@ -140,7 +136,9 @@ def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
         likely = likely._replace(column=own)
     column = draft.seen.columns[likely.column]
     is_named = likely.reason.startswith("name")
-    if signal == "slip" and not column.values.any() and _moves_besides(draft, column.name):
+    others = draft.seen.without([*draft.taken, column.name])
+    speeds = [each for each in others if "slip" in each.spoken.may_be and not each.shape.constant]
+    if signal == "slip" and not column.values.any() and speeds:
         draft.notes.append(f"column {column.name} is 0 in all rows, and another speed is not")
         return False
     if signal == "position" and motion:
@@ -179,14 +177,6 @@ def take_guess(draft: Draft, signal: str, likely: Guess, motion: str) -> bool:
     return True
 
 
-def _moves_besides(draft: Draft, name: str) -> bool:
-    """Whether another column that nothing has taken is called like a speed and changes."""
-    for column in draft.seen.without([*draft.taken, name]):
-        if "slip" in column.spoken.may_be and not column.shape.constant:
-            return True
-    return False
-
-
 def faintness(field: SignalPlan, values: Array) -> float | None:
     """The largest field in its unit, where that is too little for a coil; None where it may drive one."""
     strongest = float(np.nanmax(np.abs(values), initial=0.0)) * abs(field.factor)
@@ -202,11 +192,8 @@ def _tell_supplies(draft: Draft, field: str, taken: Iterable[str]) -> None:
     if not draft.seen.columns[field].varies:
         return
     for column in draft.seen.without(taken):
-        if (
-            not column.fits(("V", "A"))
-            or "field" not in column.spoken.may_be
-            or not column.is_steady
-        ):
+        may_be_it = column.fits(("V", "A")) and "field" in column.spoken.may_be
+        if not may_be_it or not column.is_steady:
             continue
         low = np.nanmin(column.values)
         high = np.nanmax(column.values)

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from erclutch.errors import MappingError, shell_word
+from erclutch.errors import MissingColumnError, shell_word
 from erclutch.logs.columns.candidates import slips_in_percent
 from erclutch.logs.columns.labels import COUNTS
 from erclutch.logs.columns.names import plain, spoken_name
@@ -50,6 +50,8 @@ _COUNTS_A_SECOND = re.compile(
     r"(?:count|ct|cnt|tick|pulse|step|inc|increment|imp|impulse|inkrement)s?e?(?:/| per )s(?:ec)?",
     re.IGNORECASE,
 )
+#: Units of what a sensor gives, besides volts and amperes.
+_OUTPUTS = ("%", *COUNTS)
 _FRACTION_IN_BRACKETS = re.compile(
     r"(?P<name>[^(]{1,60}?)\s*\((?P<unit>[^()/\s]{1,20}/[^()/\s]{1,20})\)"
 )
@@ -65,7 +67,7 @@ EXAMPLES = {
 
 def missing(
     seen: SeenColumns, signal: str, taken: Iterable[str], alternatives: str = ""
-) -> MappingError:
+) -> MissingColumnError:
     """The error for a signal that no column was found for.
 
     Args:
@@ -79,44 +81,26 @@ def missing(
     example = EXAMPLES.get(signal, f"NAME [{si_units[0] or '-'}]")
     doubt = ""
 
-    short = next(
-        (
-            column
-            for column in free
-            if not column.unit
-            and has_short_name(column, signal)
-            and not (signal == "field" and _is_a_rate(seen, column))
-        ),
-        None,
-    )
+    short = _short_named(seen, free, signal)
     if short is not None:
-        meaning = " (voltage or velocity)" if short.spoken.plain == "v" else ""
+        is_v = short.spoken.plain == "v"
+        meaning = " (voltage or velocity)" if is_v else ""
         doubt = f"; {short.name} may be it, but its name alone can mean several things{meaning}"
-        if short.spoken.end:
-            example = short.name
-        else:
-            likely = (
-                "V"
-                if signal == "field" and short.spoken.plain == "v"
-                else usual_unit(signal) or "-"
-            )
-            example = seen.table.label(short.name, likely)
+        likely = "V" if signal == "field" and is_v else usual_unit(signal) or "-"
+        example = short.name if short.spoken.end else seen.table.label(short.name, likely)
 
     remedy = f"Give it with its unit, such as --{signal} {shell_word(example)}"
     if signal == "field":
         remedy += ", or --constant 'field=0.5 A' if it is the same all through the log, or --field none if not logged"
+    answers: list[str] = []
     instead = _position_options(free) if signal == "slip" else ""
     if instead:
         remedy = f"Give a speed, or the position that it is the rate of: {instead}"
+        answers = [instead]
     # Volts, amperes, % and counts may be of the sensor of an effort.
-    may_be_it = [
-        column
-        for column in free
-        if column.fits(si_units) is not False
-        or column.fits(("V", "A"))
-        or column.written_unit in ("%", *COUNTS)
-    ]
-    if signal == "effort" and not may_be_it:
+    outputs = [each for each in free if each.fits(("V", "A")) or each.written_unit in _OUTPUTS]
+    fitting = [each for each in free if each.fits(si_units) is not False]
+    if signal == "effort" and not fitting and not outputs:
         # No option can be right. Of a rotor that coasts the torque can be had all the same.
         remedy = (
             "No other column can be a force or a torque: log it. Where a rotor coasts down, the torque is its moment "
@@ -125,8 +109,8 @@ def missing(
     of_a_sensor = sensor_options(free, signal)
     if of_a_sensor:
         remedy = f"Give what its sensor means, such as {of_a_sensor}"
-    doubt += _said_of_rated_torque(free) if signal == "effort" else ""
-    doubt += _said_of_shares(free) if signal == "slip" else ""
+        answers = []
+    doubt += _said_of_shares(free, signal)
 
     misfits = [column for column in free if column.unit and column.fits(si_units) is False]
     refused = next((column for column in misfits if _is_called(column, signal)), None)
@@ -134,6 +118,7 @@ def missing(
     if unreadable:
         doubt += "; a column is called so, but its unit is none that erclutch knows"
         remedy = f"Give the unit in other words: --{signal} {shell_word(unreadable)}"
+        answers = []
     elif refused is not None:
         doubt += f"; column {refused.name} is called so, but its unit {refused.unit} does not fit"
     presses = pressing_loads(seen, signal)
@@ -154,13 +139,14 @@ def missing(
             remedy = (
                 f"Log the measured {signal}; or, if that column was measured after all: {say_so}"
             )
+            answers = []
     for name in seen.empty:
         form = spoken_name(name).forms[signal] or ""
         if len(form) > 2:
             doubt += f"; column {name} is called so, but holds no number in any row"
             break
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
-    return MappingError(problem, remedy=remedy)
+    return MissingColumnError(problem, remedy=remedy, answers=answers)
 
 
 def _position_options(free: Iterable[SeenColumn]) -> str:
@@ -179,27 +165,29 @@ def _position_options(free: Iterable[SeenColumn]) -> str:
     return of_a_sensor
 
 
-def _said_of_rated_torque(free: Iterable[SeenColumn]) -> str:
-    """What is said of the first column that tells shares of a rated torque; "" where none does."""
-    for column in free:
+def _said_of_shares(free: Iterable[SeenColumn], signal: str) -> str:
+    """What is said of the first effort that is a share of a rated torque, or of a slip in per cent; "" for none."""
+    for column in free if signal == "effort" else ():
         share = share_of_rated_torque(column)
         if share is not None:
             return f"; a 1 in column {column.name} is {share.words}"
-    return ""
-
-
-def _said_of_shares(free: Iterable[SeenColumn]) -> str:
-    """What is said of the first slip in per cent; "" where none is."""
-    for name in slips_in_percent(free):
+    for name in slips_in_percent(free) if signal == "slip" else ():
         say_so = shell_word(f"{name} [rad/s]")
         return f"; column {name} is a share in per cent (--slip {say_so} if it is a speed)"
     return ""
 
 
-def _is_a_rate(seen: SeenColumns, column: SeenColumn) -> bool:
-    """Whether a column is the rate of another one: a v in front of its x is no voltage."""
-    others = (other for other in seen.columns.values() if other.name != column.name)
-    return any(is_rate_of(column.values, other.values, seen.stamps) for other in others)
+def _short_named(seen: SeenColumns, free: Iterable[SeenColumn], signal: str) -> SeenColumn | None:
+    """The first column without a unit that a short name may call the signal; a v that is a rate is no voltage."""
+    for column in free:
+        if column.unit or not has_short_name(column, signal):
+            continue
+        if signal == "field":
+            others = [other for other in seen.columns.values() if other.name != column.name]
+            if any(is_rate_of(column.values, other.values, seen.stamps) for other in others):
+                continue
+        return column
+    return None
 
 
 def with_an_unreadable_unit(free: Iterable[SeenColumn], signal: str) -> str:
@@ -271,22 +259,15 @@ def sensor_options(free: Iterable[SeenColumn], signal: str) -> str:
                 scale = shell_word("slip=1 turn/s/Hz")
                 return f"--slip {shell_word(column.name)} --scale {scale}"
             return f"--slip {shell_word(f'{column.name} [turn/s]')}"
-        if (
-            signal == "slip"
-            and _COUNTS_A_SECOND.fullmatch(written or "")
-            and _is_called(column, signal)
-        ):
+        is_rate_of_counts = signal == "slip" and _COUNTS_A_SECOND.fullmatch(written or "")
+        if is_rate_of_counts and _is_called(column, signal):
             label = shell_word(f"{column.name} [count]")
             return f"--slip {label} --scale {shell_word('slip=NUMBER rad/s/count')}"
         from_sensor = written in ("V", "mV", "%") or written in COUNTS
-        if (
-            from_sensor
-            and column.fits(si_units) is False
-            and (is_headed or _is_called(column, signal))
-        ):
+        is_called_so = is_headed or _is_called(column, signal)
+        unit_of_sensor = _counted(column, signal)
+        if from_sensor and is_called_so and column.fits(si_units) is False:
             unit_of_sensor = written
-        else:
-            unit_of_sensor = _counted(column, signal)
         if unit_of_sensor:
             measured = next(
                 (unit for unit in UNITS_OF_KIND.get(column.kind_by_name, ()) if unit in si_units),
@@ -312,11 +293,12 @@ def _counted(column: SeenColumn, signal: str) -> str:
         return ""
     said = spoken_name(front)
     is_called = len(said.forms[signal] or "") > 1 or said.plain_stem in _SENSORS.get(signal, ())
-    return ("count" if word in _RAW else word) if is_called else ""
+    if not is_called:
+        return ""
+    return "count" if word in _RAW else word
 
 
 def _is_called(column: SeenColumn, signal: str) -> bool:
     """Whether the whole name speaks for the signal, or is that of a sensor for it."""
-    return len(column.spoken.forms[signal] or "") > 2 or column.spoken.plain_stem in _SENSORS.get(
-        signal, ()
-    )
+    is_of_a_sensor = column.spoken.plain_stem in _SENSORS.get(signal, ())
+    return is_of_a_sensor or len(column.spoken.forms[signal] or "") > 2

@@ -127,13 +127,9 @@ def _other_clock(draft: Draft, clock: ClockPlan, ratio: float, speed: Array, pla
 def ask_about_a_wrapped_angle(draft: Draft) -> None:
     """Ask about a position without a unit that jumps by a full turn: the rate of such jumps is no speed."""
     position = draft.signals.get("position")
-    if (
-        position is None
-        or position.unit
-        or position.scale != 1.0
-        or not position.column
-        or "slip" in draft.signals
-    ):
+    if position is None or not position.column or "slip" in draft.signals:
+        return
+    if position.unit or position.scale != 1.0:
         return
     place = draft.table.columns[position.column]
     place = place[np.isfinite(place)]

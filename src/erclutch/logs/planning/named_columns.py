@@ -163,42 +163,47 @@ def locate(
         if name not in table.columns:
             name, own = split_label(label)
             unit = choice.unit or own
-        if (
-            name not in table.columns
-        ):  # the whole head of a column with its unit once more behind it
-            head = split_label(name)[0]
-            name = head if head in table.columns else name
+        # The label may be the whole head of a column with its unit once more behind it.
+        head = split_label(name)[0]
+        if name not in table.columns and head in table.columns:
+            name = head
         if name not in table.columns and name.isdecimal() and len(name) <= _LONGEST_NUMBER:
             name = table.numbered(int(name)) or name
         if name in table.columns:
             _, end = split_end(name)
             both = end and unit and units.is_unit(end) and units.is_unit(unit)
-            if (
-                both and units.parse(end or "").dimension != units.parse(unit or "").dimension
-            ):  # no volt is an ampere
+            # No volt is an ampere.
+            if both and units.parse(end or "").dimension != units.parse(unit or "").dimension:
                 problem = f"column '{name}' ends in a unit, {end}, and {unit} is of another kind"
-                remedy = f"Give it as it is, --{signal} {shell_word(name)}"
+                as_it_is = f"--{signal} {shell_word(name)}"
+                remedy = f"Give it as it is, {as_it_is}"
+                answers = [as_it_is]
                 if signal in SIGNALS:
-                    scale = shell_word(f"{signal}=1 {unit}/{end}")
-                    remedy += f", or what one {end} of it means, such as --scale {scale}"
-                raise UnitError(problem, remedy=remedy)
-            si_units = (
-                SIGNALS[signal].si_units
-                if signal in SIGNALS
-                else ("s",)
-                if signal == "time"
-                else ()
-            )
+                    scaled = f"--scale {shell_word(f'{signal}=1 {unit}/{end}')}"
+                    remedy += f", or what one {end} of it means, such as {scaled}"
+                    answers.append(f"{as_it_is} {scaled}")
+                raise UnitError(problem, remedy=remedy, answers=answers)
+            si_units = ("s",) if signal == "time" else ()
+            if signal in SIGNALS:
+                si_units = SIGNALS[signal].si_units
             unit = choice.unit or own_unit(name, unit or table.units.get(name), si_units)
             return name, unit, sign * choice.scale
+    raise _no_such_column(table, text, signal)
 
+
+def _no_such_column(table: Table, text: str, signal: str) -> MappingError:
+    """The error for a column that was named and is not there, with the column that is called nearly so."""
     readable = {name.lower(): name for name in table.columns if name not in table.truths}
     near = get_close_matches(split_label(text)[0].lower(), readable, n=1, cutoff=0.5)
-    close = readable[near[0]] if near else ""
-    hint = f"Did you mean {close}? Give it as" if close else "Give one of them as"
-    remedy = f"{hint} --{signal} {shell_word(close or 'NAME [unit]')}"
+    remedy = f"Give one of them as --{signal} {shell_word('NAME [unit]')}"
+    answers: list[str] = []
+    if near:
+        close = readable[near[0]]
+        named = f"--{signal} {shell_word(close)}"
+        remedy = f"Did you mean {close}? Give it as {named}"
+        # A signal's unit may not fit that column; what is called like a time is a time.
+        answers = [named] if signal == "time" else []
     if "*" in text and signal != "time":
         remedy += "; for a log of each column of such a name add --variable all"
-    raise MappingError(
-        f"there is no column '{text}' for {signal}; the file has: {table.listed}", remedy=remedy
-    )
+    problem = f"there is no column '{text}' for {signal}; the file has: {table.listed}"
+    return MappingError(problem, remedy=remedy, answers=answers)

@@ -120,13 +120,13 @@ def _propose(draft: Draft, options: Mapping[str, str]) -> None:
         question = asked.get(about)
         if question is None or question.option:
             continue
-        missing, listed, columns = question.problem.partition("; the file has: ")
+        more = ""
         column = draft.seen.columns.get(_UNIT_OF_TIME.sub("", shlex.split(option)[1]))
         if about in ("slip", "effort"):
-            missing += f"; by the numbers alone it may be {option}"
+            more = f"; by the numbers alone it may be {option}"
         if column is not None:
-            missing += f" ({_course_of(column, about)})"
-        asked[about] = replace(question, problem=f"{missing}{listed}{columns}", option=option)
+            more += f" ({_course_of(column, about)})"
+        asked[about] = replace(question.adding(more), option=option)
 
 
 def _course_of(column: SeenColumn, about: str) -> str:

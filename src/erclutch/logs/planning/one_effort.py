@@ -5,11 +5,10 @@ A gear has an effort on one side, and a coefficient of friction says which force
 
 from __future__ import annotations
 
-from erclutch.logs.columns.candidates import DRIVES
 from erclutch.logs.columns.quotients import rubbing_force
 from erclutch.logs.columns.seen_columns import KINDS, SeenColumns
 from erclutch.logs.columns.two_courses import goes_along, is_multiple_of, is_sum_of
-from erclutch.logs.columns.vocabulary import CURRENTS
+from erclutch.logs.columns.vocabulary import CURRENTS, DRIVES
 
 #: Words for a sensor of a torque or a force.
 _CELLS = frozenset(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 
-from erclutch.errors import shell_word
+from erclutch.errors import SeveralColumnsError, shell_word
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.joints import joint_in_name
 from erclutch.logs.planning.draft import Draft
@@ -43,7 +43,7 @@ _Joints = dict[tuple[str, ...], str]
 def propose_one_joint(draft: Draft) -> None:
     """Doubt slip and effort of the first joint that moves, where both were asked about and are of the same joints."""
     asked = [draft.questions.get(signal) for signal in ("slip", "effort")]
-    if any(question is None or "may be any of" not in question.problem for question in asked):
+    if any(question is None or question.kind is not SeveralColumnsError for question in asked):
         return
     slips = _joints(draft, "slip")
     efforts = _joints(draft, "effort")

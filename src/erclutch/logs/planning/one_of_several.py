@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from erclutch.errors import MappingError, shell_word
-from erclutch.logs.columns.candidates import DRIVES, candidates
+from erclutch.errors import SeveralColumnsError, shell_word
+from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.seen_columns import SeenColumns
 from erclutch.logs.columns.two_courses import go_straight
 from erclutch.logs.columns.two_shafts import is_of_clutch
-from erclutch.logs.columns.vocabulary import NOT_MEASURED
+from erclutch.logs.columns.vocabulary import DRIVES, NOT_MEASURED
 from erclutch.logs.planning.field_of_a_circuit import one_of_a_circuit
 from erclutch.logs.planning.one_effort import one_effort
 from erclutch.logs.planning.one_motion import one_position, one_slip
@@ -98,10 +98,13 @@ def guess(
         between = motion_between(seen, names, efforts)
     if between:
         problem = problem.replace("; the file has", ", or what they differ by; the file has")
-    remedy = f"Say which, such as --{signal} {shell_word(between or table.label(names[0]))}"
+    first = f"--{signal} {shell_word(between or table.label(names[0]))}"
+    remedy = f"Say which, such as {first}"
     if signal in ("effort", "T"):
         remedy += ", or --variable all if each is a log"
-    raise MappingError(problem, remedy=remedy)
+    # A position answers for the slip that is missing; which column is proposed for other signals is told later.
+    answers = [first] if signal == "position" else []
+    raise SeveralColumnsError(problem, remedy=remedy, answers=answers)
 
 
 def _with_namesakes(seen: SeenColumns, names: Sequence[str], taken: Sequence[str]) -> list[str]:

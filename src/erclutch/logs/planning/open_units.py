@@ -20,11 +20,7 @@ def ask_about_ranges_of_sensors(draft: Draft) -> None:
     for signal, guessed in [*draft.signals.items()]:
         unit = guessed.unit or ""
         match = _RANGE.fullmatch(unit)
-        if (
-            not guessed.reason.startswith("guessed")
-            or match is None
-            or float(match.group(1)) <= 1.0
-        ):
+        if match is None or float(match.group(1)) <= 1.0 or draft.guessed(signal) is None:
             continue
         plain_unit = match.group(2)
         draft.take_back(signal)
@@ -41,7 +37,7 @@ def ask_about_powers_of_ten(draft: Draft) -> None:
     """Ask about a guessed signal with a power of ten beside its name: its numbers may be times it, or over it."""
     for signal, guessed in [*draft.signals.items()]:
         factor = power_beside(guessed.column or "")
-        if factor is None or not guessed.reason.startswith("guessed"):
+        if factor is None or draft.guessed(signal) is None:
             continue
         draft.take_back(signal)
         unit = guessed.unit or guessed.si

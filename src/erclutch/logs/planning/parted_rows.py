@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from erclutch.errors import MappingError, UnitError, listed, shell_word
+from erclutch.errors import MappingError, MissingColumnError, UnitError, listed, shell_word
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import are_whole
@@ -16,7 +16,6 @@ from erclutch.logs.log_file import EACH
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.table import WordColumn
 from erclutch.signals import units
-from erclutch.signals.array import Array
 
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
 _PARTS = frozenset(
@@ -111,16 +110,8 @@ def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
 
 def _lacks_a_column(draft: Draft) -> bool:
     """Whether a signal besides the field has no column: then the log is asked for it first."""
-    for name, question in draft.questions.items():
-        if name != "field" and question.problem.startswith("no column"):
-            return True
-    return False
-
-
-def _goes_on(clock: Array) -> bool:
-    """Whether times in s are of one course: they never fall, and none is long after the time before."""
-    steps = np.diff(clock)
-    return steps.size > 0 and bool(np.all((steps >= 0.0) & (steps < _ANOTHER_COURSE)))
+    lacking = {name for name, each in draft.questions.items() if each.kind is MissingColumnError}
+    return bool(lacking - {"field"})
 
 
 def ask_about_groups(draft: Draft) -> None:
@@ -142,8 +133,11 @@ def ask_about_groups(draft: Draft) -> None:
         are_points = "slip" in draft.signals or "slip" in draft.questions
         stamps = None
     parting = dict(table.words)
-    if table.clock is not None and _goes_on(table.clock):
-        parting.pop(table.clock_name, None)  # times of one course, each for many rows
+    if table.clock is not None:
+        # Times that never fall, none long after the time before, are of one course: each of them stands in many rows.
+        steps = np.diff(table.clock)  # [s]
+        if steps.size and np.all((steps >= 0.0) & (steps < _ANOTHER_COURSE)):
+            parting.pop(table.clock_name, None)
     if are_points:
         for numbered in draft.seen.without(draft.taken):
             if numbered.spoken.says(WHOSE):

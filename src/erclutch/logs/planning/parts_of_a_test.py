@@ -32,14 +32,10 @@ def ask_about_parts_of_a_test(draft: Draft) -> None:
     if motion.signal == "position":
         slip = np.gradient(slip) if slip.size > 1 else slip
     for column in draft.seen.without(draft.taken):
-        if _numbers_parts(column) and _asked(draft, column, slip, logged[effort.column]):
+        is_number = not column.unit and are_whole(column.values)
+        rises_by_parts = column.shape.keeps_levels and column.shape.rises
+        if is_number and rises_by_parts and _asked(draft, column, slip, logged[effort.column]):
             return
-
-
-def _numbers_parts(column: SeenColumn) -> bool:
-    """Whether whole numbers rise part by part, each of them for many rows."""
-    is_number = not column.unit and are_whole(column.values)
-    return is_number and column.shape.keeps_levels and column.shape.rises
 
 
 def _asked(draft: Draft, column: SeenColumn, slip: Array, effort: Array) -> bool:

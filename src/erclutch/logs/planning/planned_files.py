@@ -8,7 +8,6 @@ file tells. It is no alarm where columns themselves say what was measured or tol
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from pathlib import PurePath
 
 import numpy as np
@@ -66,7 +65,7 @@ def doubt_what_was_planned(draft: Draft) -> None:
         draft.doubt("effort", doubt, effort.answer)
     elif (question := draft.questions.get("effort")) is not None:
         why = f"the file's name says that it was {how}, not measured"
-        draft.questions["effort"] = replace(question, problem=f"{question.problem}; {why}")
+        draft.questions["effort"] = question.adding(f"; {why}")
 
 
 def _made_how(draft: Draft) -> str:

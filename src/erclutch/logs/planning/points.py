@@ -9,7 +9,7 @@ from math import lgamma, log
 
 import numpy as np
 
-from erclutch.errors import MappingError
+from erclutch.errors import MissingClockError
 from erclutch.logs.columns.seen_columns import SeenColumns
 from erclutch.logs.plan import Question
 from erclutch.logs.planning.clock_planning import points
@@ -145,7 +145,7 @@ def _goes_one_way(
 
 def is_untimed(draft: Draft, question: Question) -> bool:
     """Whether no column is the time and the user said nothing of it; arrays in memory have a rate that he knows."""
-    has_no_time = question.problem.startswith("no time column")
+    has_no_time = question.kind is MissingClockError
     return has_no_time and draft.told.time is None and bool(draft.table.path)
 
 
@@ -173,6 +173,5 @@ def say_what_is_a_map(draft: Draft) -> None:
         each_rises = all(sweep.size > 2 and np.all(np.diff(sweep) > 0.0) for sweep in sweeps)
         if each_rises and len(sweeps) > 2:
             why = f"{position.column} goes one way anew for each {column.name}, as in a map of efforts at rest"
-            problem = f"{question.problem}. {why}: that has no slip, at no rate"
-            draft.ask("time", MappingError(problem, remedy=question.remedy), question.option)
+            draft.questions["time"] = question.adding(f"; {why}: that has no slip, at no rate")
             return

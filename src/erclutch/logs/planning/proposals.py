@@ -89,11 +89,10 @@ def propose_answers(draft: Draft) -> None:
         elif signal == "field":
             has_a_place = any("COLUMN" in each for each in options.values())
             option = _field_option(draft, question, proposed, may_be_none=not has_a_place)
+        elif len(question.answers) == 1:
+            (option,) = question.answers
         elif signal == "time":
             option = _clock_option(draft, others)
-        elif signal == "slip" and "--position" in question.remedy:
-            _, _, position = question.remedy.partition("--position ")
-            option = f"--position {position}"
         elif signal in _USUAL:
             option = _USUAL[signal]
         else:
@@ -218,15 +217,9 @@ def _joint_of(name: str) -> str:
 
 
 def _clock_option(draft: Draft, others: Sequence[str]) -> str:
-    """The option for a clock that was not found: a column that the question names, a rate, or a place to fill in."""
+    """The option for a clock that was not found: a column that may be it, points, or a place to fill in."""
     seen = draft.seen
     questions = draft.questions
-    _, named, column = questions["time"].remedy.partition("--time ")
-    if named and "NAME" not in column:
-        return f"--time {column}"
-    _, named, rate = questions["time"].remedy.partition("--rate ")
-    if named and not rate.startswith("HZ"):
-        return f"--rate {rate}"  # which a motion tells
     for column in seen.without(others):
         if column.spoken.plain != "t":
             continue
@@ -368,7 +361,14 @@ def _position_instead(
     positions, _ = candidates(seen, "position", taken)
     positions = positions or _less_likely(seen.without(taken), "position")
     if not slips:
-        if along := _axes_with_forces(seen.without(taken)):
+        # The axes along which something moves under a force of their own: z beside F_z.
+        moved: dict[str, str] = {}
+        for column in seen.without(taken):
+            if not column.shape.constant:
+                moved[column.spoken.plain] = column.name
+        forces = [name for name in moved if _COMPONENT.fullmatch(name) and name[0] == "f"]
+        along = [moved[name[1]] for name in forces if name[1] in moved]
+        if along:
             return along[0] if len(along) == 1 else ""
         moving: list[str] = []
         for name in positions:
@@ -384,13 +384,6 @@ def _position_instead(
     if not numbers or any(numbers & _parts(name) for name in slips):
         return ""
     return next((name for name in positions if numbers & _parts(name)), "")
-
-
-def _axes_with_forces(free: Sequence[SeenColumn]) -> list[str]:
-    """The axes along which something moves under a force of their own: z beside F_z."""
-    moved = {column.spoken.plain: column.name for column in free if not column.shape.constant}
-    forces = [name for name in moved if _COMPONENT.fullmatch(name) and name[0] == "f"]
-    return [moved[name[1]] for name in forces if name[1] in moved]
 
 
 def _less_likely(free: Sequence[SeenColumn], signal: str) -> list[str]:
@@ -415,23 +408,16 @@ def _less_likely(free: Sequence[SeenColumn], signal: str) -> list[str]:
         # ``v Dyno`` may be a speed: a short name of the signal with a word behind.
         letter, *words_behind = spoken.stem_words or ("",)
         is_short = letter in NEED_UNIT or len(letter) == 1
-        if (
-            words_behind
-            and is_short
-            and letter in NAMES[signal].split()
-            and not spoken.is_accounted
-        ):
+        is_lettered = bool(words_behind) and is_short and letter in NAMES[signal].split()
+        if is_lettered and not spoken.is_accounted:
             lettered.append(column.name)
             if letter not in NEED_UNIT:
                 in_one_meaning.append(column.name)
         # What the observer of a drive makes of its encoder is called an estimate.
         words = {*spoken.stem_words}
         is_estimated = bool(words & _ESTIMATED) and not words & (NOT_MEASURED - _ESTIMATED)
-        if (
-            signal in ("slip", "position")
-            and is_estimated
-            and not words.isdisjoint(NAMES[signal].split())
-        ):
+        is_a_motion = signal in ("slip", "position") and bool(words & {*NAMES[signal].split()})
+        if is_estimated and is_a_motion:
             estimated.append(column.name)
     called_by_level = [each.name for each in free if each.name == CALLED_BY_LEVEL]
     left_over = called_by_level if signal == "effort" else []

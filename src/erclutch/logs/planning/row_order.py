@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from erclutch.errors import MappingError
+from erclutch.errors import MappingError, SeveralColumnsError
 from erclutch.logs.clock.mixed_rows import are_mixed_up
 from erclutch.logs.clock.time_stamps import DISORDER
 from erclutch.logs.columns.word_columns import times_begun_anew
@@ -39,7 +39,7 @@ def ask_about_order(draft: Draft) -> None:
     if clock is None or clock.kind != "column" or clock.is_mixed_up or draft.told.time is not None:
         return
     open_slip = draft.questions.get("slip")
-    is_one_of_several = open_slip is not None and "may be any of" in open_slip.problem
+    is_one_of_several = open_slip is not None and open_slip.kind is SeveralColumnsError
     if "slip" not in draft.signals and not is_one_of_several:
         return
 
@@ -50,9 +50,8 @@ def ask_about_order(draft: Draft) -> None:
         return
     forward = steps[steps > 0.0]
     are_few_points = 0 < forward.size < _FEW_POINTS and bool(np.isfinite(stamps).all())
-    if (
-        are_few_points
-    ):  # a steady clock that goes back once is that of a log whose rows were mixed up
+    if are_few_points:
+        # A steady clock that goes back once is that of a log whose rows were mixed up.
         are_few_points = bool(np.ptp(forward) > _UNSTEADY * np.median(forward))
     if back <= DISORDER * stamps.size and not are_few_points:
         return

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from erclutch.errors import MappingError, shell_word
+from erclutch.errors import MissingColumnError, shell_word
 from erclutch.logs.columns.sums_of_tests import (
     LEAST,
     MEANS,
@@ -57,15 +59,15 @@ def propose_rows_of_tests(draft: Draft) -> None:
     if known is not None and known.column != effort and draft.guessed("effort") is not None:
         draft.take_back("effort")  # the mean force of a sine beside its peak speed
     why = f"each row sums up a test, as {effort} says"
-    missing, listed, columns = question.problem.partition("; the file has: ")
-    problem = f"{missing}; {why}, so its rows are points{listed}{columns}"
-    draft.ask("time", MappingError(problem, remedy=question.remedy), "--time none")
+    of_points = question.adding(f"; {why}, so its rows are points")
+    draft.questions["time"] = replace(of_points, option="--time none")
     _propose(draft, "effort", effort)
     if slip:
         _propose(draft, "slip", slip)
     elif "slip" not in draft.questions:
-        problem = f"no column for slip; {why}{listed}{columns}"
-        draft.ask("slip", MappingError(problem, remedy="Put the speed of each test into a column"))
+        problem = f"no column for slip; {why}; the file has: {draft.table.listed}"
+        remedy = "Put the speed of each test into a column"
+        draft.ask("slip", MissingColumnError(problem, remedy=remedy))
     fields = sums_of(names, "field")
     if fields and "field" in draft.questions:
         # A field is set for a test: its mean says more than its largest value.
@@ -97,8 +99,13 @@ def _propose(draft: Draft, signal: str, name: str) -> None:
     """Answer the question about a signal by a column, or ask that question where nothing was asked."""
     if signal in draft.signals:
         return
-    asked = draft.questions.get(signal)
     option = f"--{signal} {shell_word(draft.table.label(name))}"
-    problem = asked.problem.partition(";")[0] if asked else f"no column for {signal}"
-    problem += f"; {name} of each test may be it; the file has: {draft.table.listed}"
-    draft.ask(signal, MappingError(problem, remedy=f"If it is, give {option}"), option)
+    remedy = f"If it is, give {option}"
+    more = f"; {name} of each test may be it; the file has: {draft.table.listed}"
+    asked = draft.questions.get(signal)
+    if asked is None:
+        missing = MissingColumnError(f"no column for {signal}{more}", remedy=remedy)
+        draft.ask(signal, missing, option)
+        return
+    problem = asked.problem.partition(";")[0] + more
+    draft.questions[signal] = replace(asked, problem=problem, remedy=remedy, option=option)

@@ -30,7 +30,11 @@ def doubt_signals_scaled_for_a_network(draft: Draft) -> None:
     has_few_numbers = any(np.unique(column.values).size < _FEWEST for column in columns)
     ways = {_way_of_scaling(column.values) for column in columns}
     way = ways.pop() if len(ways) == 1 and not has_few_numbers else ""
-    if way == _ABOUT_ZERO and not _is_scaled_so(draft, "field", way):
+    field = draft.signals.get("field")
+    way_of_field = ""
+    if field is not None and field.column:
+        way_of_field = _way_of_scaling(draft.seen.columns[field.column].values)
+    if way == _ABOUT_ZERO and way_of_field != way:
         way = ""  # sines of size 1, as people make them up
     if way:
         doubt = f"which has {way}, as {motion.column} has"
@@ -39,13 +43,6 @@ def doubt_signals_scaled_for_a_network(draft: Draft) -> None:
     else:
         return
     draft.doubt("effort", f"{doubt}: where it is zero is lost. Give a log as it was measured")
-
-
-def _is_scaled_so(draft: Draft, signal: str, way: str) -> bool:
-    chosen = draft.signals.get(signal)
-    if chosen is None or not chosen.column:
-        return False
-    return _way_of_scaling(draft.seen.columns[chosen.column].values) == way
 
 
 def _way_of_scaling(values: Array) -> str:

@@ -29,13 +29,8 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
     """
     field = draft.signals.get("field")
     effort = draft.signals.get("effort")
-    is_open = field is not None and field.reason == NO_FIELD
-    if (
-        not is_open
-        or draft.told.declines("field")
-        or effort is None
-        or effort.column not in draft.table.columns
-    ):
+    is_open = field is not None and field.reason == NO_FIELD and not draft.told.declines("field")
+    if not is_open or effort is None or effort.column not in draft.table.columns:
         return
     wanted = {str(choice.column) for choice in draft.told.inputs}
     sizes = np.abs(draft.table.columns[effort.column])
@@ -54,7 +49,10 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
         # Whatever it is called: an angle of vanes, or the place of a magnet, which was guessed as the device's.
         place = draft.guessed("position") if "slip" in draft.signals else None
         others = [name for name in draft.taken if place is None or name != place.column]
-        settings = [name for name in levels_of_efforts(draft, others) if _has_a_unit(draft, name)]
+        for name in levels_of_efforts(draft, others):
+            unit = draft.seen.columns[name].written_unit
+            if unit and not units.is_temperature(unit):  # a warm fluid has less effort at any field
+                settings.append(name)
         if place is not None and settings == [place.column]:
             draft.take_back("position")
     if len(settings) != 1:
@@ -65,9 +63,3 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
     remedy = f"Give {option} if it sets the effort as a field does, else --field none"
     draft.ask("field", MappingError(problem, remedy=remedy), option)
     del draft.signals["field"]
-
-
-def _has_a_unit(draft: Draft, name: str) -> bool:
-    """Whether a column has a unit other than that of a temperature: a warm fluid has less effort at any field."""
-    unit = draft.seen.columns[name].written_unit
-    return bool(unit) and not units.is_temperature(unit)

@@ -12,7 +12,6 @@ from math import isfinite, pi
 from typing import NamedTuple
 
 from erclutch.errors import MappingError, UnitError, shell_word
-from erclutch.logs.columns.candidates import DRIVES
 from erclutch.logs.columns.labels import COUNTS, split_label
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.rated_torque import (
@@ -21,7 +20,7 @@ from erclutch.logs.columns.rated_torque import (
     share_of_rated_torque,
 )
 from erclutch.logs.columns.seen_columns import SeenColumn
-from erclutch.logs.columns.vocabulary import CURRENTS, set_of
+from erclutch.logs.columns.vocabulary import CURRENTS, DRIVES, set_of
 from erclutch.logs.planning.draft import Draft, scaled
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
@@ -146,10 +145,8 @@ def offer_stated_scales(draft: Draft) -> None:
         _offer(draft, "slip", "position", counted, "count")
 
 
-def _offer(
-    draft: Draft, question: str, signal: str, columns: list[SeenColumn], sensor: str
-) -> None:
-    """Answer a question by the one column that a stated scale is for."""
+def _offer(draft: Draft, about: str, signal: str, columns: list[SeenColumn], sensor: str) -> None:
+    """Answer the question about a signal by the one column that a stated scale is for."""
     scales = [each for each in scales_stated(draft, signal) if each.sensor == sensor]
     if len(columns) != 1 or len(scales) != 1:
         return
@@ -157,13 +154,10 @@ def _offer(
     own = column.unit if column.unit in COUNTS else None
     scale = shell_word(f"{signal}={scales[0].over(own or sensor)}")
     option = f"--{signal} {shell_word(draft.table.label(column.name))} --scale {scale}"
-    asked = draft.questions[question]
-    problem, listed, columns_of_file = asked.problem.partition("; the file has")
-    problem += f"; the file says {scales[0].said}{listed}{columns_of_file}"
-    draft.ask(
-        question,
-        MappingError(problem, remedy=f"If that is of {column.name}, give {option}"),
-        option,
+    draft.questions[about] = replace(
+        draft.questions[about].adding(f"; the file says {scales[0].said}"),
+        remedy=f"If that is of {column.name}, give {option}",
+        option=option,
     )
 
 
@@ -183,10 +177,8 @@ def fill_in_stated_scales(draft: Draft) -> None:
         filled = fitting[0].over(sensor)
         zero = _stated_zero(draft, sensor)
         hole = f"NUMBER {made}/{sensor}"
-        problem, listed, columns_of_file = question.problem.partition("; the file has")
         draft.questions[about] = replace(
-            question,
-            problem=f"{problem}; the file says {fitting[0].said}{listed}{columns_of_file}",
+            question.adding(f"; the file says {fitting[0].said}"),
             remedy=_filled(question.remedy, hole, filled, signal, zero),
             option=_filled(question.option, hole, filled, signal, zero),
         )

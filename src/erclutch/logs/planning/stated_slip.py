@@ -47,8 +47,5 @@ def offer_a_stated_slip(draft: Draft) -> None:
 
     (speed,) = stated
     option = f"--constant {shell_word(f'slip={speed.number:g} {speed.unit}')}"
-    missing, listed, columns = question.problem.partition("; the file has: ")
-    missing += f"; the file says {speed}, which it may be in all rows"
-    draft.questions["slip"] = replace(
-        question, problem=f"{missing}{listed}{columns}", remedy=f"Give {option}", option=option
-    )
+    with_the_speed = question.adding(f"; the file says {speed}, which it may be in all rows")
+    draft.questions["slip"] = replace(with_the_speed, remedy=f"Give {option}", option=option)

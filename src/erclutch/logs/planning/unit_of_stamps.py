@@ -39,9 +39,8 @@ def as_seconds(
         seconds = units.fits(unit, ("s",)) if units.is_unit(unit) else None
         if seconds is None:
             problem = f"column '{name}' has the unit '{unit}', which is no unit of time"
-            raise UnitError(
-                problem, remedy=f"Give its unit, such as --time {shell_word(f'{name} [ms]')}"
-            )
+            in_ms = f"--time {shell_word(f'{name} [ms]')}"
+            raise UnitError(problem, remedy=f"Give its unit, such as {in_ms}", answers=[in_ms])
         if unit:
             factor, _ = seconds
             return factor, 0.0, "" if factor == 1.0 else f", converted from {unit}"

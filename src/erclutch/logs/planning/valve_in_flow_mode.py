@@ -6,7 +6,7 @@ both make a power, and the laws are the same. The user is asked, for a pump has 
 
 from __future__ import annotations
 
-from erclutch.errors import MappingError, shell_word
+from erclutch.errors import MissingColumnError, shell_word
 from erclutch.logs.columns.vocabulary import NOT_MEASURED, TOLD, set_of
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.table import MINUS
@@ -55,4 +55,6 @@ def propose_flow_and_pressure(draft: Draft) -> None:
     for signal, label in proposed.items():
         option = f"--{signal} {shell_word(label)}"
         problem = f"no column for {signal} by its name; {what}"
-        draft.ask(signal, MappingError(problem, remedy=f"If this is a valve, {option}"), option)
+        draft.ask(
+            signal, MissingColumnError(problem, remedy=f"If this is a valve, {option}"), option
+        )
