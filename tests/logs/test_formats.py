@@ -496,7 +496,7 @@ def test_each_reader_says_whether_it_tells_damage(tmp_path: Path) -> None:
     assert all(reader.tells_damage.startswith(("seen", "not seen")) for reader in own)
     assert (
         read_table(written(tmp_path, "jsonl")).damage
-        == "not seen: text has no checksums; as .gz it has"
+        == "not seen: a text has no checksum (packed as .gz it has one)"
     )
 
 

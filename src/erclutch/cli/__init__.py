@@ -74,20 +74,16 @@ def _code_of(words: Sequence[str]) -> int:
     try:
         return _run(words)
     except KeyboardInterrupt as interrupt:
-        at_work = getattr(
-            interrupt, "__notes__", ()
-        )  # a plug-in that may never have come to its end
+        # A plug-in that may never have come to its end.
+        at_work = getattr(interrupt, "__notes__", ())
         return failed("; ".join((_INTERRUPTED, *at_work[:1])), 130)
     except Exception as error:
         if _ENDING.number:  # a library in which a signal came may make an error of its own of it
             if _ENDING.interrupted:
                 return failed(_INTERRUPTED, 130)
             raise SystemExit(128 + _ENDING.number) from None
-        if (
-            isinstance(error, ErclutchError)
-            and not isinstance(error, PluginError)
-            and _made_of_an_interrupt(error)
-        ):
+        is_of_ours = isinstance(error, ErclutchError) and not isinstance(error, PluginError)
+        if is_of_ours and _made_of_an_interrupt(error):
             return failed(_INTERRUPTED, 130)
         # What is told in a line; any other error is a fault of ours.
         if isinstance(error, ErclutchError):

@@ -226,9 +226,13 @@ def kind_of(model: str) -> Kind:
     ours = sorted((kind for plugin, kind in loaded if plugin.own), key=lambda kind: kind.place)
     laws, *further = ours
     others = [kind for plugin, kind in loaded if not plugin.own]
-    is_law = _names_a_law(model)
-    if is_law:  # no package takes the name of a law
-        others = [kind for kind in others if kind.words > 1]
+    try:
+        law_from_name(model.split("+")[0])
+    except SettingError:
+        is_law = False
+    else:
+        is_law = True
+        others = [kind for kind in others if kind.words > 1]  # no package takes the name of a law
     for kind in (*further, *others):
         if kind.means(model):
             return kind
@@ -236,14 +240,6 @@ def kind_of(model: str) -> Kind:
         problem = f"nobody knows the model {model!r:.60}, and {failures[0].problem}"
         raise PluginError(problem, remedy=failures[0].remedy)
     return laws
-
-
-def _names_a_law(model: str) -> bool:
-    try:
-        law_from_name(model.split("+")[0])
-    except SettingError:
-        return False
-    return True
 
 
 def asked(settings: Settings, train: Dataset, kind: Kind) -> list[tuple[str, str]]:

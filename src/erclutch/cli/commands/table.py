@@ -58,10 +58,8 @@ def table(
         raise SettingError(f"--most {most}", remedy="Give 1 or more")
     of_ending = None if out is None else _ENDINGS.get(out.suffix.lower())
     format_ = as_ or of_ending or "markdown"
-    if of_ending not in (
-        None,
-        format_,
-    ):  # a browser would take markdown of a page's name for a page
+    # A browser would take markdown of a page's name for a page.
+    if of_ending not in (None, format_):
         problem = f"--as {format_} for a file whose name ends in {out.suffix if out else ''}"
         raise SettingError(
             problem, where=str(out), remedy=f"Give --as {of_ending}, or another --out"

@@ -30,14 +30,14 @@ _FIELD = "a field in its unit"
 
 def with_levels_of_marks(table: Table) -> Table:
     """The table with one column in place of those that mark levels by 0 and 1; else as it is."""
-    marks = {name: values for name, values in table.columns.items() if _is_a_mark(values)}
     by_kind: dict[str, list[str]] = {}
-    for name in marks:
-        kind = _kind_of(name)
+    for name, values in table.columns.items():
+        is_of_zeros_and_ones = set(np.unique(values).tolist()) == {0.0, 1.0}
+        kind = _kind_of(name) if is_of_zeros_and_ones else ""
         if kind:
             by_kind.setdefault(kind, []).append(name)
     for kind, names in by_kind.items():
-        marked = np.column_stack([marks[name] for name in names])
+        marked = np.column_stack([table.columns[name] for name in names])
         marks_of_row = marked.sum(axis=1)
         numbers_in = [match["number"] for match in map(_MARK.fullmatch, names) if match]
         are_counted = kind != _FIELD and {*numbers_in} == {*map(str, range(1, len(names) + 1))}
@@ -72,8 +72,3 @@ def _kind_of(name: str) -> str:
     if match is None or "field" not in spoken_name(match["front"]).may_be:
         return ""
     return match["front"]
-
-
-def _is_a_mark(values: Array) -> bool:
-    """Whether a column holds both 0 and 1, and nothing else."""
-    return set(np.unique(values).tolist()) == {0.0, 1.0}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import suppress
 from functools import lru_cache
 
 from erclutch.errors import UnitError
@@ -192,7 +193,8 @@ def split_end(name: str) -> tuple[str, str | None]:
         unit = _BARE.get(end) or _unit_of_end(end) or in_other_letters(stem, end)
         # Of a level nothing but its number would be left: ``2 kV/mm``.
         if unit is None and _FRACTION.fullmatch(end) and not stem.replace(".", "").isdigit():
-            unit = _rate(end)
+            with suppress(UnitError):  # ``cmd/act`` is none
+                unit = end if fits(end, _RATES) is not None else None
         is_time = end == "s" and stem.lower() in TIMES
         if stem and unit and (len(end) > 1 or is_time):
             return stem, unit
@@ -251,15 +253,6 @@ def _split_at_capital(name: str) -> tuple[str, str | None]:
     if last_word in _LETTERS_BEHIND.get(words[-1], ()):
         return "".join(words[:-1]), ENDS.get(words[-1]) or words[-1].lower()
     return name, None
-
-
-def _rate(end: str) -> str | None:
-    """An end that is written like a unit of a speed or a field, ``rev/min``; None for others, such as ``cmd/act``."""
-    try:
-        is_one = fits(end, _RATES) is not None
-    except UnitError:
-        return None
-    return end if is_one else None
 
 
 def in_other_letters(name: str, unit: str, *, may_be_a_letter: bool = False) -> str | None:

@@ -275,14 +275,14 @@ def _words_of(name: str) -> tuple[str, ...]:
     words = _SOLL_OR_IST.sub(r" \1\2 ", letters_alone).split()
     if "ff" in words and len(words) > 1:
         words[words.index("ff")] = "feedforward"
-    if (
-        "des" in words and len(words) > 1
-    ):  # short for desired at an end, and an article between two French words
-        letters = [
+    if "des" in words and len(words) > 1:
+        # At an end it is short for desired; between two French words it is an article.
+        of_letters = [
             place for place, word in enumerate(words) if not word.isdecimal() and word not in _AXES
         ]
-        for place in (letters[0], letters[-1]) if letters else ():
-            words[place] = "desired" if words[place] == "des" else words[place]
+        for place in (*of_letters[:1], *of_letters[-1:]):
+            if words[place] == "des":
+                words[place] = "desired"
     if "duty" in words:  # that of a switch goes round, and is no cycle of a test
         words = [word for word in words if word not in ("cycle", "cycles")]
     return tuple(OF_SEVERAL.get(word, word) for word in words)

@@ -240,11 +240,9 @@ def between_shafts(seen: SeenColumns, signal: str) -> list[str]:
         return [driven, *differences, driving]
     for column in seen.columns.values():
         is_effort = "effort" in column.spoken.may_be and takes_both_signs(speed)
-        if (
-            is_effort
-            and _keeps_sign(column.values, speed)
-            and not _keeps_sign(column.values, apart)
-        ):
+        if not is_effort or not _keeps_sign(column.values, speed):
+            continue
+        if not _keeps_sign(column.values, apart):
             return [driven, *differences, driving]
     return [*differences, *ends]
 
@@ -255,10 +253,8 @@ def _turn_as_one(driving: Array, driven: Array) -> bool:
     if not known.any():
         return True
     usual = known.copy()
-    for speed in (
-        driving,
-        driven,
-    ):  # codes for no measurement, far from all other numbers, go together too
+    # Codes for no measurement, far from all other numbers, go together too.
+    for speed in (driving, driven):
         low, high = np.quantile(speed[known], _USUAL)
         usual &= (speed >= low) & (speed <= high)
     first = driving[usual]

@@ -165,11 +165,8 @@ def said_below_names(
             told = others
         else:
             words = {cell.partition(":")[0].strip().lower() for cell in cells if cell}
-            if (
-                len(words) != 1
-                or not words <= _PROPERTIES
-                or not all(":" in cell for cell in cells if cell)
-            ):
+            have_a_colon = all(":" in cell for cell in cells if cell)
+            if len(words) != 1 or not words <= _PROPERTIES or not have_a_colon:
                 break
             (word,) = words
             told = [cell.partition(":")[2].strip() for cell in others]

@@ -12,7 +12,7 @@ import numpy as np
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.log_reader import LogReader
 from erclutch.logs.readers import found_recordings, mat, reader_in_child
-from erclutch.logs.readers.budget import Budget, budget_of
+from erclutch.logs.readers.budget import budget_of
 from erclutch.logs.readers.found_recordings import Found
 from erclutch.logs.readers.header_pairs import sample_period
 from erclutch.logs.readers.mat_cells import heads_of
@@ -126,15 +126,6 @@ def _units_by_another_name(label: str, attributes: Mapping[str, str]) -> Iterato
             yield f"{label}: its attribute {key!r} holds {text!r}, and is not called unit: the column has no unit"
 
 
-def _take_names(file: Any, budget: Budget) -> None:
-    """Count the names of a file before anything behind them is opened: thousands of small data sets take long."""
-
-    def count(_: str) -> None:
-        budget.take_names()
-
-    file.visit(count)
-
-
 def find(path: str, variable: str | None) -> Table:
     """The child's work. Links and data outside the file are never followed."""
     import h5py
@@ -176,7 +167,8 @@ def find(path: str, variable: str | None) -> Table:
             place.notes += _units_by_another_name(label, attributes)
 
     with h5py.File(path, "r") as file:
-        _take_names(file, budget)
+        # Before anything is opened: thousands of small data sets take long.
+        file.visit(lambda _: budget.take_names())
         file.visititems(visit)
 
     recordings: dict[str, Found] = {}

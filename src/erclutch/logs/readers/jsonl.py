@@ -127,15 +127,14 @@ def _head_and_rows(rows: list[_Row]) -> tuple[Mapping[str, Any], list[_Row]]:
     if len(rows) < _FEWEST_BELOW_A_HEAD:
         return {}, rows
     head, *others = (dict(json_layout.cells_of(members)) for _, members in rows[:3])
-    numbers = [{name for name, value in row.items() if _is_number(value)} for row in others]
+    numbers: list[set[str]] = []  # names of the numbers of each row
+    for row in others:
+        of_row = {name for name, value in row.items() if isinstance(value, int | float)}
+        numbers.append({name for name in of_row if not isinstance(row[name], bool)})
     named = [name for name in head if name in numbers[0]]
     says_units = bool(named) and all(isinstance(head[name], str) for name in head)
     says_other_things = bool(numbers[0] & numbers[1]) and not head.keys() & others[0].keys()
     return (rows[0][1], rows[1:]) if says_units or says_other_things else ({}, rows)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _row_in(line: str, where: str) -> Mapping[str, Any]:

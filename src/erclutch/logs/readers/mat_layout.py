@@ -244,10 +244,9 @@ def _structure(name: str, node: Any) -> Found | None:
     signals = structs_of(fields.get("Y")) if "X" in fields else []
     if signals and all({"Name", "Data"} <= signal.keys() for signal in signals):
         return dspace(fields, signals)
+    # Some scripts keep the numbers alone.
     axes = structs_of(fields.get("X")) if signals else []
-    if axes and all(
-        "Data" in each for each in (*axes, *signals)
-    ):  # some scripts keep the numbers alone
+    if axes and all("Data" in each for each in (*axes, *signals)):
         named = [{"Name": f"Y_{k}", **signal} for k, signal in enumerate(signals, start=1)]
         return dspace(fields, named)
     own_name = name.rpartition(".")[2]

@@ -291,7 +291,9 @@ def _search(pattern: str, body: str, delimiter: str | None, mark: str) -> str | 
     if mark != delimiter:
         # Without quotes, a cell stands between delimiters and ends of lines.
         edge = r"\s" if delimiter is None else rf"\r\n{re.escape(delimiter)}"
-        blank = "" if delimiter is None else " *" if delimiter == "\t" else "[ \t]*"
+        blank = ""
+        if delimiter is not None:
+            blank = " *" if delimiter == "\t" else "[ \t]*"
         cell += rf"|(?:(?<=[{edge}])|^){blank}(?:{pattern}){blank}(?=[{edge}]|$)"
     match = re.search(cell, body, re.MULTILINE)
     return None if match is None else match.group().strip()

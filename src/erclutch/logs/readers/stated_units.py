@@ -112,11 +112,8 @@ def _quantities(pairs: Mapping[str, str]) -> Iterator[tuple[str, str]]:
         else:
             for plural, unit in dict.fromkeys(_IN_UNIT.findall(f"{key}, {text}")):
                 if is_unit(unit):
-                    yield _in_the_singular(plural), unit
-
-
-def _in_the_singular(word: str) -> str:
-    return re.sub(r"ies$", "y", word, flags=re.IGNORECASE).removesuffix("s")
+                    singular = re.sub(r"ies$", "y", plural, flags=re.IGNORECASE).removesuffix("s")
+                    yield singular, unit
 
 
 def _words(name: str) -> set[str]:

@@ -54,7 +54,7 @@ _HIDDEN = re.compile(
 #: Zeros that end a word of a program at the end of its line; behind a digit a number may be cut off.
 _ENDS_OF_WORDS = re.compile(rb"(?<=[A-Za-z])\0{1,8}(?=\r?\n)")
 _FEW_ZEROS = 0.01  # share of the bytes
-DAMAGE = "not seen: text has no checksums; as .gz it has"
+DAMAGE = "not seen: a text has no checksum (packed as .gz it has one)"
 
 
 def decode(data: bytes) -> str:

@@ -95,20 +95,15 @@ def _matrices(arrays: Mapping[str, np.ndarray[Any, Any]], texts: Sequence[Sequen
 def without_names(nodes: Mapping[str, Any]) -> LogError | None:
     """The error for arrays of three sides, of which nothing beside them says which side has the signals."""
     for name, node in nodes.items():
+        if not isinstance(node, np.ndarray):
+            continue
         array = cast("np.ndarray[Any, Any]", node)
-        if (
-            isinstance(node, np.ndarray)
-            and array.squeeze().ndim == 3
-            and array.dtype.kind in "biuf"
-        ):
+        if array.squeeze().ndim == 3 and array.dtype.kind in "biuf":
             sides = " x ".join(map(str, array.shape))
-            problem = (
-                f"array {name} is {sides}, and no names beside it say which side has the signals"
-            )
-            remedy = (
-                "Save their names in the same file, such as columns = time, current, speed, torque"
-            )
-            return LogError(problem, remedy=remedy)
+            no_names = "no names beside it say which side has the signals"
+            example = "columns = time, current, speed, torque"
+            remedy = f"Save their names in the same file, such as {example}"
+            return LogError(f"array {name} is {sides}, and {no_names}", remedy=remedy)
     return None
 
 

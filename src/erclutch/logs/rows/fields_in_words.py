@@ -5,13 +5,12 @@ Several logs were put one under another then, and this column says which log eac
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from erclutch.errors import listed
-from erclutch.logs.columns.levels_in_names import StatedLevel, fields_told_by
+from erclutch.logs.columns.levels_in_names import fields_told_by
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.word_columns import with_words_used_up
 from erclutch.logs.table import Table
@@ -23,8 +22,12 @@ _CALLED = "field of "  # before the name of the column of texts
 
 def with_fields_of_words(table: Table) -> Table:
     """The table with a column of the field that texts tell, where no other column may be the field; else as it is."""
-    if any(_may_be_a_field(name, table.units.get(name)) for name in table.columns):
-        return table
+    for name in table.columns:
+        unit = table.units.get(name) or ""
+        is_in_a_unit = unit != "" and units.is_unit(unit)
+        has_the_unit = is_in_a_unit and units.fits(unit, SIGNALS["field"].si_units) is not None
+        if has_the_unit or "field" in spoken_name(name).may_be:
+            return table
     for name, words in table.words.items():
         fields = fields_told_by(words.words)
         has_a_field_in_each = (words.of_row >= 0).all() and len(fields) == len(words.words)
@@ -35,25 +38,13 @@ def with_fields_of_words(table: Table) -> Table:
         if np.unique(of_word).size < 2:
             continue
         called = f"{_CALLED}{name}"
+        said = [f"{word} ({field.number:g} {field.unit or '?'})" for word, field in fields.items()]
         # Rows that differ in the field alone are of one device: the texts part them no more.
         table = with_words_used_up(table, name)
         return replace(
             table,
             columns={**table.columns, called: of_word[words.of_row]},
             units={**table.units, called: units_of_fields.pop()},
-            notes=(*table.notes, f"column {name} tells the field: {_said(fields)}"),
+            notes=(*table.notes, f"column {name} tells the field: {listed(said)}"),
         )
     return table
-
-
-def _may_be_a_field(name: str, unit: str | None) -> bool:
-    has_the_unit = (
-        bool(unit) and units.is_unit(unit) and units.fits(unit, SIGNALS["field"].si_units)
-    )
-    return bool(has_the_unit) or "field" in spoken_name(name).may_be
-
-
-def _said(fields: Mapping[str, StatedLevel]) -> str:
-    return listed(
-        [f"{word} ({field.number:g} {field.unit or '?'})" for word, field in fields.items()]
-    )

@@ -44,9 +44,8 @@ def last_hidden(
     while f"W{layer}" in tables:
         w = tables[f"W{layer}"]
         b = tables[f"b{layer}"]
-        if (
-            exactly
-        ):  # from left to right as in the exported C: BLAS would add in an order that nobody knows
+        if exactly:
+            # From left to right as in the exported C: BLAS would add in an order that nobody knows.
             sums = np.repeat(b[:, None], active.shape[1], axis=1)
             for j in range(len(active)):
                 sums += w[:, j : j + 1] * active[j]

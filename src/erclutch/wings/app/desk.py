@@ -95,9 +95,8 @@ class Desk:
         """A file that was there as an answer began went away, or cannot be read: another program took it."""
         if isinstance(error, OSError):
             why = error.strerror or str(error)
-        elif str(error).startswith(
-            "File at path"
-        ):  # what the server says as it begins to send a file
+        # What the server says as it begins to send a file.
+        elif str(error).startswith("File at path"):
             why = "there is no such file any more"
         else:
             raise error

@@ -143,9 +143,8 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
     def _look_after_page(self, page: PageProcess) -> None:
         while not self._ended.wait(_PERIOD):
             restarts = page.restarts
-            with contextlib.suppress(
-                OSError
-            ):  # no process can be started now; the next look tries again
+            # Where no process can be started now, the next look tries again.
+            with contextlib.suppress(OSError):
                 page.poll(self._command)
             if page.restarts != restarts:
                 self.say("the page's server was gone and was started again", "warning")

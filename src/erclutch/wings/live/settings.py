@@ -34,9 +34,9 @@ class Mode(IntEnum):
     @property
     def reference(self) -> str:
         """Role of the channel that a program wants to follow its reference; empty where it wants nothing."""
-        effort = (Mode.TORQUE, Mode.WALL)
-        position = (Mode.TRACK, Mode.IMPEDANCE)
-        return "effort" if self in effort else "position" if self in position else ""
+        if self in (Mode.TORQUE, Mode.WALL):
+            return "effort"
+        return "position" if self in (Mode.TRACK, Mode.IMPEDANCE) else ""
 
 
 class Waveform(IntEnum):

@@ -6,7 +6,7 @@ import json as json_text
 import math
 import shlex
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -176,7 +176,10 @@ def learn(
     ended = ""
     code = 0
     while not ended:
-        left = min(options.round, total - _played_so_far(rounds.reports, options.round))
+        # A log goes on where its table ends, and behind a trip it holds the wait until somebody runs the loop again:
+        # neither takes time from the rounds to come.
+        played = sum(min(report.seconds, options.round) for report in rounds.reports)
+        left = min(options.round, total - played)
         if left < _SHORTEST:
             ended = f"{total:g} s are logged"
             break
@@ -225,15 +228,6 @@ def learn(
     if rig.loop.json:
         print(json_text.dumps(_body(rig, rounds, ended) | {"folder": str(folder), "exit": code}))
     return code
-
-
-def _played_so_far(reports: Sequence[RoundReport], longest: float) -> float:
-    """Seconds of tables that rounds of at most ``longest`` seconds played.
-
-    A log goes on where its table ends, and behind a trip it holds the wait until somebody runs the loop again; neither
-    takes time from the rounds to come.
-    """
-    return sum(min(report.seconds, longest) for report in reports)
 
 
 def _played(

@@ -105,9 +105,8 @@ class Page:
         self._ring, self._limits, self._hand_over, self._shown = ring, limits, hand_over, shown
         self.session: dict[str, Any] = {}
         self.watcher = Watcher(RingReader(ring, "oldest"))
-        self._clients: deque[asyncio.Event] = (
-            deque()
-        )  # the oldest first; each is set where its client has to go
+        # The oldest first; each is set where its client has to go.
+        self._clients: deque[asyncio.Event] = deque()
         routes = [Route(path, self._file(name)) for path, name in _FILES.items()]
         sockets = WebSocketRoute("/frames", self._socket)
         self.app = Guard(Starlette(routes=[*routes, sockets]), access)
@@ -267,11 +266,8 @@ class Guard:
         elif scope["type"] == "websocket":
             headers = _headers(scope)
             path = self._below(scope)
-            if (
-                path is not None
-                and self._access.from_here(headers, socket=True)
-                and self._may(headers)
-            ):
+            is_from_here = self._access.from_here(headers, socket=True)
+            if path is not None and is_from_here and self._may(headers):
                 self.strangers.shown(scope["client"])
                 await self._app({**scope, "path": path}, receive, send)
             else:

@@ -139,10 +139,8 @@ class Watcher:
     def state(self) -> str:
         """starting, running, tripped, ready, stopped, or silent: the loop says that it runs, but no frame comes."""
         state = self.reader.state
-        if (
-            state not in (State.STARTING, State.STOPPED)
-            and time.monotonic() - self._moved > _SILENT
-        ):
+        runs = state not in (State.STARTING, State.STOPPED)
+        if runs and time.monotonic() - self._moved > _SILENT:
             return "silent"
         return state.name.lower()
 
