@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from dataclasses import dataclass, field
 from itertools import takewhile
@@ -15,7 +14,6 @@ if TYPE_CHECKING:
     from erclutch.cli.options import LogOptions
     from erclutch.logs import Plan, Table
 
-_NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _MOST = 4  # kinds that are told
 
 
@@ -79,7 +77,9 @@ class LogKinds:
 
     def add(self, path: Path, table: Table, reading: LogOptions) -> None:
         """Add a log to those of its columns; numbers in the names, as of a field, are passed over."""
-        labels = frozenset(_NUMBER.sub("0", table.label(name)) for name in table.columns)
+        from erclutch.logs.columns.names import without_numbers
+
+        labels = frozenset(without_numbers(table.label(name)) for name in table.columns)
         if labels not in self._by_labels:
             self._by_labels[labels] = LogKind(reading.plan(table, path))
         self._by_labels[labels].paths.append(path)
@@ -101,6 +101,8 @@ class LogKinds:
 
 def _read_as(plan: Plan) -> list[object]:
     """What is the same of logs that are read alike: names and units of the signals' columns, and what is asked."""
-    columns = [(each.signal, _NUMBER.sub("0", each.column), each.unit) for each in plan.signals]
+    from erclutch.logs.columns.names import without_numbers
+
+    columns = [(each.signal, without_numbers(each.column), each.unit) for each in plan.signals]
     clock = plan.clock.kind if plan.clock is not None else ""
     return [columns, clock, [question.signal for question in plan.questions]]

@@ -105,6 +105,7 @@ def inspect(
         return 1
     look = look_at(log, others, raw, reading)
     drawn: list[Path] = []
+    is_field_open = isinstance(look.problem, UnloggedFieldError)
     from erclutch.logs.saved_plan import save_plan
 
     if plots is not None:
@@ -124,10 +125,10 @@ def inspect(
             drawn += save_plot(coverage, plots / f"{log.stem}-coverage.png")
             if write_mapping is not None:
                 save_plan(look.plan, write_mapping)
-    elif write_mapping is not None and not isinstance(look.problem, UnloggedFieldError):
+    elif write_mapping is not None and not is_field_open:
         save_plan(look.plan, write_mapping)
     fields_to_fill_in = 0
-    if write_mapping is not None and isinstance(look.problem, UnloggedFieldError):
+    if write_mapping is not None and is_field_open:
         fields_to_fill_in = write_fields([log, *others], write_mapping)
         if not fields_to_fill_in:
             look = look_at(log, others, raw, reading)

@@ -44,6 +44,12 @@ def plain(name: str) -> str:
     return re.sub(r"[\W_]", "", letters).lower()
 
 
+def without_numbers(text: str) -> str:
+    """A text with one sign for each number: names and titles of a series differ in their numbers alone."""
+    return _NUMBER.sub("#", text)
+
+
+_NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _NAMES = {signal: frozenset(map(plain, names.split())) for signal, names in NAMES.items()}
 _OTHER_WHOLE = frozenset(map(plain, OTHER))
 _OTHER_WITHIN = tuple(map(plain, EASTERN_OTHERS))

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from erclutch.logs.columns.levels_in_names import field_set_in, stated_in
+from erclutch.logs.columns.names import without_numbers
 from erclutch.logs.columns.vocabulary import set_of
 
 _FEWEST = 2  # titles
@@ -27,7 +28,6 @@ _BEFORE_A_TITLE = '#%/=*"-<>[( \t\r\n\f\v'
 _BEHIND_A_TITLE = ',;"=*-<>]) \t\r\n\f\v'
 #: Between the cells of a title: ``Strom;0,5;A``. A comma between digits is a decimal mark.
 _BETWEEN_CELLS = re.compile(r"\s*[;\t]\s*|(?<!\d),\s*|,\s*(?!\d)")
-_NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _COUNTED = re.compile(r"([^\W\d_]+)[ _#.:-]*\d+\b")
 #: A setting and its number: ``current = 0.5``, ``speed: 100 rpm``, ``I<tab>0.5``.
 _SETTING = re.compile(r"[^\W\d_][^:=\t\d]{0,40}?\s*[:=\t]\s*[-+]?\d+(?:[.,]\d+)?\s*[^\s\d,;]{0,12}")
@@ -83,7 +83,7 @@ def titled_blocks(lines: Sequence[str], is_row: Callable[[str], bool]) -> list[T
             rows += is_row(line)
             continue
         title_of_line[place] = title
-        shapes[_NUMBER.sub("#", title)] += 1
+        shapes[without_numbers(title)] += 1
     if not shapes or rows < _FEWEST_ROWS * max(shapes.values()):
         return []
     shape, count = shapes.most_common(1)[0]
@@ -97,7 +97,7 @@ def titled_blocks(lines: Sequence[str], is_row: Callable[[str], bool]) -> list[T
     title = ""
     for place, line in enumerate(lines):
         own = title_of_line.get(place, "")
-        if own and _NUMBER.sub("#", own) == shape:
+        if own and without_numbers(own) == shape:
             title = own
             above.append(line)
         elif is_row(line):

@@ -16,6 +16,7 @@ import numpy as np
 from erclutch.errors import MappingError, UnitError, shell_word
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.levels_in_names import differ_by_field
+from erclutch.logs.columns.names import without_numbers
 from erclutch.logs.columns.rheometer_names import (
     Quantity,
     Role,
@@ -60,7 +61,6 @@ _NOT_MEASURED = re.compile(
     # The first name that each of our laws has: ``Casson``, ``Herschel (fit)``.
     rf"|\b(?:{'|'.join(law.partition('-')[0] for law in flow_laws())})\b"
 )
-_NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 #: A difference of normal stresses, by its sign; samples may be called so too.
 _NORMAL_STRESS = re.compile(r"n ?[12]\b.*")
 
@@ -315,7 +315,7 @@ def _taken_for_stresses(table: Table, rate: str, unknown: Sequence[str]) -> list
         counts = np.array_equal(np.diff(table.columns[name]), np.ones(table.rows - 1))
         if counts or "%" in table.label(name):
             continue
-        alike[name] = _NUMBER.sub("#", plain_name(name))
+        alike[name] = without_numbers(plain_name(name))
         rates = np.abs(table.columns[rate])
         values = np.abs(table.columns[name])
         known = np.isfinite(rates) & np.isfinite(values)
