@@ -29,7 +29,9 @@ def main() -> int:
     except SystemExit as ended:  # by another signal
         code = ended.code
     _end_at_once(code)
-    _forget_interrupt()
+    # Python ends itself by the signal, whatever the code, where an interrupt came while it made a named tuple or a
+    # dataclass, as it does for many modules that are imported. It forgets the interrupt when it makes the next one.
+    NamedTuple("_Next", [])
     # The answer is complete: what a plug-in prints as the program ends is no part of it.
     sys.stdout = sys.stderr
     return code
@@ -48,15 +50,6 @@ def _end_at_once(code: int) -> None:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # as nohup has it
             signal.signal(number, end)
-
-
-def _forget_interrupt() -> None:
-    """Let this process end with its exit code, though an interrupt came.
-
-    Python ends itself by the signal, whatever the code, where an interrupt came while it made a named tuple or a
-    dataclass, as it does for many modules that are imported. It forgets the interrupt when it makes the next one.
-    """
-    NamedTuple("_Next", [])
 
 
 if __name__ == "__main__":

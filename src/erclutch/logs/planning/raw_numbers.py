@@ -26,7 +26,6 @@ _FEWEST = 16  # different numbers; a few are levels
 
 def doubt_numbers_of_a_converter(draft: Draft) -> None:
     """Doubt guessed motions and efforts without a unit that are called after a converter and are whole numbers."""
-    _say_what_has_no_column(draft)
     for signal in _SIGNALS:
         chosen = draft.signals.get(signal)
         if chosen is None or not chosen.column or signal in draft.told.zeros:
@@ -65,16 +64,16 @@ def doubt_numbers_of_a_converter(draft: Draft) -> None:
         draft.doubt(signal, doubt, answer)
 
 
-def _say_what_has_no_column(draft: Draft) -> None:
+def say_what_has_no_column(draft: Draft) -> None:
     """Say which scales and zeros were given for what is read from no column: they do nothing."""
     given = [("scale", *each) for each in draft.told.scales.items()]
     given += [("zero", *each) for each in draft.told.zeros.items()]
     for kind, signal, text in given:
         chosen = draft.signals.get(signal)
-        if signal not in draft.questions and (chosen is None or not chosen.column):
-            draft.notes.append(
-                f"the {kind} of {signal}, {text}, is not used: no column is the {signal}"
-            )
+        has_a_column = chosen is not None and bool(chosen.column)
+        if signal not in draft.questions and not has_a_column:
+            why = f"no column is the {signal}"
+            draft.notes.append(f"the {kind} of {signal}, {text}, is not used: {why}")
 
 
 def _stated_zero(draft: Draft, known: Array) -> str:

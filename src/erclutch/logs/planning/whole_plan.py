@@ -71,7 +71,7 @@ from erclutch.logs.planning.parts_of_a_test import ask_about_parts_of_a_test
 from erclutch.logs.planning.planned_files import doubt_what_was_planned
 from erclutch.logs.planning.points import say_what_is_a_map, take_points
 from erclutch.logs.planning.proposals import propose_answers
-from erclutch.logs.planning.raw_numbers import doubt_numbers_of_a_converter
+from erclutch.logs.planning.raw_numbers import doubt_numbers_of_a_converter, say_what_has_no_column
 from erclutch.logs.planning.rheometer_columns import (
     doubt_a_shear_rate_beside_a_torque,
     doubt_an_oscillation,
@@ -181,6 +181,7 @@ STEPS = (
     Step("whether the effort has its sign", doubt_an_effort_without_its_sense),
     Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),
     Step("whether a drive tells a share of its rated torque", doubt_a_share_of_a_rated_torque),
+    Step("which scales and zeros are for no column", say_what_has_no_column),
     Step("whether a signal is in numbers of a converter", doubt_numbers_of_a_converter),
     Step("whether motion and effort were scaled for a network", doubt_signals_scaled_for_a_network),
     Step("whether the effort is a mean to and fro", doubt_the_mean_of_a_motion_to_and_fro),
