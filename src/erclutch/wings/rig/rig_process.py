@@ -55,8 +55,15 @@ def start_rig(spec: Mapping[str, Any]) -> tuple[subprocess.Popen[str], int]:
         start_new_session=True,  # Ctrl-C is for the loop first: the rig ends with its parent or when told to
     )
     assert process.stdout is not None
-    ready = select.select([process.stdout], [], [], _START_WITHIN)[0]
-    line = process.stdout.readline() if ready else ""
+    try:
+        ready = select.select([process.stdout], [], [], _START_WITHIN)[0]
+        line = process.stdout.readline() if ready else ""
+    except (
+        BaseException
+    ):  # Control-C: a notebook that goes on would keep this process as long as it lives
+        with process:
+            process.kill()
+        raise
     if not line.startswith("port "):
         process.kill()
         process.wait()
@@ -90,8 +97,12 @@ def main(text: str) -> int:
         device=device,
         port=int(spec.get("port", 0)),
     )
-    sys.stdout.write(f"port {server.port}\n")
-    sys.stdout.flush()
+    try:
+        sys.stdout.write(f"port {server.port}\n")
+        sys.stdout.flush()
+    except BrokenPipeError:  # a signal ended the session before it began
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        return 0
     # Ahead of ordinary processes where that is permitted, but behind the loop: a real rig does not wait either.
     with contextlib.suppress(AttributeError, OSError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
