@@ -12,7 +12,8 @@ from scipy.io import savemat
 
 from erclutch.errors import MappingError
 from erclutch.logs import ColumnMap, read_all, read_table
-from erclutch.logs.columns.levels_in_names import open_field_in, stated_in
+from erclutch.logs.columns.levels_in_names import open_field_in, stated_in, with_lost_points
+from erclutch.logs.columns.name_pattern import pattern_among
 from erclutch.signals.array import Array
 from tests.support.command import run
 
@@ -98,3 +99,64 @@ def test_numbers_in_two_units_are_all_left_to_the_user(tmp_path: Path) -> None:
     told = ColumnMap.from_options({"variable": "all", "slip": "v_m_s [m/s]"})
     with pytest.raises(MappingError, match="field=NUMBER, NUMBER, NUMBER mA"):
         read_all(tmp_path / "log.json", told)
+
+
+@pytest.mark.parametrize(
+    ("names", "numbers"),
+    [
+        (("I0", "I05", "I1", "I15"), [0.0, 0.5, 1.0, 1.5]),
+        (("F I0", "F I025", "F I1"), [0.0, 0.25, 1.0]),
+        (("I00", "I05", "I10"), []),  # filled up in each name
+        (("I0", "I5", "I10"), []),
+        (("v", "F"), []),
+    ],
+)
+def test_numbers_that_are_not_filled_up_lack_their_points(
+    names: tuple[str, ...], numbers: list[float]
+) -> None:
+    # The printed command gave 5 for I05 between I0 and I1.
+    assert [*with_lost_points(names).values()] == numbers
+
+
+@pytest.mark.parametrize(
+    ("names", "pattern"),
+    [
+        (("current_0_0", "current_0_4", "current_1_2"), ""),
+        (("I0_0", "I0_5", "I1_0"), ""),
+        (("I10_a1", "I20_a1"), "I{field}_a{n2}"),
+        (("pwm_50_run_1", "pwm_90_run_2"), "pwm_{field}_run_{n2}"),
+    ],
+)
+def test_a_pattern_takes_no_whole_number_in_front_of_decimals(
+    names: tuple[str, ...], pattern: str
+) -> None:
+    # 0, 0 and 1 were read from the first three by the command that was printed.
+    assert pattern_among(names) == pattern
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("read_here")
+@pytest.mark.parametrize(
+    ("names", "given"),
+    [
+        (("test1", "test2", "test3"), "field=NUMBER, NUMBER, NUMBER A"),
+        (("I0_0", "I0_5", "I1_0"), "field=NUMBER, NUMBER, NUMBER A"),
+        (("pwm0", "pwm5", "pwm10"), "field=0, 5, 10"),
+    ],
+)
+def test_the_field_of_each_recording_of_a_file_is_asked_for(
+    tmp_path: Path, names: tuple[str, ...], given: str
+) -> None:
+    # No command was printed, or a pattern that was refused.
+    logs = {
+        name: {"t": TIME, "velocity": SLIP, "force": effort(field)}
+        for name, field in zip(names, FIELDS, strict=True)
+    }
+    savemat(tmp_path / "log.mat", logs)
+    answer = run("inspect", "log.mat", "--variable", "all", cwd=tmp_path).out.splitlines()[-1]
+    assert f'erclutch inspect log.mat --constant "{given}"' in answer
+    words = shlex.split(answer.replace("NUMBER, NUMBER, NUMBER", "0, 5, 10"))[4:]
+    done = run(*words, cwd=tmp_path)
+    assert done.code == 0
+    shown = [line.split() for line in done.out.splitlines() if line.startswith(" log.mat: ")]
+    assert [line[3] for line in shown] == ["0", "5", "10"]

@@ -87,7 +87,9 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
             f"no field is logged, and at the same slip {names[more]} has {times:.2g} times the effort of "
             f"{names[less]}: a field that no column holds may tell them apart"
         )
-        raise UnloggedFieldError(problem, where=names[more], remedy=_remedy(pattern, names[more]))
+        raise UnloggedFieldError(
+            problem, where=names[more], remedy=_remedy(pattern, names[more], names)
+        )
     if pattern_among(names, called_so=True):
         problem = f"no field is logged, and the names tell one: {listed(names)}"
     else:
@@ -95,7 +97,7 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
         if not pattern or not _rises_with(np.array(numbers), courses[:, 0]):
             return
         problem = f"no field is logged, and the effort rises with the number in the names: {listed(names)}"
-    raise UnloggedFieldError(problem, where=names[0], remedy=_remedy(pattern, names[0]))
+    raise UnloggedFieldError(problem, where=names[0], remedy=_remedy(pattern, names[0], names))
 
 
 def _require_one_field_throughout(log: CourseOfLog) -> None:
@@ -236,8 +238,24 @@ def _rises_with(numbers: Array, courses: Array) -> bool:
     return True
 
 
-def _remedy(pattern: str, where: str) -> str:
-    """What settles it, with a pattern of the logs' names where they tell the field."""
+def _remedy(pattern: str, where: str, names: Sequence[str] = ()) -> str:
+    """What settles it, with a pattern of the logs' names where they tell the field.
+
+    Args:
+        pattern: of the names; "" where they tell no field.
+        where: the log that is asked about.
+        names: of all logs. Those of one file begin with its name, and a constant gives each of them its field.
+    """
+    files = {name.partition(": ")[0] for name in names if ": " in name}
+    if len(files) == 1 and all(": " in name for name in names) and len(names) <= _MOST_STRETCHES:
+        numbers = [
+            f"{constants_of(pattern, name)['field'][0]:g}" if pattern else "NUMBER"
+            for name in names
+        ]
+        given = shell_word(f"field={', '.join(numbers)}" + ("" if pattern else " A"))
+        if pattern:
+            return f"If the numbers in the names are the field, give --constant {given}; else --field none"
+        return f"Give the field of each recording: --constant {given}; else --field none"
     if pattern:
         option = f"--name-pattern {shell_word(pattern)}"
         return f"If the number in the names is the field, give {option}; else --field none"

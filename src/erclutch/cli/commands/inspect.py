@@ -56,7 +56,7 @@ _WORD = r"""(?:'[^']+'|"[^"]+"|[^\s,;'"]+)"""
 _WHICH_LOG = ("--variable", "--decimal")
 _OPTION = re.compile(
     rf"--variable (?!out\b){_WORD}(?: --[a-z-]+(?: (?!--){_WORD})?)*|--decimal [.,]|--name-pattern {_WORD}|"
-    rf"--write-mapping {_WORD}|--constant \"field=NUMBER[^\"]*\""
+    rf"--write-mapping {_WORD}|--constant \"field=(?:NUMBER|[\d.-]+,)[^\"]*\""
 )
 
 

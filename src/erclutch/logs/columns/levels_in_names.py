@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from erclutch.logs.columns.labels import split_label
@@ -162,6 +162,24 @@ def setting_in(name: str) -> StatedLevel | None:
         unit = "%" if said["percent"] or "%" in found[0][0] else None  # pwm 127 may be of 255
         return StatedLevel(share.lower() if share else _LEVEL, number, unit)
     return StatedLevel(_LEVEL, number_of(said["headed"] or said["plain"]), None)
+
+
+def with_lost_points(names: Iterable[str]) -> dict[str, float]:
+    """The settings of names whose numbers lack their points, by the names; none where they may be whole numbers.
+
+    Of I0, I05, I1 and I15 the second is at 0.5: a count that is filled up with zeros is filled up in each name.
+    """
+    written: dict[str, str] = {}
+    for name in names:
+        found = [*_SETTING.finditer(name)]
+        digits = found[0]["plain"] if len(found) == 1 else None
+        if digits and _COUNT.fullmatch(digits):
+            written[name] = digits
+    begins_with_zero = any(len(digits) > 1 and digits[0] == "0" for digits in written.values())
+    is_filled_up = len({*map(len, written.values())}) == 1
+    if not begins_with_zero or is_filled_up:
+        return {}
+    return {name: float(f"{digits[0]}.{digits[1:] or 0}") for name, digits in written.items()}
 
 
 def without_setting(name: str) -> str:

@@ -128,8 +128,15 @@ def pattern_among(names: Sequence[str], *, called_so: bool = False) -> str:
         return ""
     called: list[int] = []
     others: list[int] = []
-    for place, (before, _, after) in enumerate(words.pop()):
+    decimals: set[int] = set()  # places of numbers behind a whole one
+    in_words = words.pop()
+    for place, (before, _, after) in enumerate(in_words):
         texts = {numbers[place][3] for numbers in found}
+        behind = in_words[place + 1 : place + 2]
+        if behind and behind[0][:2] == ("", "_") and max(map(len, texts)) == 1 < len(texts):
+            decimals.add(place + 1)
+        if {place, place + 1} & decimals:
+            continue  # 0_4 and 1_2 may be 0.4 and 1.2
         has_field_unit = after in FIELD_UNITS or before in ("i", "I")
         is_padded = any(map(_ZERO_IN_FRONT.fullmatch, texts))
         if is_padded and (has_field_unit or len({*map(len, texts)}) > 1):

@@ -22,6 +22,7 @@ from erclutch.logs.columns.levels_in_names import (
     setting_in,
     speed_in,
     stated_in,
+    with_lost_points,
     without_field,
     without_setting,
     without_speed,
@@ -80,6 +81,7 @@ def with_rows_for_each_timed_level(table: Table) -> Table:
 def _with_rows(table: Table, *, own_times: bool) -> Table:
     if table.clock is not None or table.words:
         return table
+    numbers = with_lost_points(table.columns)
     for across in _ACROSS:
         sheet: dict[str, dict[StatedLevel, str]] = {}
         shared: list[str] = []
@@ -89,6 +91,8 @@ def _with_rows(table: Table, *, own_times: bool) -> Table:
             if level is None:
                 shared.append(name)
                 continue
+            if name in numbers:
+                level = level._replace(number=numbers[name])
             called.add(across.signal or level.name)
             by_level = sheet.setdefault(across.without(name), {})
             by_level[level._replace(name="")] = name
