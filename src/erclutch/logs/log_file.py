@@ -39,6 +39,7 @@ from erclutch.logs.rows.levels_across import (
     with_rows_for_each_timed_level,
 )
 from erclutch.logs.rows.levels_filled_down import with_levels_filled_down
+from erclutch.logs.rows.levels_of_a_legend import with_levels_of_a_legend
 from erclutch.logs.rows.peak_speeds import with_peak_speeds
 from erclutch.logs.rows.readable_names import with_readable_names
 from erclutch.logs.rows.senses_across import with_a_row_for_each_sense
@@ -87,6 +88,7 @@ TIDYINGS = (
         "a level in each of its rows, though the first alone gives it", with_levels_filled_down
     ),
     OF_MARKS,
+    Tidying("a field in each row, though lines above tell it", with_levels_of_a_legend),
     Tidying("a number for each level, though words tell it", with_places_of_words),
     Tidying("a field in each row, though a text tells it", with_fields_of_words),
     Tidying("rows for each field, though it stands in the names", with_rows_for_each_level),

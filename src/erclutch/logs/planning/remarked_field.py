@@ -7,6 +7,7 @@ or feeds a sensor is none.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from erclutch.errors import MappingError, shell_word
@@ -33,6 +34,7 @@ _OTHER_WORDS = (
 #: What a voltage or a number without a unit must be called to be asked about.
 _OF_A_FIELD = set_of("field coil magnet solenoid electromagnet electrode gap duty pwm spule feld")
 _FEEDS_A_SENSOR = "excitation"
+_DIGITS = re.compile(r"\d+")
 
 
 class _Line(NamedTuple):
@@ -55,7 +57,13 @@ def ask_about_remarked_field(draft: Draft) -> bool:
             lines.append(_Line(f"'{key}: {text}'", quantity))
     if not lines:
         return False
-    quoted = ", ".join(line.words for line in lines)
+    if len(lines) > 1 and (of_stretches := _one_after_another(lines)):
+        option = f"--constant {shell_word(f'field={of_stretches}')}"
+        problem = f"no column for field, and lines above the rows say {_quoted(lines)}"
+        remedy = f"If these are the fields of one stretch after another, give {option}; else --field none"
+        draft.ask("field", MappingError(problem, remedy=remedy), option)
+        return True
+    quoted = _quoted(lines)
     verb = "says" if len(lines) == 1 else "say"
     subject = "a line above the rows" if len(lines) == 1 else "lines above the rows"
     option = f"--constant {shell_word(f'field={lines[0].quantity}')}"
@@ -64,6 +72,20 @@ def ask_about_remarked_field(draft: Draft) -> bool:
     remedy = f"If {which} the field, give {option}; else --field none"
     draft.ask("field", MappingError(problem, remedy=remedy), option)
     return True
+
+
+def _quoted(lines: Sequence[_Line]) -> str:
+    return ", ".join(line.words for line in lines)
+
+
+def _one_after_another(lines: Sequence[_Line]) -> str:
+    """The fields such as ``0, 0.5, 1 A`` of lines that number their tests; "" for lines about several things."""
+    about = {_DIGITS.sub("", line.words.partition(":")[0]) for line in lines}
+    parts = [line.quantity.partition(" ") for line in lines]
+    units_of_lines = {unit for _, _, unit in parts}
+    if len(about) > 1 or len(units_of_lines) > 1:
+        return ""
+    return f"{', '.join(number for number, _, _ in parts)} {units_of_lines.pop()}".strip()
 
 
 def _field_of(key: str, text: str) -> str:

@@ -22,12 +22,8 @@ _CALLED = "field of "  # before the name of the column of texts
 
 def with_fields_of_words(table: Table) -> Table:
     """The table with a column of the field that texts tell, where no other column may be the field; else as it is."""
-    for name in table.columns:
-        unit = table.units.get(name) or ""
-        is_in_a_unit = unit != "" and units.is_unit(unit)
-        has_the_unit = is_in_a_unit and units.fits(unit, SIGNALS["field"].si_units) is not None
-        if has_the_unit or "field" in spoken_name(name).may_be:
-            return table
+    if has_a_field(table):
+        return table
     for name, words in table.words.items():
         fields = fields_told_by(words.words)
         has_a_field_in_each = (words.of_row >= 0).all() and len(fields) == len(words.words)
@@ -48,3 +44,14 @@ def with_fields_of_words(table: Table) -> Table:
             notes=(*table.notes, f"column {name} tells the field: {listed(said)}"),
         )
     return table
+
+
+def has_a_field(table: Table) -> bool:
+    """Whether a column may be the field, by its name or its unit."""
+    for name in table.columns:
+        unit = table.units.get(name) or ""
+        is_in_a_unit = unit != "" and units.is_unit(unit)
+        has_the_unit = is_in_a_unit and units.fits(unit, SIGNALS["field"].si_units) is not None
+        if has_the_unit or "field" in spoken_name(name).may_be:
+            return True
+    return False
