@@ -95,3 +95,32 @@ def test_where_a_logger_has_no_value_it_is_missing(tmp_path: Path, word: str) ->
         log.read_text("utf-8").replace("\n0,0.000000,0\n", f"\n0,0.000000,{word}\n"), "utf-8"
     )
     assert any("1 value missing" in note for note in read(log).notes)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("Samples: 200", "Duration: 1 s"),
+        ("Number of samples = 200", "Measurement time = 1000 ms"),
+        ("Anzahl Werte: 200", "Messdauer (s): 1"),
+        ("Points: 200", "Test duration: 0.995 s"),  # from the first row to the last
+        ("Acquisition: 200 points in 1 s",),
+    ],
+)
+def test_a_count_and_a_duration_make_a_rate(tmp_path: Path, lines: tuple[str, ...]) -> None:
+    # --time none was printed, which makes points of the rows.
+    assert read(_log(tmp_path, *lines)).period == pytest.approx(0.005)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        ("Samples: 201", "Duration: 1 s"),
+        ("Samples: 200", "Length: 100 mm"),
+        ("Duration: 1 s",),
+        ("Samples: 200", "Duration: 1 s", "Test time: 4 s"),
+    ],
+)
+def test_a_count_of_other_rows_makes_no_rate(tmp_path: Path, lines: tuple[str, ...]) -> None:
+    with pytest.raises(MappingError, match="no sampling rate"):
+        read(_log(tmp_path, *lines))

@@ -62,3 +62,27 @@ def test_two_joints_with_torques_of_their_own_make_no_difference(tmp_path: Path)
     columns |= {"tau1 [Nm]": TORQUE, "tau2 [Nm]": 3 * np.cos(5 * TIME)}
     written(tmp_path / "log.csv", columns)
     assert "dq1 - dq2" not in good("inspect", "log.csv", cwd=tmp_path, code=1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("motor", "load"), [("w_motor_rpm", "w_load_rpm"), ("omega_motor", "omega_load")]
+)
+def test_a_speed_in_front_of_a_gear_is_asked_about(tmp_path: Path, motor: str, load: str) -> None:
+    # The motor's was the slip beside the torque at the load, in silence.
+    columns = {"t [s]": TIME, motor: 5 * DRIVEN, load: DRIVEN}
+    columns |= {"T_load [Nm]": TORQUE, "coil current [A]": FIELD}
+    written(tmp_path / "log.csv", columns)
+    last = good("inspect", "log.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert "0.2 times as fast, as behind a gear" in last
+    assert f'erclutch inspect log.csv --slip "{load}"' in last
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("effort", "times"), [("motor_torque_Nm", 5.0), ("torque_Nm", 1.0)])
+def test_the_speed_of_the_same_shaft_is_taken(tmp_path: Path, effort: str, times: float) -> None:
+    columns = {"t [s]": TIME, "omega_motor": times * DRIVEN, "omega_load": DRIVEN}
+    columns |= {effort: TORQUE, "coil_current_A": FIELD}
+    written(tmp_path / "log.csv", columns)
+    turns = times * DRIVEN
+    assert read(tmp_path / "log.csv").signals["slip"] == pytest.approx(turns, rel=1e-3)

@@ -93,7 +93,10 @@ from erclutch.logs.planning.stated_scales import (
     offer_stated_scales,
 )
 from erclutch.logs.planning.stated_slip import offer_a_stated_slip
-from erclutch.logs.planning.twin_speeds import doubt_one_of_twin_speeds
+from erclutch.logs.planning.twin_speeds import (
+    doubt_a_speed_before_a_gear,
+    doubt_one_of_twin_speeds,
+)
 from erclutch.logs.planning.valve_in_flow_mode import propose_flow_and_pressure
 from erclutch.logs.readers.lying_tables import WIDEST
 from erclutch.logs.table import Table
@@ -177,6 +180,7 @@ STEPS = (
     Step("no column is the effort and another signal", refuse_the_effort_twice),
     Step("whether act means actual or actuator", doubt_what_act_means),
     Step("whether the slip is one of two shafts' speeds", doubt_one_of_twin_speeds),
+    Step("whether a gear stands between the slip and the effort", doubt_a_speed_before_a_gear),
     Step("whether the slip has its sign", doubt_a_speed_without_its_sense),
     Step("whether the effort has its sign", doubt_an_effort_without_its_sense),
     Step("whether a force works at an arm", doubt_a_force_at_a_stated_arm),

@@ -15,10 +15,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError
+from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.log_reader import ROWS_WANTED, LogSource
 from erclutch.logs.readers import first_bytes, numerals
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.cells import DASHES, NO_NUMBERS
+from erclutch.logs.readers.counted_periods import period_of_a_count
 from erclutch.logs.readers.dialect import LINE_END, Dialect, sniff
 from erclutch.logs.readers.header_pairs import sample_period
 from erclutch.logs.readers.numerals import TwoDecimalMarksError, grouped_by_blanks, ungrouped
@@ -172,7 +174,10 @@ def table_of_rows(
             units_of[label] = unit or held.units_behind.get(label)
     units_of |= dict.fromkeys(held.of_lists)
     period = None
+    has_time = any(spoken_name(label).is_time for label in columns)
     stated_period = sample_period(dialect.metadata)
+    if stated_period is None and not has_time:
+        stated_period = period_of_a_count(dialect.metadata, len(frame))
     if stated_period:
         period, key = stated_period
         notes.append(f"sampling period {period:g} s from '{key}' in the header")
