@@ -42,6 +42,10 @@ COUNTS = np.round(np.cumsum(SPEED) / 200 / (2 * np.pi) * 4096)
                 "# sensitivity: 20 N*m/V\n# zero: 2.5 V",
                 {"speed [rad/s]": SPEED, "torque sensor [V]": TORQUE / 20 + 2.5},
             ),
+            (
+                "# sensitivity: 20 N*m/V\n# Nullwert: 2.5 V",
+                {"speed [rad/s]": SPEED, "torque sensor [V]": TORQUE / 20 + 2.5},
+            ),
             ("# gear ratio: 50", {"motor_speed [rad/s]": 50 * SPEED, "torque [N*m]": TORQUE}),
             ("Gear ratio;50:1\n", {"speed [rad/s]": SPEED, "motor_torque [N*m]": TORQUE / 50}),
         ],

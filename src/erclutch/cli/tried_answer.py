@@ -21,7 +21,6 @@ _NOT_TRIED = (
     *("COLUMN", "NUMBER", "NAME", "RATE Hz"),
     *("--variable", "--name-pattern", "--map", "--write-mapping", "--decimal"),
 )
-_GIVEN_SEVERAL_TIMES = ("constant", "scale", "zero", "input")
 
 
 def with_options(command: str, reading: LogOptions) -> str:
@@ -86,10 +85,12 @@ def tried_answer(command: str, look: LogLook, reading: LogOptions) -> str:
 
 def _options(words: Sequence[str], reading: LogOptions) -> dict[str, Any]:
     """Options of a command line by their names, each with its value; those that may stand several times with all."""
+    from erclutch.logs.keywords import LISTS
+
     options: dict[str, Any] = {}
     for option, value in zip(words[::2], words[1::2], strict=False):
         name = option.removeprefix("--").replace("-", "_")
-        if name in _GIVEN_SEVERAL_TIMES:
+        if name in LISTS:
             options[name] = (*options.get(name, getattr(reading, name)), value)
         else:
             options[name] = value

@@ -21,6 +21,7 @@ from erclutch.logs.columns.names import spoken_name, words_of
 from erclutch.logs.columns.vocabulary import OTHER, TOLD
 from erclutch.logs.log_file import recordings_in, tables_in
 from erclutch.signals import units
+from erclutch.signals.recording import SI_UNITS_OF_FIELDS
 
 _LARGEST = 65_536  # bytes of such a file
 _MOST_FILES = 2_000  # of a folder that is searched
@@ -33,7 +34,6 @@ _NUMBERS_LOGS = frozenset(
 _NUMBER = re.compile(r"\d+")
 _KEY = re.compile(r"\s*(- )?\s*[\"']?([^:\"'#]+?)[\"']?\s*:\s*(.*?)\s*")
 _RULE = re.compile(r"[\s|:+=-]+")
-_FIELD_UNITS = ("A", "V", "V/m", "T", "A/m")
 _NAME = ""  # the key of what stands in front of a record
 
 
@@ -135,7 +135,7 @@ def _field_of(record: Mapping[str, str]) -> str:
         try:
             number, own = units.quantity(text.strip())
             unit = own or unit
-            is_of_a_field = not unit or units.fits(unit, _FIELD_UNITS) is not None
+            is_of_a_field = not unit or units.fits(unit, SI_UNITS_OF_FIELDS) is not None
         except UnitError:
             continue
         if is_of_a_field:

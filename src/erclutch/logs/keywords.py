@@ -15,10 +15,11 @@ from erclutch.signals.recording import NAMED_COLUMNS, LogFacts, Recording
 Window = tuple[float | None, float | None, float | None]
 
 _TIMES = {"begin": "from", "end": "until", "skip": "skip"}  # and what the command line calls them
-_LISTS = ("constant", "scale", "zero", "input")
+#: Keywords and options that may be given several times.
+LISTS = ("constant", "scale", "zero", "input")
 _TEXTS = ("time", "rate", "lead", "name_pattern", "decimal", "keep_values", "resample", *_TIMES)
 #: The command line has no capitals: ``--E1`` is kept as e1.
-_KNOWN = {name.lower(): name for name in (*NAMED_COLUMNS, *_LISTS, *_TEXTS)}
+_KNOWN = {name.lower(): name for name in (*NAMED_COLUMNS, *LISTS, *_TEXTS)}
 
 
 class NumberKind(NamedTuple):
@@ -53,7 +54,7 @@ def options_of(keywords: Mapping[str, Any]) -> dict[str, Any]:
             continue
         if name == "keep_values" and not isinstance(value, bool):
             raise SettingError(f"{keyword} is {value!r}", remedy="Give True or False")
-        if name in _LISTS and isinstance(value, str):
+        if name in LISTS and isinstance(value, str):
             options[name] = (value,)
         elif name == "resample" or name in _TIMES:
             options[name] = str(value)

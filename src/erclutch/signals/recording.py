@@ -39,7 +39,9 @@ class SignalKind:
 #: Begins the note of a log without a field; its field is written as 0 in all rows.
 NO_FIELD = "no field is logged"
 
-_FIELD_UNITS = ("", "V", "A", "V/m", "T", "A/m")
+#: A field is a voltage, a current, what they are over a length, or a flux density.
+SI_UNITS_OF_FIELDS = ("V", "A", "V/m", "T", "A/m")
+_FIELD_UNITS = ("", *SI_UNITS_OF_FIELDS)
 
 SIGNALS: Mapping[str, SignalKind] = MappingProxyType(
     {

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import re
 
+#: Raised digits and signs, as they are written on the line.
+RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
 # A turn, a minute and a second in a score of languages: what stands over the line of a fraction, and under it.
 _TURN = (
     r"(?:U|[Uu]mdr|r|R|REV|trs?|tours?|revs?|giri|giros?|vueltas?|obr|ot|omw|varv|kierr|rot|ford|f(?=\s*/\s*perc)"

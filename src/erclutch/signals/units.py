@@ -18,7 +18,7 @@ import numpy as np
 from erclutch.errors import UnitError, shell_word
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SignalKind
-from erclutch.signals.unit_spellings import SPELLINGS
+from erclutch.signals.unit_spellings import RAISED, SPELLINGS
 
 UNKNOWN = "?"
 _LONGEST, _LONGEST_QUANTITY = 60, 200  # letters of a unit, and of a number with its unit
@@ -39,7 +39,6 @@ _TENS = re.compile(
     r"[×x*·]?\s*10\s*(?P<before>(?:\^|\*\*)[+-]?\d|-\d|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹])\s*[×*·]?\s*(?P<unit>(?:1/)?[^\W\d_].*)"
     r"|(?P<of>[^\W\d_].*?)\s*[×x*·]\s*10\s*(?P<behind>(?:\^|\*\*)[+-]?\d|-\d|[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹])"
 )
-_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
 #: No tenth of a unit: a d is a difference.
 _DIFFERENCE = re.compile(r"\s*d(?:rpm|V|A|T|s|rad|deg|W|Hz|°)(?!\w).*")
 # A number over a unit is 1 or counts in tens, as 1/s and 1000/min do: 2/s is a unit that nobody writes.
@@ -149,7 +148,7 @@ def parse(text: str) -> Unit:
     spelled = text.strip()
     tens = _TENS.fullmatch(spelled) if "10" in text else None
     if tens:
-        power = (tens["before"] or tens["behind"]).translate(_RAISED).lstrip("^*")
+        power = (tens["before"] or tens["behind"]).translate(RAISED).lstrip("^*")
         # An e would be a charge to pint.
         times = f"{10.0 ** int(power):.9f}".rstrip("0").rstrip(".")
         spelled = f"{times} {tens['unit'] or tens['of']}"
@@ -259,6 +258,11 @@ def is_unit(text: str) -> bool:
     except UnitError:
         return False
     return True
+
+
+def is_known_unit(text: str) -> bool:
+    """Whether the text reads as a unit, of a temperature too."""
+    return is_unit(text) or is_temperature(text)
 
 
 def fits(unit: str, si_units: Iterable[str]) -> tuple[float, str] | None:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from erclutch.errors import LogError
+from erclutch.logs.columns.labels import without_copy_number
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.readers.found_recordings import Found, joined_by_time
@@ -22,7 +23,6 @@ from erclutch.logs.table import Table
 from erclutch.signals.array import Array, Mask
 
 _TIME = "time"  # of a channel, while the channels are joined
-_COPY = re.compile(r" \(\d+\)")  # behind a name that an earlier column has
 _FEWEST = 20  # samples of a channel
 _MOST = 0.75  # share of the rows in which a channel beside whole columns has cells: with more, values are missing
 _STEADY = 4.0  # times its usual distance that the samples of such a channel are apart at most
@@ -37,10 +37,10 @@ def with_times_joined(table: Table) -> Table:
     if not table.columns or table.clock is not None:
         return table
     first, *_ = table.columns
-    called = _COPY.sub("", first)
+    called = without_copy_number(first)
     if not _is_called_time(called):
         return table
-    times = [name for name in table.columns if _COPY.sub("", name) == called]
+    times = [name for name in table.columns if without_copy_number(name) == called]
     have_one_name = len(times) > 1 and spoken_name(called).is_time
     if not have_one_name:
         times = [name for name in table.columns if _is_called_time(name)]
@@ -54,7 +54,7 @@ def with_times_joined(table: Table) -> Table:
             channels[last].append(name)
     if len(channels) < 2 or not all(channels.values()):
         return table
-    signals = [_COPY.sub("", name) for names in channels.values() for name in names]
+    signals = [without_copy_number(name) for names in channels.values() for name in names]
     if len({*signals}) < len(signals):  # tables of the same columns
         return table
     for time in channels:

@@ -42,7 +42,7 @@ def in_usual_form(labels: Sequence[str]) -> list[str]:
         if len(pairs) < len(labels):
             continue
         with_unit = [unit for _, unit in pairs if unit.lower() not in _NO_UNITS]
-        are_units = all(units.is_unit(unit) or units.is_temperature(unit) for unit in with_unit)
+        are_units = all(map(units.is_known_unit, with_unit))
         # Two labels of one unit may be two of one kind: motor:A and motor:B are none.
         if len(with_unit) >= _FEWEST and len({*with_unit}) > 1 and are_units:
             return [f"{name} [{unit}]" if unit in with_unit else name for name, unit in pairs]

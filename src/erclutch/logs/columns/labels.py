@@ -78,6 +78,7 @@ _IN_ANY_BRACKETS = re.compile(r"\[[^\[\]]*\]|\([^()]*\)")
 _SLASH_OF_A_UNIT = "\N{DIVISION SLASH}"  # parts no path: [mm/s] in a block's name
 _IN_A_MODEL = re.compile(r'"?(?:Platform\(\)://)?Model Root/(?:[^/]+/)*"?([^/"]+)"?', re.IGNORECASE)
 _GIVEN_BY_PLACE = re.compile(r"c\d+")
+_COPY = re.compile(r" \(\d+\)$")
 _OF_A_MESSAGE = "field."  # before each name behind the time, as rostopic echo -p writes it: no field of a device
 _FEWEST_ALIKE = 2  # in a file; a single one may be an index (``i_d``)
 # A quotient behind an underscore (``SR_1/s``, ``v_m/s``); a capital letter there is an index (``M_A/Nm``).
@@ -139,7 +140,7 @@ def split_label(label: str) -> tuple[str, str | None]:
         unit = in_other_letters(name, unit.strip()) or unit.strip()
         counts = unit in COUNTS and not unit.startswith("step")  # a step there may be one of a test
         is_reverse = unit in ("rev", "Rev") and _GOES_BACK.search(name)  # Torque (rev) beside (fwd)
-        known = (units.is_unit(unit) or units.is_temperature(unit)) and not is_reverse
+        known = units.is_known_unit(unit) and not is_reverse
         if counts or (not unit.isdecimal() and known):
             return name.rstrip("/ ") or name, unit
         worded = _WORDED.fullmatch(unit) if pattern is _ROUND else None
@@ -151,7 +152,7 @@ def split_label(label: str) -> tuple[str, str | None]:
         name, unit = behind_a_word.groups()
         words_of_unit = _LETTERS.get(unit, "?").split()
         speaks = len(unit) > 1 or name.endswith(tuple(words_of_unit))
-        if speaks and (units.is_unit(unit) or units.is_temperature(unit)):
+        if speaks and units.is_known_unit(unit):
             return name, unit
     return label, None
 
@@ -261,6 +262,11 @@ def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None
     if not end:
         return None
     return end if end == "°C" or units.fits(end, si_units) else None
+
+
+def without_copy_number(name: str) -> str:
+    """A name without the number that `name_columns` puts behind the name of an earlier column: ``Force (2)``."""
+    return _COPY.sub("", name)
 
 
 def is_given_by_place(name: str) -> bool:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import re
 
 from erclutch.errors import shell_word
+from erclutch.signals.unit_spellings import RAISED
 
 _BRACKETS = re.compile(r"[\[(][^\[\]()]*[\])]")  # what stands within is of the unit
 _BESIDE = re.compile(
     r"(?:[×x*·]\s*|(?<!\w))10\s*(?:(?:\^|\*\*)\s*(?P<power>[+-]?\d)(?!\d)|(?P<raised>[⁺⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹])(?!\w))"
     r"|(?<!\w)[×x*·]\s*(?P<behind>1000|100)(?!\w)|(?<!\w)(?P<front>1000|100)\s*[×*·]\s*\w"
 )
-_RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
 
 
 def power_beside(name: str) -> float | None:
@@ -22,7 +22,7 @@ def power_beside(name: str) -> float | None:
     plain = match["behind"] or match["front"]
     if plain:
         return float(plain)
-    return 10.0 ** int((match["power"] or match["raised"]).translate(_RAISED))
+    return 10.0 ** int((match["power"] or match["raised"]).translate(RAISED))
 
 
 def both_ways(option: str, name: str, unit: str, factor: float) -> tuple[str, str]:

@@ -9,7 +9,7 @@ from erclutch.errors import UnitError, listed
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.rheometer_names import Quantity, Role, said_by_name
 from erclutch.logs.table import Table
-from erclutch.signals.units import is_temperature, is_unit, parse
+from erclutch.signals.units import is_known_unit, is_temperature, parse
 
 SI: Mapping[Quantity, str] = {"rate": "1/s", "stress": "Pa", "viscosity": "Pa*s"}
 
@@ -111,7 +111,7 @@ def unit_or_end(table: Table, name: str) -> str | None:
     if table.units.get(name):
         return table.units[name]
     _, _, end = name.rpartition("_")
-    if end != name and (is_unit(end) or is_temperature(end)):
+    if end != name and is_known_unit(end):
         return end
     in_brackets = _AT_THE_END.search(name)
     inside = in_brackets["inside"] if in_brackets else None

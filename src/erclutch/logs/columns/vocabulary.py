@@ -174,6 +174,10 @@ CURRENTS = set_of(
 )
 #: What the time from row to row is called, where each row has its own.
 STEPS_OF_TIME = frozenset({"dt", "deltat", "timestep", "looptime", "cycletime", "zykluszeit"})
+#: What a file calls the number that a sensor or its converter gives where its signal is zero.
+ZEROS = set_of(
+    "zero offset tare tara nullpunkt nullsignal nullpunktspannung nullwert null cero zeropoint midpoint bias"
+)
 #: What drives a device.
 DRIVES = set_of("motor drive servo engine actuator antrieb moteur shaker")
 #: What a supply is told.

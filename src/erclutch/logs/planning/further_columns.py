@@ -8,6 +8,7 @@ import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import candidates
+from erclutch.logs.columns.labels import is_given_by_place
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.phases import is_of_phases
@@ -22,7 +23,6 @@ from erclutch.signals.channels import NOT_MEASURED
 from erclutch.signals.recording import SIGNALS
 
 _MOST_SPARE = 8
-_NAMELESS = re.compile(r"c\d+|")
 #: How words for a temperature begin in several languages.
 _TEMPERATURES = re.compile("temperat|темпер|油温|温度|온도")
 _COUNTS = frozenset(
@@ -55,11 +55,7 @@ def take_inputs(draft: Draft) -> None:
             draft.ask("input", error)
             continue
         # A model keeps the unit in its file, whose reader takes well-written ones.
-        is_known = (
-            bool(unit)
-            and (units.is_unit(unit) or units.is_temperature(unit))
-            and units.is_written_well(unit)
-        )
+        is_known = bool(unit) and units.is_known_unit(unit) and units.is_written_well(unit)
         unit_as_logged = unit if unit and is_known and abs(factor) == 1.0 else units.UNKNOWN
         draft.inputs.append(
             SignalPlan("input", name, unit, factor, factor, unit_as_logged, reason=choice.source)
@@ -80,8 +76,9 @@ def note_spare_columns(draft: Draft) -> None:
         if "temperature" not in draft.signals and (unused := _unused_temperature(column)):
             draft.notes.append(unused)
         changes = not column.shape.constant and column.values.size > 1
-        # Rows are counted by a column without a name (``c1``, as a reader calls it), or with the name of a count.
-        is_called_a_count = bool(_NAMELESS.fullmatch(name)) or column.spoken.says(_COUNTS)
+        # Rows are counted by a column without a name, or with the name of a count.
+        is_nameless = name == "" or is_given_by_place(name)
+        is_called_a_count = is_nameless or column.spoken.says(_COUNTS)
         numbers_the_rows = column.shape.counts_rows and is_called_a_count
         is_other = numbers_the_rows or is_of_phases(draft.seen, column)
         measures = changes and not is_other and np.isfinite(column.values).all()

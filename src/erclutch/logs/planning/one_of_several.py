@@ -6,7 +6,6 @@ second column of any.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from erclutch.errors import SeveralColumnsError, shell_word
 from erclutch.logs.columns.candidates import candidates
+from erclutch.logs.columns.labels import without_copy_number
 from erclutch.logs.columns.seen_columns import SeenColumns
 from erclutch.logs.columns.two_courses import go_straight
 from erclutch.logs.columns.two_shafts import is_of_clutch
@@ -115,10 +115,9 @@ def _with_namesakes(seen: SeenColumns, names: Sequence[str], taken: Sequence[str
     every: list[str] = []
     for name in names:
         every.append(name)
-        namesake = re.compile(rf"{re.escape(name)} \(\d+\)")
         for other in seen.without([*taken, *names]):
             is_a_copy = np.array_equal(other.values, seen.columns[name].values, equal_nan=True)
-            if namesake.fullmatch(other.name) and not is_a_copy:
+            if without_copy_number(other.name) == name and not is_a_copy:
                 every.append(other.name)
     return every
 

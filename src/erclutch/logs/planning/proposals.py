@@ -13,7 +13,7 @@ import numpy as np
 from erclutch.errors import shell_word
 from erclutch.logs.columns import name_pattern
 from erclutch.logs.columns.candidates import candidates, slips_in_percent
-from erclutch.logs.columns.labels import is_given_by_place, split_label
+from erclutch.logs.columns.labels import is_given_by_place, split_label, without_copy_number
 from erclutch.logs.columns.levels_in_names import CALLED_BY_LEVEL, are_at_fields
 from erclutch.logs.columns.names import plain, spoken_name
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
@@ -54,8 +54,6 @@ _SWITCHES = frozenset(
 _EVENTS = frozenset({"did", "toe", "heel", "strike", "stance", "gait", "contact"})
 #: What the share is called that a supply, a valve or a brake is told.
 _COMMANDS = frozenset({"cmd", "command", "duty", "pwm", "valve", "brake", "excitation", "control"})
-#: Behind a name that an earlier column has too.
-_COPY = re.compile(r" \(\d+\)$")
 _ESTIMATED = frozenset({"est", "estimate", "estimated"})
 #: Words of what was told, and of a drive: such a column stands behind others that would do.
 _NOT_FIRST = TOLD | _COMMANDS - {"brake"} | {"motor", "drive", "antrieb", "moteur"}
@@ -426,6 +424,5 @@ def _less_likely(free: Sequence[SeenColumn], signal: str) -> list[str]:
 
 def _parts(name: str) -> set[str]:
     """Words and numbers of a name, and the direction of a component: x of ``Fx``."""
-    name = _COPY.sub("", name)
-    parts = {*re.findall(r"\d+|[^\W\d_]+", name.lower())}
+    parts = {*re.findall(r"\d+|[^\W\d_]+", without_copy_number(name).lower())}
     return parts | {part[1] for part in parts if _COMPONENT.fullmatch(part)}

@@ -11,7 +11,7 @@ from erclutch.errors import UnitError, shell_word
 from erclutch.logs.columns.labels import COUNTS
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.shapes import are_whole, reads_about_a_zero
-from erclutch.logs.columns.vocabulary import set_of
+from erclutch.logs.columns.vocabulary import ZEROS
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.missing_columns import usual_unit
 from erclutch.signals import units
@@ -19,8 +19,6 @@ from erclutch.signals.array import Array
 
 _OF_A_CONVERTER = frozenset({"adc", "lsb"})
 _SIGNALS = ("slip", "position", "effort")
-#: What a file calls the number that its converter gives without a load.
-_ZEROS = set_of("zero offset tare nullpunkt null nullwert tara cero zeropoint midpoint bias")
 _FEWEST = 16  # different numbers; a few are levels
 
 
@@ -80,7 +78,7 @@ def _stated_zero(draft: Draft, known: Array) -> str:
     """The only number above the rows that is called a zero and lies among the known ones, as text; "" for none."""
     stated: set[str] = set()
     for key, text in draft.table.metadata.items():
-        if _ZEROS.isdisjoint(words_of(key)):
+        if ZEROS.isdisjoint(words_of(key)):
             continue
         try:
             number, unit = units.quantity(text.strip())

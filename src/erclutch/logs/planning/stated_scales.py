@@ -20,7 +20,7 @@ from erclutch.logs.columns.rated_torque import (
     share_of_rated_torque,
 )
 from erclutch.logs.columns.seen_columns import SeenColumn
-from erclutch.logs.columns.vocabulary import CURRENTS, DRIVES, set_of
+from erclutch.logs.columns.vocabulary import CURRENTS, DRIVES, ZEROS, set_of
 from erclutch.logs.planning.draft import Draft, scaled
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
@@ -48,7 +48,6 @@ _PLACE = re.compile(r"NUMBER ([^\"']+)/([^\"'/]+)")  # rad/s/V is of a volt
 _PER = re.compile(r"_([^\W_]+)_per_([^\W_]+)$")
 _MOTIONS = ("slip", "position")
 #: Words for what a sensor reads where its signal is zero.
-_ZEROS = set_of("zero offset nullpunkt nullsignal nullpunktspannung bias tare tara")
 
 
 class StatedScale(NamedTuple):
@@ -207,7 +206,7 @@ def _stated_zero(draft: Draft, sensor: str) -> str:
     zeros: list[str] = []
     for key, text in draft.table.metadata.items():
         match = _FIRST_QUANTITY.fullmatch(text.strip())
-        if match is None or _ZEROS.isdisjoint(words_of(split_label(key)[0])):
+        if match is None or ZEROS.isdisjoint(words_of(split_label(key)[0])):
             continue
         unit = (match.group(2) or "").strip()
         if unit and units.is_unit(unit) and units.is_unit(sensor) and units.fits(unit, (sensor,)):

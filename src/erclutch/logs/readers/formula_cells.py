@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import re
 
+from erclutch.files.spreadsheet_cells import is_plain_number
+
 _CELL = r"(?:(?<=[,;\t|\r\n])|\A)[ ]*"
 _END = r"[ ]*(?=[,;\t|\r\n]|\Z)"
 _NUMBER = r"[+-]?(?:\d+(?:[.,]\d+)?|[.,]\d+)(?:[eE][+-]?\d+)?"
-_PLAIN = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 #: ``="text"``, in a cell of its own or in a quoted cell whose quotes are doubled.
 _QUOTED = re.compile(rf'{_CELL}(?:"=""([^"\r\n]*)"""|="([^"\r\n]*)"){_END}')
 _BARE = re.compile(rf"{_CELL}(?:=|')({_NUMBER}){_END}")
@@ -24,7 +25,7 @@ def without_formula_marks(text: str) -> tuple[str, str]:
         nonlocal first
         content = next(group for group in match.groups() if group is not None).strip()
         first = first or f"{match[0].strip()} is {content}"
-        return content if _PLAIN.fullmatch(content) else f'"{content}"'
+        return content if is_plain_number(content) else f'"{content}"'
 
     def number(match: re.Match[str]) -> str:
         nonlocal first

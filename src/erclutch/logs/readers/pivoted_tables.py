@@ -19,6 +19,7 @@ from erclutch.logs.readers.cells import DELIMITERS, WORDS, cells_of, is_full, is
 from erclutch.logs.readers.dialect import lines_of
 from erclutch.logs.readers.numerals import BLANKS, ungrouped
 from erclutch.signals import units
+from erclutch.signals.recording import SI_UNITS_OF_FIELDS
 
 _HEAD = 1 << 14  # characters in which the numbers across stand
 _MOST_ABOVE = 40  # lines
@@ -42,8 +43,6 @@ _TOTALS = frozenset(
         "総計",
     )
 )
-#: Units of what is set for a column: a field or a temperature.
-_SET = ("V", "V/m", "A", "T", "A/m")
 
 
 @dataclass(frozen=True)
@@ -237,7 +236,9 @@ def _said(over: Sequence[str], own: Sequence[str]) -> tuple[str, tuple[str, str]
     runs_across = bool(own)
     if unit and not own:
         with suppress(UnitError):
-            runs_across = units.is_temperature(unit) or units.fits(unit, _SET) is not None
+            runs_across = (
+                units.is_temperature(unit) or units.fits(unit, SI_UNITS_OF_FIELDS) is not None
+            )
     return ("", (name, unit or "")) if runs_across else (words[0], ("", ""))
 
 

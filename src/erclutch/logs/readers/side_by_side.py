@@ -6,13 +6,13 @@ own. A heading that is a quantity, such as ``0.5 A``, becomes a column of the fi
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from erclutch.errors import LogError, UnitError
+from erclutch.logs.columns.labels import is_given_by_place
 from erclutch.logs.log_reader import LogSource
 from erclutch.logs.readers.dialect import SAMPLE, sniff
 from erclutch.logs.readers.found_recordings import Found, chosen
@@ -24,8 +24,6 @@ from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
 _FIELD = "field"
-#: What a column without a name is called: an empty one may stand between two tables.
-_BETWEEN = re.compile(r"c\d+")
 
 
 def read_side_by_side(source: LogSource) -> Table | None:
@@ -44,7 +42,7 @@ def read_side_by_side(source: LogSource) -> Table | None:
     beside = [name for name in names if HEADED not in name]
     below = _by_heading(names)
     kinds = {tuple(own) for own in below.values()}
-    if len(below) < 2 or len(kinds) > 1 or not all(map(_BETWEEN.fullmatch, beside)):
+    if len(below) < 2 or len(kinds) > 1 or not all(map(is_given_by_place, beside)):
         return None
 
     whole = read_text(replace(source, variable=None))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from erclutch.errors import LogError
-from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.labels import split_label, without_copy_number
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.readers.cells import BEYOND, FAULTS, cells_of, is_comment, is_number
 from erclutch.logs.readers.dialect import Dialect, lines_of
@@ -28,8 +27,6 @@ BLANK = " \t\r\n"
 _MAY_BE_SIGNED = r"0[xX](?:[89a-fA-F][0-9a-fA-F]{3}|[89a-fA-F][0-9a-fA-F]{7})"
 #: A number, and a comment behind it.
 _REMARKED = r"^([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+((?:#|//|%|!)\s*\D.*)$"
-#: Behind a name that an earlier column has too.
-_COPY = re.compile(r" \(\d+\)$")
 _LONGEST_NUMBER = 400  # characters of a cell
 
 
@@ -164,7 +161,7 @@ def have_ended(body: str, dialect: Dialect, rows: Sequence[int], count: int) -> 
         rows: those whose last column is empty.
         count: of all rows.
     """
-    stems = {_COPY.sub("", name) for name in dialect.names[::2]}
+    stems = {*map(without_copy_number, dialect.names[::2])}
     are_pairs = len(dialect.names) > 2 and len(dialect.names) % 2 == 0 and len(stems) == 1
     are_last = [*rows] == [*range(count - len(rows), count)]
     if not are_pairs or not are_last:

@@ -196,7 +196,7 @@ def _in_order(text: str, count: int) -> list[str]:
         if len(cells) != count or count < _FEWEST_IN_ORDER:
             continue
         cells = ["" if cell.lower() in _NONE_WRITTEN else cell for cell in cells]
-        if any(cells) and all(map(_is_known, filter(None, cells))):
+        if any(cells) and all(map(units.is_known_unit, filter(None, cells))):
             return cells
     return []
 
@@ -236,7 +236,7 @@ def _in_a_sentence(text: str, names: Sequence[str]) -> Iterator[tuple[str, str]]
             rest = statement[len(name) :].strip()
             bracket = _IN_BRACKETS.match(rest)
             if bracket:
-                unit = bracket[1].strip() if _is_known(bracket[1].strip()) else None
+                unit = bracket[1].strip() if units.is_known_unit(bracket[1].strip()) else None
             elif rest[:1] in (":", "=", "-", "–"):
                 unit = _unit_in(rest[1:])
             else:
@@ -263,10 +263,6 @@ def _unit_in(text: str) -> str | None:
         behind_comma = statement.rpartition(",")[2].strip() if "," in statement else ""
         unit = behind_in[1] if behind_in else behind_comma or statement
     begins_well = unit[:1].isalpha() or unit[:1] in ("°", "%") or unit.startswith("1/")
-    if not begins_well or not _is_known(unit):
+    if not begins_well or not units.is_known_unit(unit):
         return None
     return unit if units.is_temperature(unit) or units.fits(unit, _SI_UNITS) else None
-
-
-def _is_known(text: str) -> bool:
-    return units.is_unit(text) or units.is_temperature(text)

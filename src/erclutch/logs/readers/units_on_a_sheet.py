@@ -54,7 +54,7 @@ def texts_of_sheet(
         if behind and is_number(behind[0], "."):
             continue  # a setting of the test: F, 2, kN
         others = [cell for cell in row if cell not in ("", named[0]) and not is_number(cell, ".")]
-        alone = [cell for cell in others if units.is_unit(cell) or units.is_temperature(cell)]
+        alone = [cell for cell in others if units.is_known_unit(cell)]
         if len({*alone}) == 1:
             yield f"{named[0]} unit", alone[0]
         elif not alone:

@@ -22,6 +22,7 @@ from erclutch.logs.log_file import EACH
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
+from erclutch.signals.recording import SI_UNITS_OF_FIELDS
 from erclutch.wings.rheology.flow_plan import FlowPlan
 from erclutch.wings.rheology.flow_points import ONE_FLUID, parts_between
 from erclutch.wings.rheology.held_rates import ONE_RATE
@@ -32,8 +33,6 @@ _SET_BY_HAND = re.compile(
     r"\bgap\b|\bspalt|entrefer|concentrat|konzentration|\bconc\b|fraction|content|dosage"
     r"|loading|\bwt\b|\bvol ?%|\bphi\b|\bage\b|浓度|濃度|含量|концентрац"
 )
-#: Units of what is set before a flow curve is taken.
-_SET = ("A", "V", "V/m", "T", "A/m")
 _MOST_LEVELS = 50  # that are the same number in all their rows
 _MOST_GROUPS = 20  # of measured levels
 _APART = 0.05  # of the range, by which measured levels are apart at least
@@ -304,7 +303,9 @@ def _meaning(table: Table, name: str) -> str:
     if _SET_BY_HAND.search(plain_name(name)):
         return "unknown"
     try:
-        is_set = unit is not None and (units.is_temperature(unit) or units.fits(unit, _SET))
+        is_set = unit is not None and (
+            units.is_temperature(unit) or units.fits(unit, SI_UNITS_OF_FIELDS)
+        )
     except UnitError:
         # Such as a pressure in PSIg, which nobody sets: a rheometer measured it.
         return "no condition"

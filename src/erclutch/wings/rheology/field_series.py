@@ -14,10 +14,9 @@ from erclutch.logs.columns.name_pattern import FIELD_UNITS, NUMBER, number_of
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array
+from erclutch.signals.recording import SI_UNITS_OF_FIELDS
 from erclutch.wings.rheology.flow_curve import NEAR, FlowCurve, FlowFit
 
-#: Units of what is set across a fluid: a voltage, its gradient, a current, a flux density, a magnetic field.
-_UNITS = ("V", "V/m", "A", "T", "A/m")
 #: What flows through a fluid in a field, and what a sensor or an amplifier has, is set by nobody.
 _NO_FIELD = re.compile(r"leak|leck|fuite|fuga|density.*\ba\b|sensor|offset|漏", re.IGNORECASE)
 #: A name whose end is a unit for sure: an A behind another word may be a sample's.
@@ -90,7 +89,7 @@ def levels_in(table: Table) -> dict[str, Level]:
         if not unit or not known.size or _NO_FIELD.search(name):
             continue
         try:
-            is_field = units.fits(unit, _UNITS)
+            is_field = units.fits(unit, SI_UNITS_OF_FIELDS)
         except UnitError:
             continue
         if is_field:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
 
 from erclutch.errors import MappingError, UnitError
+from erclutch.logs.columns.labels import is_given_by_place
 from erclutch.logs.columns.rheometer_names import said_by_name
 from erclutch.logs.columns.rheometer_units import said_by_unit, unit_of
 from erclutch.logs.table import Table
@@ -77,8 +77,7 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
         return ()
     unnamed: list[bool] = []
     for name in names:
-        is_numbered = re.fullmatch(r"c\d+", name) is not None
-        unnamed.append(is_numbered and table.units.get(name) is None)
+        unnamed.append(is_given_by_place(name) and table.units.get(name) is None)
     if not all(unnamed[1::2]) and not are_axes:
         return ()
     over_rates = names[::2]
