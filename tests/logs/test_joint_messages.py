@@ -162,7 +162,7 @@ def test_a_joint_that_some_messages_lack_is_missing_there() -> None:
         ),
         ("geometry/Pose pose", bytes(8), "which nothing describes"),
         ("float64[] x", struct.pack("<I", 1) + bytes(40), "not as long"),
-        ("float64 x, y", bytes(8), "is none that a message has"),
+        ("float64 x, y", bytes(8), "is no field of a message"),
     ],
 )
 def test_what_a_message_must_not_be(definition: str, body: bytes, said: str) -> None:

@@ -49,9 +49,9 @@ def test_an_effort_that_nobody_measured_is_neither_taken_nor_offered(
 ) -> None:
     log_with(tmp_path, speed=SPEED, **{name: TORQUE})
     said = good("inspect", "log.csv", cwd=tmp_path, code=1)
-    assert f"column {name} is none that was measured" in said.replace("\n", " ")
+    assert f"column {name} was not measured" in said.replace("\n", " ")
     assert said.splitlines()[-1].endswith('--effort "COLUMN [N]"')
-    assert "none that was measured" in refused("fit", "log.csv", cwd=tmp_path)
+    assert "was not measured" in refused("fit", "log.csv", cwd=tmp_path)
     good("inspect", "log.csv", "--effort", name, cwd=tmp_path)  # who says so is believed
 
 

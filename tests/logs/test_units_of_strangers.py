@@ -68,7 +68,7 @@ def test_a_unit_that_nobody_knows_is_asked_about_where_it_stands(
     path = brake(tmp_path / "b.csv", speed)
     plan = planned(path)
     assert plan.examples == (f'--slip "{asked}"',)
-    with pytest.raises(MappingError, match="its unit is none that erclutch knows"):
+    with pytest.raises(MappingError, match="erclutch does not know its unit"):
         read(path)
 
 

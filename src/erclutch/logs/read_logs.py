@@ -135,8 +135,10 @@ def read_all(
             plan = replace(plan, notes=(*plan.notes, left))
         plan.require_sureness()
         log = apply(plan, table)
-        digest = hashlib.sha256(f"{log.digest} {name}".encode()).hexdigest()
-        logs.append(replace(log, name=f"{log.name}: {name}", digest=digest) if name else log)
+        if name:
+            digest = hashlib.sha256(f"{log.digest} {name}".encode()).hexdigest()
+            log = replace(log, name=f"{log.name}: {name}", digest=digest)
+        logs.append(log)
     return logs
 
 

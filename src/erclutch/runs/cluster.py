@@ -102,7 +102,7 @@ def task_pool(cluster: str | None = None, workers: int = 2) -> Generator[TaskPoo
         remedy = (
             "Give threads, processes, local, or the address of a Dask scheduler: tcp://HOST:PORT"
         )
-        raise SettingError(f"--cluster {cluster!r} is none", remedy=remedy)
+        raise SettingError(f"--cluster {cluster!r} is no cluster", remedy=remedy)
 
 
 def finished(

@@ -349,7 +349,7 @@ def opened(what: Model | Run | str | Path, name: str | None) -> tuple[Run | None
         return what, what.model(name)
     if name is not None:
         where = str(what) if isinstance(what, str | Path) else what.name
-        problem = f"{name!r} names a model of a run, and this is none"
+        problem = f"{name!r} names a model of a run, and this is no run"
         raise SettingError(problem, where=where, remedy="Give the run's folder, or no name")
     if not isinstance(what, str | Path) and not hasattr(what, "trained_on"):
         raise SettingError(

@@ -63,7 +63,7 @@ def offer_the_current_of_a_drive(draft: Draft) -> None:
     what = "output of a controller" if current.spoken.plain == "u" else "current of a drive"
     question = draft.questions["effort"]
     problem = f"{question.short}; column {current.name} goes with {motion.name}, as the {what} does"
-    remedy = f"If it moves the device, it is its torque by a constant: {option} --field none"
+    remedy = f"If the drive moves the device, its torque is this current times a constant: {option} --field none"
     draft.questions["effort"] = replace(question, problem=problem, remedy=remedy, option=option)
 
 

@@ -116,7 +116,7 @@ def missing(
     refused = next((column for column in misfits if _is_called(column, signal)), None)
     unreadable = "" if of_a_sensor else with_an_unreadable_unit(free, signal)
     if unreadable:
-        doubt += "; a column is called so, but its unit is none that erclutch knows"
+        doubt += "; a column is called so, but erclutch does not know its unit"
         remedy = f"Give the unit in other words: --{signal} {shell_word(unreadable)}"
         answers = []
     elif refused is not None:
@@ -134,7 +134,7 @@ def missing(
         speaks = any(spoken_name(word).forms[signal] for word in words)
         speaks = speaks and not (signal == "effort" and share_of_rated_torque(column))
         if signal != "field" and speaks and not_measured(column, signal):
-            doubt += f"; column {column.name} is none that was measured, by its name"
+            doubt += f"; column {column.name} was not measured, by its name"
             say_so = f"--{signal} {shell_word(seen.table.label(column.name))}"
             remedy = (
                 f"Log the measured {signal}; or, if that column was measured after all: {say_so}"

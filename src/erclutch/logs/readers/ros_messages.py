@@ -155,7 +155,7 @@ def _fields(text: str) -> list[_Field]:
             continue
         match = _FIELD.fullmatch(line)
         if match is None:
-            raise DamageError(f"its field '{line[:60]}' is none that a message has")
+            raise DamageError(f"its field '{line[:60]}' is no field of a message")
         many = match[2] or ""
         fields.append(_Field(_short(match[1]), match[3], "[]" if "<" in many else many))
     return fields

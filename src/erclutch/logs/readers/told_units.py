@@ -107,9 +107,11 @@ def units_told(
         names: of the columns, in their order.
         texts: with the keys that lead to them, as `texts_in` gives them.
     """
-    if not 0 < len(names) <= _MOST_NAMES:
+    if not names or len(names) > _MOST_NAMES:
         return {}, []
-    said: list[dict[str, set[str]]] = [{}, {}, {}]
+    of_one_column: dict[str, set[str]] = {}
+    in_their_order: dict[str, set[str]] = {}
+    in_a_sentence: dict[str, set[str]] = {}
     doubts: list[str] = []
     for key, whole in texts:
         text = whole[:_LONGEST]
@@ -121,25 +123,25 @@ def units_told(
             if in_order and _fit(names, in_order):
                 for name, unit in zip(names, in_order, strict=True):
                     if unit:
-                        said[1].setdefault(name, set()).add(unit)
+                        in_their_order.setdefault(name, set()).add(unit)
             elif in_order:
                 doubts.append(
                     f"{key} lists units that do not fit the columns in their order: {text!r:.80}"
                 )
         if of_column and units.is_unit(text.strip()):
-            said[0].setdefault(of_column, set()).add(text.strip())
+            of_one_column.setdefault(of_column, set()).add(text.strip())
         elif subject and not of_column:
             unit = _unit_in(text)
             if unit:
-                said[0].setdefault(subject, set()).add(unit)
+                of_one_column.setdefault(subject, set()).add(unit)
         sentence = f"{last}, {text}" if _BEGINS_A_SENTENCE.search(last) else text
         for name, unit in _in_a_sentence(sentence, names):
-            said[2].setdefault(name, set()).add(unit)
+            in_a_sentence.setdefault(name, set()).add(unit)
     told: dict[str, str] = {}
-    for way in said:
-        for name, of_name in way.items():
-            if len(of_name) == 1:
-                told.setdefault(name, *of_name)
+    for way in (of_one_column, in_their_order, in_a_sentence):
+        for name, units_of_name in way.items():
+            if len(units_of_name) == 1:
+                told.setdefault(name, *units_of_name)
     return told, doubts
 
 
