@@ -226,6 +226,35 @@ def test_a_row_cut_off_at_the_end_is_left_out() -> None:
     assert "the last row was cut off in the middle: left out" in table.notes
 
 
+@pytest.mark.parametrize(
+    ("end", "kept"),
+    [
+        ("-1.07", False),
+        ("-1.", False),
+        ("-1", False),
+        ("-", False),
+        ("-1.0743", True),
+        ("-1.07\n", True),
+    ],
+)
+def test_a_last_number_that_is_cut_is_no_number(end: str, kept: bool, tmp_path: Path) -> None:
+    """A logger that was stopped writes a part of a number: it was read as another number, in silence."""
+    rows = [f"{0.01 * i:.2f},{i % 7}.5,{(-1) ** i * i / 7:.4f}" for i in range(40)]
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["t [s],field [V],torque [N*m]", *rows, f"0.40,2.5,{end}"]))
+    table = read_table(file)
+    assert table.rows == 40 + kept
+    assert any("end within a number" in note for note in table.notes) != kept
+
+
+def test_numbers_of_any_length_are_whole(tmp_path: Path) -> None:
+    """Where numbers have as many digits as they need, a short one at the end is whole."""
+    rows = [f"{0.01 * i:.2f},{i % 7}.5,{i / 8:g}" for i in range(40)]
+    file = tmp_path / "log.csv"
+    file.write_text("\n".join(["t [s],field [V],torque [N*m]", *rows, "0.40,2.5,5"]))
+    assert read_table(file).rows == 41
+
+
 def test_quoted_decimal_commas_between_commas() -> None:
     table = table_of('t,F\n"0,5","1,25"\n"1,5","2,25"\n"2,5","3,25"\n')
     assert np.array_equal(table.columns["F"], [1.25, 2.25, 3.25])

@@ -15,6 +15,7 @@ from erclutch.logs.readers.text_cells import BLANK
 _BLANK_LINE = re.compile(r"(?:\r\n|\n|\r)[ \t,;]*(?=\r|\n)")
 _BELOW = 1 << 14  # characters at the end of a text in which a summary of the rows is looked for
 _ABOVE = 1 << 14  # characters at the start of a text in which such a summary is looked for
+_NEAR = 1 << 12  # characters above the last row that show how its numbers are written
 _FEWEST_BELOW = 12  # rows
 _FEWEST_SUMMED = 3  # columns
 _ROUNDED = 1e-3  # of a number that sums up
@@ -106,10 +107,28 @@ def rows_of_body(text: str, dialect: Dialect) -> CutRows:
         return CutRows(body, notes, below)
     usual_columns = enumerate(dialect.numeric[: dialect.usual or None])
     needed = max((column for column, is_numeric in usual_columns if is_numeric), default=0)
-    if len(cells_of(rest, dialect.delimiter)) > needed:
+    if len(cells_of(rest, dialect.delimiter)) <= needed:
+        notes.append("the last row was cut off in the middle: left out")
+    elif _ends_within_a_number(body[:last], rest, dialect):
+        notes.append(
+            f"the last row seems to end within a number ({rest.strip()[-20:]!r}): left out"
+        )
+    else:
         return CutRows(body, notes, below)
-    notes.append("the last row was cut off in the middle: left out")
     return CutRows(body[:last], notes, below)
+
+
+def _ends_within_a_number(above: str, row: str, dialect: Dialect) -> bool:
+    """Whether the last number of a row has fewer decimals than its column has in each of the rows above."""
+
+    def decimals(cell: str) -> int:
+        return len(cell.partition(dialect.decimal)[2])
+
+    *others, last = cells_of(row, dialect.delimiter)
+    near = lines_of(above[-_NEAR:])[1:]  # the first of them may be a part of a line
+    rows = [cells_of(line, dialect.delimiter) for line in near if dialect.is_row(line)]
+    same = [cells[-1] for cells in rows if len(cells) == len(others) + 1]
+    return len(same) >= _FEWEST_BELOW and decimals(last) < min(map(decimals, same))
 
 
 def _without_sums_above(body: str, dialect: Dialect) -> tuple[str, list[str]]:
