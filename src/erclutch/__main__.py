@@ -1,5 +1,6 @@
 """``python -m erclutch`` and the command ``erclutch`` run the command line."""
 
+import atexit
 import os
 import signal
 import sys
@@ -15,6 +16,7 @@ def main() -> int:
     Returns:
         The exit code; see `erclutch.cli.main`.
     """
+    atexit.register(_hear_nothing)  # first registered, and so called last
     for pool in _ONE_THREAD:
         os.environ.setdefault(pool, "1")  # before NumPy is imported, which makes its threads then
     code: Any
@@ -46,10 +48,21 @@ def _end_at_once(code: int) -> None:
     def end(number: int, frame: object) -> None:
         os._exit(code)
 
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # as nohup has it
+    for number in _ends():
+        if signal.getsignal(number) != signal.SIG_IGN:  # as nohup has it
             signal.signal(number, end)
+
+
+def _hear_nothing() -> None:
+    """Nothing but Python's own end is left, in which a signal would give the code of a command that failed."""
+    for number in _ends():
+        signal.signal(number, signal.SIG_IGN)
+
+
+def _ends() -> list[int]:
+    """The signals that end a program and that this system has."""
+    numbers = (getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP"))
+    return [number for number in numbers if number is not None]
 
 
 if __name__ == "__main__":

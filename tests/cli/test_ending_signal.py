@@ -307,3 +307,29 @@ def test_control_c_behind_the_end_of_a_command_says_nothing(tmp_path: Path) -> N
         [sys.executable, "ends.py"], cwd=tmp_path, env=env, capture_output=True, check=False
     )
     assert (done.returncode, done.stderr) == (0, b"")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("number", _ALL)
+def test_a_signal_while_python_ends_leaves_the_code_of_what_was_done(
+    tmp_path: Path, number: int
+) -> None:
+    """A fleet was complete, and its command had the code of one that was ended."""
+    lines = [
+        "import os, signal, sys",
+        "import erclutch.cli",
+        "from erclutch.__main__ import main",
+        "class Last:",
+        "    def __del__(self, kill=os.kill, us=os.getpid()):",
+        f"        kill(us, {int(number)})",
+        "sys.of_tests = Last()  # is taken apart when Python has given up its handlers",
+        "erclutch.cli.main = lambda: 0",
+        "sys.exit(main())",
+    ]
+    (tmp_path / "ends.py").write_text("\n".join(lines), encoding="utf-8")
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run(
+        [sys.executable, "ends.py"], cwd=tmp_path, env=env, capture_output=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, b"")

@@ -223,3 +223,37 @@ def test_a_part_of_dask_that_does_not_end_in_time_loses_no_work() -> None:
         raise TimeoutError(f"timed out after {timeout} s.")
 
     cluster._close(SimpleNamespace(close=close))  # pyright: ignore[reportPrivateUsage]
+
+
+@pytest.mark.slow
+def test_a_signal_while_dask_starts_leaves_no_half_a_cluster(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """It closed itself as Python ended, with four lines of its log for a user who had ended the command."""
+    distributed: Any = pytest.importorskip("distributed")
+    made: list[Any] = []
+    closed: list[Any] = []
+
+    class Cluster:
+        def __init__(self, **named: Any) -> None:
+            signal.raise_signal(signal.SIGTERM)
+            self.folder = Path(named["local_directory"])
+            assert self.folder.is_dir()
+            made.append(self)
+
+        def close(self, timeout: float) -> None:
+            closed.append(self)
+
+    def end(number: int, frame: object) -> None:
+        raise SystemExit(128 + number)
+
+    monkeypatch.setattr(distributed, "LocalCluster", Cluster)
+    before = signal.signal(signal.SIGTERM, end)
+    try:
+        with pytest.raises(SystemExit), task_pool("local", 1):
+            pass
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert len(made) == 1
+    assert closed == made
+    assert not made[0].folder.exists()

@@ -10,6 +10,7 @@ Functions stand at the top of a module.
 
 from __future__ import annotations
 
+import logging
 import re
 import signal
 import sys
@@ -31,6 +32,8 @@ from typing import Any, TypeVar
 from weakref import WeakSet
 
 from erclutch.errors import ErclutchError, SettingError, printable
+from erclutch.files import scratch_folder
+from erclutch.files.places import unheard
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.runs.own_processes import OwnProcesses, one_blas_thread
 
@@ -233,21 +236,20 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
         raise SettingError(
             "Dask is not installed", remedy='Run: pip install "erclutch[cluster]"'
         ) from error
-    import logging
-
     with silence_logging_cmgr(logging.CRITICAL), ExitStack() as stack:
         place: Any = cluster
         if cluster == "local":
             # No dashboard, and nothing beyond the loopback address; a second cluster takes another port without a word.
             only_here: Any = {
                 "host": "127.0.0.1",
+                "local_directory": stack.enter_context(scratch_folder()),
                 "dashboard_address": "127.0.0.1:0",
                 "silence_logs": logging.CRITICAL,
                 "scheduler_kwargs": {"dashboard": False},
             }
             # A worker that died again as Dask looked, 15 s after it had died, got no successor for good.
             stack.enter_context(config.set({"distributed.deploy.lost-worker-timeout": "1 day"}))
-            with _interrupts_held():
+            with _interrupts_held(), unheard():
                 place = LocalCluster(n_workers=workers, threads_per_worker=1, **only_here)
                 stack.callback(_close, place)
         try:
