@@ -82,3 +82,30 @@ def test_other_pairs_stay_as_they_are(tmp_path: Path, names: str) -> None:
 def test_an_effort_that_crosses_zero_is_no_size(tmp_path: Path) -> None:
     path = written(tmp_path, "v [mm/s],Compression [N],Rebound [N]", SPEED, BUMP - 300.0, REBOUND)
     assert read_table(path).rows == SPEED.size
+
+
+@pytest.mark.parametrize(
+    ("words", "sign"),
+    [(("Rebound", "Compression"), 1.0), (("C", "R"), -1.0), (("Zugstufe", "Druckstufe"), 1.0)],
+)
+@pytest.mark.parametrize("has_time", [True, False])
+def test_sizes_beside_words_of_senses_get_their_signs(
+    tmp_path: Path, words: tuple[str, str], sign: float, has_time: bool
+) -> None:
+    # Both senses were one, at the same speeds, in silence.
+    speed = np.tile(np.linspace(0.02, 0.5, 20), 2)
+    force = np.concatenate([1800.0 * speed[:20], 1000.0 * speed[20:]])
+    senses = np.repeat([1.0, -1.0], 20) * sign
+    rows = [
+        f"{place / 100:g},{words[place // 20]},{v:.6g},{f:.6g}"
+        for place, (v, f) in enumerate(zip(speed, force, strict=True))
+    ]
+    head = "Time (s),Direction,Velocity (m/s),Force (N)"
+    if not has_time:
+        head, rows = head.partition(",")[2], [row.partition(",")[2] for row in rows]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([head, *rows, ""]), encoding="utf-8")
+    table = read_table(path)
+    np.testing.assert_allclose(table.columns["Velocity"], senses * speed, rtol=1e-5)
+    np.testing.assert_allclose(table.columns["Force"], senses * force, rtol=1e-5)
+    assert any("are sizes" in note for note in table.notes)

@@ -20,7 +20,7 @@ from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.clock.pairs_of_columns import with_pairs_named
 from erclutch.logs.columns.marked_levels import with_levels_of_marks
 from erclutch.logs.columns.row_groups import groups_in, rows_of
-from erclutch.logs.columns.senses import with_senses
+from erclutch.logs.columns.senses import with_senses, with_senses_of_sizes
 from erclutch.logs.log_reader import (
     ROWS_WANTED,
     LogReader,
@@ -96,6 +96,7 @@ TIDYINGS = (
     Tidying("a peak speed, though a test has amplitude and frequency", with_peak_speeds),
     Tidying("rows without holes, though channels are woven", unwoven),
     Tidying("a speed with its sign, though a word or a number says the sense", with_senses),
+    Tidying("a speed and an effort with their signs, though both are sizes", with_senses_of_sizes),
 )
 
 

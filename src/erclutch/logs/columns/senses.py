@@ -49,6 +49,8 @@ _OPPOSITES = (
     ({"vorwarts", "vor", "avant", "adelante"}, {"ruckwarts", "zuruck", "arriere", "atras"}),
 )
 _SENSES = frozenset(word for pair in _OPPOSITES for senses in pair for word in senses)
+#: Senses of a damper, whose efforts differ.
+_STROKES = frozenset(_OPPOSITES[3][0] | _OPPOSITES[3][1])
 #: Words in the name of a column that says the sense by numbers.
 DIRECTIONS = frozenset(
     {
@@ -122,6 +124,36 @@ def with_senses(table: Table) -> Table:
             columns={**table.columns, speeds[0]: speed * sense},
             notes=(*table.notes, note),
         )
+    return table
+
+
+def with_senses_of_sizes(table: Table) -> Table:
+    """The table with the signs of its only speed and its only effort, where both are sizes beside words of senses.
+
+    So are points of a shock absorber, a row each: Rebound, 0.1 m/s, 300 N. The device is passive: in either sense the
+    effort has the sign of the speed. Up and down may be ramps, and a brake is alike in both senses.
+    """
+    names: dict[str, list[str]] = {"slip": [], "effort": []}
+    for name in table.columns:
+        for signal in names:
+            if spoken_name(name).may_be == frozenset({signal}):
+                names[signal].append(name)
+    both = [*names["slip"], *names["effort"]]
+    are_sizes = not any(bool(np.any(table.columns[name] < 0.0)) for name in both)
+    if any(len(each) != 1 for each in names.values()) or not are_sizes:
+        return table
+    for name, senses in table.words.items():
+        signs = opposite_signs(senses.words)
+        are_strokes = all(not _STROKES.isdisjoint(words_of(word)) for word in senses.words)
+        if signs is None or not are_strokes or not (senses.of_row >= 0).all():
+            continue
+        sense = signs[senses.of_row]  # +1 or -1, shape (n,)
+        turned = senses.words[int(np.argmin(signs))]
+        speed, effort = both
+        note = f"columns {speed} and {effort} are sizes: both are negative where {name} is {turned}"
+        table = with_words_used_up(table, name)
+        signed = {each: table.columns[each] * sense for each in both}
+        return replace(table, columns={**table.columns, **signed}, notes=(*table.notes, note))
     return table
 
 
