@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import pickle
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -183,3 +184,9 @@ def test_a_misspelt_keyword_is_answered_with_the_nearest(
 ) -> None:
     with pytest.raises(SettingError, match=re.escape(said)):
         taker(*values, **keywords)
+
+
+def test_an_error_of_another_process_keeps_its_options() -> None:
+    error = LogError("no clock", remedy="Take points", where="a.csv", answers=["--time none"])
+    back = pickle.loads(pickle.dumps(error))
+    assert (type(back), str(back), back.answers) == (LogError, str(error), ("--time none",))
