@@ -171,7 +171,7 @@ def test_phases_that_a_power_analyser_shows_are_no_field() -> None:
     plan = planned(columns)
     assert is_without_field(plan)
     assert any(
-        "each of the 16 columns U1 .. P_SIGMA is of the phases of a machine" in note
+        "each of the 16 columns U1 .. P_SIGMA belongs to the phases of a machine" in note
         for note in plan.notes
     )
 

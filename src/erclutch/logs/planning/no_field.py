@@ -135,7 +135,7 @@ def _why_no_field(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -
 def _why_of_a_drive(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> str:
     """What a column of a drive's telemetry is: its current, the other current of its two axes, or its supply."""
     if is_of_phases(seen, column):
-        return "is of the phases of a machine"
+        return "belongs to the phases of a machine"
     efforts: list[Array] = []
     for name in taken:
         other = seen.columns.get(name)
@@ -189,7 +189,7 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
     if _is_of_a_matrix(seen, column):
         return "is an entry of a matrix by its name"
     if not _OF_A_SINE.isdisjoint(words[-1:]) and _has_a_told_motion(seen):
-        return "is that of the motion that the drive was told"
+        return "belongs to the motion that the drive was told"
     return ""
 
 
@@ -207,11 +207,8 @@ def _why_beside(seen: SeenColumns, column: SeenColumn, taken: Iterable[str]) -> 
             return f"is {other.name} in other numbers"
     for other in measured:
         if is_size_of(column.values, other.values):
-            return (
-                f"is {other.name} without its sign"
-                if np.nanmin(other.values) < 0.0
-                else f"repeats {other.name}"
-            )
+            has_a_sign = np.nanmin(other.values) < 0.0
+            return f"is {other.name} without its sign" if has_a_sign else f"repeats {other.name}"
     for other in measured:
         if is_set_point_of(column.values, other.values):
             return f"is the set point that {other.name} follows"
