@@ -155,7 +155,7 @@ def efforts_of_two_devices(logs: Sequence[CourseOfLog]) -> EffortsApart | None:
 
 
 def efforts_of_two_words(
-    slip: Array, effort: Array, of_row: NDArray[np.int32]
+    slip: Array, effort: Array, of_row: NDArray[np.int32], least: float = _APART
 ) -> EffortsApart | None:
     """The two words of a column whose rows have the efforts furthest apart at the same slip; None where none are.
 
@@ -163,6 +163,7 @@ def efforts_of_two_words(
         slip: of all rows, (n,), as the effort.
         effort: of all rows.
         of_row: the number of each row's word, (n,); -1 where it has none.
+        least: how many times the effort of the one is to be that of the other.
     """
     known = np.isfinite(slip) & np.isfinite(effort)
     parts: list[CourseOfLog] = []
@@ -172,7 +173,7 @@ def efforts_of_two_words(
     if len(parts) < 2 or any(part.slip.size == 0 for part in parts):
         return None
     apart = _furthest_apart(_courses(parts))
-    return apart if apart.times > _APART else None
+    return apart if apart.times > least else None
 
 
 def _numbered(values: Array, cells: int) -> NDArray[np.intp]:

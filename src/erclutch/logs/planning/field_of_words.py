@@ -53,7 +53,7 @@ def ask_about_words(draft: Draft) -> bool:
     Returns:
         Whether such a column was found.
     """
-    slip, effort = _slip_and_effort(draft)
+    slip, effort = slip_and_effort(draft)
     if slip is None or effort is None or not draft.table.path:
         return False
     for name, column in draft.table.words.items():
@@ -80,7 +80,7 @@ def ask_about_words(draft: Draft) -> bool:
 
 def levels_of_efforts(draft: Draft, taken: Iterable[str]) -> list[str]:
     """The only column of a few numbers that parts rows of other efforts at the same slip; none where several do."""
-    slip, effort = _slip_and_effort(draft)
+    slip, effort = slip_and_effort(draft)
     if slip is None or effort is None:
         return []
     found: list[str] = []
@@ -94,7 +94,7 @@ def levels_of_efforts(draft: Draft, taken: Iterable[str]) -> list[str]:
     return found if len(found) == 1 else []
 
 
-def _slip_and_effort(draft: Draft) -> tuple[Array | None, Array | None]:
+def slip_and_effort(draft: Draft) -> tuple[Array | None, Array | None]:
     """The numbers of slip and effort where each has a column, whatever their units."""
     columns: list[Array | None] = []
     for signal in ("slip", "effort"):

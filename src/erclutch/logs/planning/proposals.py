@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.errors import shell_word
+from erclutch.errors import listed, shell_word
 from erclutch.logs.columns import name_pattern
 from erclutch.logs.columns.candidates import candidates, slips_in_percent
 from erclutch.logs.columns.labels import is_given_by_place, split_label, without_copy_number
@@ -34,6 +34,7 @@ from erclutch.logs.planning.missing_columns import (
 from erclutch.logs.planning.missing_values import must_be_said
 from erclutch.logs.planning.no_field import is_a_mark, maybe_field
 from erclutch.logs.planning.points import IN_NO_ORDER
+from erclutch.logs.planning.strength_of_efforts import strengths_of_efforts
 from erclutch.logs.planning.two_ends import motion_between
 from erclutch.signals.recording import SIGNALS
 
@@ -176,8 +177,11 @@ def _field_option(
     leveled: list[str] = []
     worded: list[str] = []
     lettered: list[str] = []
+    open_ones: list[str] = []
     for column in maybe_field(seen, taken):
         words = column.spoken.stem_words
+        if not is_given_by_place(column.name):
+            open_ones.append(column.name)
         if column.written_unit == "%" and not (_COMMANDS | {"load"}).isdisjoint(words):
             commands.append(column.name)
         is_an_event = not _EVENTS.isdisjoint(words)
@@ -203,6 +207,10 @@ def _field_option(
         leveled = [name for name in leveled if _joint_of(name) in joints - {""}]
     likely = next((each for each in (commands, leveled) if len(each) == 1), worded or lettered)
     likely = likely or levels_of_efforts(draft, taken)
+    if not likely:
+        likely = strengths_of_efforts(draft, open_ones)
+        because = f"; at the same slip the effort is larger where {listed(likely)} is"
+        draft.questions["field"] = question.adding(because) if likely else question
     if not likely:
         return "--field none"
     return f"--field {shell_word(seen.table.label(likely[0]))}"

@@ -1,0 +1,71 @@
+"""A column whose name says nothing may be the field: where it is stronger, the effort at the same slip is larger."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from erclutch.logs.field_between_logs import efforts_of_two_words
+from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.field_of_words import slip_and_effort
+from erclutch.signals.array import Array
+
+_RANGES = 4  # of the column, from its weakest rows to its strongest
+_OUTLYING = 5.0  # per cent of the rows at either end, which are in the first or the last range
+_OTHER_SIGN = 0.1  # of the sum of sizes: a supply that overshoots is still of one sign
+#: Times the effort, from the weakest rows of the column to the strongest: it is proposed, and the user decides.
+_STRONGER = 1.2
+_ALIKE = 0.9  # correlation: a column that is made of the motion or the effort
+
+
+def strengths_of_efforts(draft: Draft, names: Iterable[str]) -> list[str]:
+    """The only one of these columns with which the effort at the same slip goes; none where several do.
+
+    A field is of one sign, and neither the effort itself nor what the motion makes of it, such as a power, a position
+    or an acceleration.
+    """
+    slip, effort = slip_and_effort(draft)
+    if slip is None or effort is None:
+        return []
+    found: list[str] = []
+    for name in names:
+        column = draft.table.columns[name]
+        if not np.isfinite(column).all() or not _is_of_one_sign(column):
+            continue
+        if _is_made_of(column, slip, effort):
+            continue
+        size = np.abs(column)
+        weakest, strongest = np.percentile(size, (_OUTLYING, 100.0 - _OUTLYING)).tolist()
+        if weakest == strongest:
+            continue
+        width = (strongest - weakest) / _RANGES
+        edges = weakest + width * np.arange(1.0, _RANGES)
+        # A field that switches has rows in some of the ranges alone.
+        _, of_row = np.unique(np.digitize(size, edges), return_inverse=True)
+        apart = efforts_of_two_words(slip, effort, of_row.astype(np.int32), _STRONGER)
+        if apart is not None and apart.more > apart.less:
+            found.append(name)
+    return found if len(found) == 1 else []
+
+
+def _is_of_one_sign(column: Array) -> bool:
+    size = float(np.abs(column).sum())
+    below = float(-np.minimum(column, 0.0).sum())
+    return size > 0.0 and min(below, size - below) < _OTHER_SIGN * size
+
+
+def _is_made_of(column: Array, slip: Array, effort: Array) -> bool:
+    """Whether a column is the effort, a power, or a position whose rate is the slip."""
+    others = (np.abs(effort), np.abs(slip), np.abs(effort * slip))
+    if any(_correlation(column, other) > _ALIKE for other in others):
+        return True
+    return abs(_correlation(np.gradient(column), slip)) > _ALIKE
+
+
+def _correlation(first: Array, second: Array) -> float:
+    """Of two courses, shape (n,) each; 0 where one of them stands still."""
+    a = first - first.mean()
+    b = second - second.mean()
+    size = float(np.sqrt((a @ a) * (b @ b)))
+    return float(a @ b) / size if size > 0.0 else 0.0
