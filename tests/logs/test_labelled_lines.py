@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.errors import LogError
-from erclutch.logs import read_table
-from erclutch.logs.readers.labelled_lines import READER
+from erclutch.logs import read, read_table
+from erclutch.logs.readers.labelled_lines import READER, time_of
 from tests.support.command import good
+from tests.support.pace import within
 
 TIME = np.arange(100) / 50
 SPEED = np.round(np.sin(3 * TIME), 3)
@@ -137,3 +139,37 @@ def test_any_text_is_claimed_or_not(text: str) -> None:
 def test_such_a_log_is_understood(tmp_path: Path) -> None:
     written(tmp_path / "serial.txt", FORMS["units"])
     assert good("inspect", "serial.txt", cwd=tmp_path).splitlines()[-1].startswith("Understood.")
+
+
+@pytest.mark.parametrize(
+    "stamp",
+    [
+        "[{t:.3f}] ",
+        "[{t:12.6f}] ",
+        "[{ms} ms] ",
+        "{t:.3f} ",
+        "2025-03-12 10:00:0{t:.3f} INFO ",
+        "2025-03-12 10:00:0{whole},{part:03d} - bench.rig - INFO - ",
+        "[2025-03-12T10:00:0{t:.3f}] ",
+    ],
+)
+def test_the_time_in_front_of_named_values_is_read(tmp_path: Path, stamp: str) -> None:
+    # The current stood in a cell with the time, and was left out with it: behind a logger in silence.
+    lines: list[str] = []
+    for k in range(400):
+        parts = {"t": k / 100, "ms": 10 * k, "whole": k // 100, "part": 10 * k % 1000}
+        values = f"current: {k // 100 / 2} A, speed: {k % 37 - 18}.5 rpm, torque: {k % 7 - 3}.25 Nm"
+        lines.append(stamp.format(**parts) + values)
+    path = tmp_path / "log.txt"
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    log = read(path)
+    assert log.period == pytest.approx(0.01)
+    assert log.units == {"field": "A", "slip": "rad/s", "effort": "N*m"}
+    np.testing.assert_allclose(log.signals["field"], np.repeat([0.0, 0.5, 1.0, 1.5], 100))
+
+
+@pytest.mark.parametrize("sign", ["[", " ", "1", "2025-03-12 10:00:00 - ", "[1", "_", "a - "])
+def test_long_lines_with_a_time_take_no_long_time(sign: str) -> None:
+    begin = process_time()
+    assert time_of(sign * 20_000) is not None
+    assert within(process_time() - begin, 0.1)

@@ -26,6 +26,16 @@ _GLUED = re.compile(
     r"[\s,;|<]*(?P<name>[^\W\d_]{1,12})(?P<number>[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]\d\d)?)"
     r"(?P<unit>)(?=[\s,;|>]|$|[^\W\d_]{1,12}[-+.\d])"
 )
+#: A time in front of a line: of a kernel or a program, ``[   12.500] I: 0.5 A``, or alone, ``12.500 I: 0.5 A``.
+_IN_BRACKETS = re.compile(
+    r"[ \t]{0,20}(?:\[[ ]{0,20}(?P<stamp>\d{1,15}(?:\.\d{1,9})?)[ ]?(?P<unit>s|ms|us)?\][ \t]{0,20}:?"
+    r"|(?P<bare>\d{1,12}\.\d{1,9})[ \t]{1,9}(?=[^\W\d_]))"
+)
+#: Date and time of a program's log, and what stands between them and the values: ``- bench - INFO -``, ``INFO``.
+_LOGGED = re.compile(
+    r"\[?(?P<stamp>\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d)(?:[.,](?P<part>\d{1,9}))?\]?"
+    r"(?:(?: - [\w.]{1,40}){1,3} - |[ ]{1,3}\[?(?:DEBUG|INFO|WARN|WARNING|ERROR)\]?:?[ ]{1,3}|[ :]{1,3})"
+)
 #: Share of the first lines that hold names and numbers, at least, where no mark stands between a name and its number.
 _MOST_LINES = 0.5
 _FEWEST_PAIRS = 2  # in a line: a header block has a line for each name
@@ -33,15 +43,29 @@ _FEWEST_LINES = 3  # of the same names, among the first bytes
 _LEFT_OUT = 0.1  # of the lines behind the first, at most: with more it is another format
 
 
+def time_of(line: str) -> tuple[tuple[str, str, str] | None, int]:
+    """The name, the number and the unit of the time in front of a line, and where its values begin; None and 0."""
+    stamp = STAMP.match(line)
+    if stamp:
+        return ("Time", stamp[1], ""), stamp.end()
+    in_brackets = _IN_BRACKETS.match(line)
+    if in_brackets:
+        number = in_brackets["stamp"] or in_brackets["bare"]
+        return ("Time", number, in_brackets["unit"] or ""), in_brackets.end()
+    logged = _LOGGED.match(line)
+    if logged:
+        return ("Time", f"{logged['stamp']}.{logged['part'] or 0}", ""), logged.end()
+    return None, 0
+
+
 def _pairs(line: str) -> list[tuple[str, str, str]]:
     """Names, numbers and units of a line; none where anything else stands in it."""
-    stamp = STAMP.match(line)
+    time, at_first = time_of(line)
     for pattern in (_PAIR, _GLUED):
         pairs: list[tuple[str, str, str]] = []
-        at = 0
-        if stamp:
-            pairs.append(("Time", stamp[1], ""))
-            at = stamp.end()
+        at = at_first
+        if time:
+            pairs.append(time)
         while match := pattern.match(line, at):
             name = match["name"].strip()
             unit = (match["unit"] or "").strip()
