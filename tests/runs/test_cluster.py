@@ -231,13 +231,14 @@ def test_a_signal_while_dask_starts_leaves_no_half_a_cluster(
 ) -> None:
     """It closed itself as Python ended, with four lines of its log for a user who had ended the command."""
     distributed: Any = pytest.importorskip("distributed")
+    dask: Any = pytest.importorskip("dask")
     made: list[Any] = []
     closed: list[Any] = []
 
     class Cluster:
         def __init__(self, **named: Any) -> None:
             signal.raise_signal(signal.SIGTERM)
-            self.folder = Path(named["local_directory"])
+            self.folder = Path(dask.config.get("temporary-directory"))
             assert self.folder.is_dir()
             made.append(self)
 

@@ -236,17 +236,17 @@ def _dask(cluster: str, workers: int) -> Generator[TaskPool]:
         raise SettingError(
             "Dask is not installed", remedy='Run: pip install "erclutch[cluster]"'
         ) from error
-    with silence_logging_cmgr(logging.CRITICAL), ExitStack() as stack:
+    with silence_logging_cmgr(logging.CRITICAL), scratch_folder() as folder, ExitStack() as stack:
         place: Any = cluster
         if cluster == "local":
             # No dashboard, and nothing beyond the loopback address; a second cluster takes another port without a word.
             only_here: Any = {
                 "host": "127.0.0.1",
-                "local_directory": stack.enter_context(scratch_folder()),
                 "dashboard_address": "127.0.0.1:0",
                 "silence_logs": logging.CRITICAL,
                 "scheduler_kwargs": {"dashboard": False},
             }
+            stack.enter_context(config.set(temporary_directory=folder))
             # A worker that died again as Dask looked, 15 s after it had died, got no successor for good.
             stack.enter_context(config.set({"distributed.deploy.lost-worker-timeout": "1 day"}))
             with _interrupts_held(), unheard():
