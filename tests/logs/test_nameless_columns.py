@@ -21,6 +21,8 @@ SPEED = 72.0 * np.cos(9.0 * TIME) + 12.3 * np.cos(4.1 * TIME)
 CURRENT = np.repeat([0.0, 0.5, 1.0, 0.25], 1000)
 FORCE = (20.0 + 250.0 * CURRENT) * np.tanh(SPEED / 8.0) + 0.6 * SPEED + RNG.normal(0.0, 2.0, 4000)
 FRICTION = 30.0 * np.tanh(SPEED / 8.0) + 0.3 * SPEED + RNG.normal(0.0, 1.0, 4000)
+MEASURED = CURRENT + RNG.normal(0.0, 0.01, 4000)  # keeps no levels
+FEW_DIGITS = np.round(TIME / 6.0, 4)  # steps of 0.0003 and 0.0004
 TURNS = 30.0 + 12.0 * np.sin(3.1 * TIME)  # one way
 BRAKE = 0.5 + 12.0 * CURRENT + 0.02 * TURNS + RNG.normal(0.0, 0.05, 4000)
 
@@ -31,6 +33,10 @@ KINDS = [
     ([TIME, FRICTION, PLACE], "--time 'c1 [s]' --field none --position c3 --effort c2"),
     ([PLACE, SPEED, FRICTION], "--rate '500 Hz' --field none --slip c2 --effort c3"),
     ([SPEED, FRICTION], "--rate 'RATE Hz' --field none --slip c1 --effort c2"),
+    (
+        [FEW_DIGITS, PLACE, SPEED, FORCE, MEASURED],
+        "--time 'c1 [s]' --field c5 --slip c3 --effort c4",
+    ),
     ([TIME, CURRENT, TURNS, BRAKE], "--time 'c1 [s]' --field c2 --slip c3 --effort c4"),
     ([TIME, BRAKE, TURNS, CURRENT], "--time 'c1 [s]' --field c4 --slip c3 --effort c2"),
 ]

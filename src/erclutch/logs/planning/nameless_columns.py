@@ -21,6 +21,7 @@ from erclutch.logs.columns.shapes import known_rows, takes_both_signs
 from erclutch.logs.columns.two_courses import over_rate
 from erclutch.logs.planning.clock_by_motion import usual_rate
 from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.strength_of_efforts import strengths_of_efforts
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -36,6 +37,7 @@ _SURELY = 0.3  # the same, where the effort follows a field most of all
 _ONE_COURSE = 0.999  # correlation of two columns that tell one thing
 _UNEVEN = 0.2  # of the usual step, by which a busy logger is late
 _MOST_STEPS = 0.8  # of all: the others lie at gaps
+_OFF_A_CLOCK = 0.5  # of the usual step, by which rounded stamps are off a steady clock
 _FEWEST_OF_A_RUN = 30  # rows of a log before its time begins anew: a sweep of points has fewer
 _UNIT_OF_TIME = re.compile(r" \[m?s\]$")
 _FEWEST_POINTS = 6  # rows of a table of points on a grid
@@ -107,6 +109,13 @@ def propose_columns_without_names(draft: Draft) -> None:
     elif "time" in asked and not time and roles.slip and _is_of_points(table.columns[roles.slip]):
         options["time"] = "--time none"
     motion = "slip" if roles.slip else "position"
+    if not field and roles.slip:
+        others = [name for name in moving if name not in roles]
+        columns = {name: table.columns[name] for name in others}
+        stronger = strengths_of_efforts(
+            columns, table.columns[roles.slip], table.columns[roles.effort]
+        )
+        options["field"] = f"--field {shell_word(stronger[0])}" if stronger else "--field none"
     options["slip"] = f"--{motion} {shell_word(roles.slip or roles.position)}"
     options["effort"] = f"--effort {shell_word(roles.effort)}"
 
@@ -246,9 +255,12 @@ def _rising_steadily(table: Table, names: Sequence[str]) -> str:
     begin_anew = bool(runs.min() >= _FEWEST_OF_A_RUN and at_the_start.all())
     if step <= 0.0 or (begins.size and not begin_anew):
         return ""
+    steady = stamps[0] + (stamps[-1] - stamps[0]) * np.arange(stamps.size) / steps.size
+    # Stamps of few digits go on by 0.0003 and 0.0004, and yet keep to a clock.
+    is_a_clock = bool(np.abs(stamps - steady).max() <= _OFF_A_CLOCK * step)
     near = float(np.mean(np.abs(steps - step) <= _UNEVEN * step))
     counts = step.is_integer() and (not begins.size or step <= 1.0)
-    return names[0] if near >= _MOST_STEPS and not counts else ""
+    return names[0] if (near >= _MOST_STEPS or is_a_clock) and not counts else ""
 
 
 def _unit_of_steps(stamps: Array) -> str:

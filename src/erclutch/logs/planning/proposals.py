@@ -23,7 +23,7 @@ from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOL
 from erclutch.logs.plan import Question
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.field_of_a_circuit import COILS, of_a_coil, one_of_a_circuit
-from erclutch.logs.planning.field_of_words import levels_of_efforts
+from erclutch.logs.planning.field_of_words import levels_of_efforts, slip_and_effort
 from erclutch.logs.planning.missing_columns import (
     has_short_name,
     not_measured,
@@ -36,6 +36,7 @@ from erclutch.logs.planning.no_field import is_a_mark, maybe_field
 from erclutch.logs.planning.points import IN_NO_ORDER
 from erclutch.logs.planning.strength_of_efforts import strengths_of_efforts
 from erclutch.logs.planning.two_ends import motion_between
+from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
 _COMPONENT = re.compile(r"[fmtv][xyz]")
@@ -177,11 +178,11 @@ def _field_option(
     leveled: list[str] = []
     worded: list[str] = []
     lettered: list[str] = []
-    open_ones: list[str] = []
+    open_ones: dict[str, Array] = {}
     for column in maybe_field(seen, taken):
         words = column.spoken.stem_words
         if not is_given_by_place(column.name):
-            open_ones.append(column.name)
+            open_ones[column.name] = column.values
         if column.written_unit == "%" and not (_COMMANDS | {"load"}).isdisjoint(words):
             commands.append(column.name)
         is_an_event = not _EVENTS.isdisjoint(words)
@@ -207,8 +208,9 @@ def _field_option(
         leveled = [name for name in leveled if _joint_of(name) in joints - {""}]
     likely = next((each for each in (commands, leveled) if len(each) == 1), worded or lettered)
     likely = likely or levels_of_efforts(draft, taken)
-    if not likely:
-        likely = strengths_of_efforts(draft, open_ones)
+    slip, effort_beside = slip_and_effort(draft)
+    if not likely and slip is not None and effort_beside is not None:
+        likely = strengths_of_efforts(open_ones, slip, effort_beside)
         because = f"; at the same slip the effort is larger where {listed(likely)} is"
         draft.questions["field"] = question.adding(because) if likely else question
     if not likely:

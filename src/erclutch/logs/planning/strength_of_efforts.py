@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 
 import numpy as np
 
 from erclutch.logs.field_between_logs import efforts_of_two_words
-from erclutch.logs.planning.draft import Draft
-from erclutch.logs.planning.field_of_words import slip_and_effort
 from erclutch.signals.array import Array
 
 _RANGES = 4  # of the column, from its weakest rows to its strongest
@@ -16,21 +14,18 @@ _OUTLYING = 5.0  # per cent of the rows at either end, which are in the first or
 _OTHER_SIGN = 0.1  # of the sum of sizes: a supply that overshoots is still of one sign
 #: Times the effort, from the weakest rows of the column to the strongest: it is proposed, and the user decides.
 _STRONGER = 1.2
-_ALIKE = 0.9  # correlation: a column that is made of the motion or the effort
+_ALIKE = 0.99  # correlation of a column with what it is made of; at large slips a field is nearly so near to the effort
+_A_RATE = 0.9  # correlation of a position's rate with a slip that is measured on its own
 
 
-def strengths_of_efforts(draft: Draft, names: Iterable[str]) -> list[str]:
+def strengths_of_efforts(columns: Mapping[str, Array], slip: Array, effort: Array) -> list[str]:
     """The only one of these columns with which the effort at the same slip goes; none where several do.
 
     A field is of one sign, and neither the effort itself nor what the motion makes of it, such as a power, a position
     or an acceleration.
     """
-    slip, effort = slip_and_effort(draft)
-    if slip is None or effort is None:
-        return []
     found: list[str] = []
-    for name in names:
-        column = draft.table.columns[name]
+    for name, column in columns.items():
         if not np.isfinite(column).all() or not _is_of_one_sign(column):
             continue
         if _is_made_of(column, slip, effort):
@@ -60,7 +55,7 @@ def _is_made_of(column: Array, slip: Array, effort: Array) -> bool:
     others = (np.abs(effort), np.abs(slip), np.abs(effort * slip))
     if any(_correlation(column, other) > _ALIKE for other in others):
         return True
-    return abs(_correlation(np.gradient(column), slip)) > _ALIKE
+    return abs(_correlation(np.gradient(column), slip)) > _A_RATE
 
 
 def _correlation(first: Array, second: Array) -> float:
