@@ -79,21 +79,21 @@ class StatedScale(NamedTuple):
         return units.is_unit(sensor) and units.fits(self.sensor, (sensor,)) is not None
 
 
-def doubt_counts_and_motors(draft: Draft) -> None:
-    """Doubt a guessed position of counts, and a motion or an effort in front of a gear whose ratio the file states."""
+def doubt_a_position_in_counts(draft: Draft) -> None:
+    """Doubt a guessed position of counts, where the file states how many of them are a turn or a length."""
     position = draft.guessed("position")
     turns = [each for each in scales_stated(draft, "position") if each.sensor == "count"]
-    if position is not None and position.unit is None and len(turns) == 1:
-        column = draft.seen.columns[position.column]
-        if column.spoken.says(_COUNTED):
-            label = shell_word(draft.table.label(column.name))
-            scale = shell_word(f"position={turns[0].over('count')}")
-            doubt = f"in counts, and the file says {turns[0].said}"
-            draft.doubt("position", doubt, f"{label} --scale {scale}")
-    _doubt_a_side_of_a_gear(draft)
+    if position is None or position.unit is not None or len(turns) != 1:
+        return
+    column = draft.seen.columns[position.column]
+    if column.spoken.says(_COUNTED):
+        label = shell_word(draft.table.label(column.name))
+        scale = shell_word(f"position={turns[0].over('count')}")
+        doubt = f"in counts, and the file says {turns[0].said}"
+        draft.doubt("position", doubt, f"{label} --scale {scale}")
 
 
-def _doubt_a_side_of_a_gear(draft: Draft) -> None:
+def doubt_a_side_of_a_stated_gear(draft: Draft) -> None:
     """Doubt a guess on the motor's side beside one on the other, where the file states the ratio between them."""
     # What the file says of a gear, and how many turns of the motor are one behind it.
     ratios: list[tuple[str, float]] = []

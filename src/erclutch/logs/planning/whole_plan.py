@@ -88,7 +88,8 @@ from erclutch.logs.planning.sense_of_speed import doubt_a_speed_without_its_sens
 from erclutch.logs.planning.settings_of_a_rig import ask_about_a_setting_of_the_rig
 from erclutch.logs.planning.stated_factors import doubt_numbers_with_a_stated_factor
 from erclutch.logs.planning.stated_scales import (
-    doubt_counts_and_motors,
+    doubt_a_position_in_counts,
+    doubt_a_side_of_a_stated_gear,
     fill_in_stated_scales,
     offer_stated_scales,
 )
@@ -190,7 +191,8 @@ STEPS = (
     Step("whether motion and effort were scaled for a network", doubt_signals_scaled_for_a_network),
     Step("whether the effort is a mean to and fro", doubt_the_mean_of_a_motion_to_and_fro),
     Step("whether a drive computed the effort beside a sensor", doubt_the_torque_of_a_drive),
-    Step("whether counts or a motor want a stated number", doubt_counts_and_motors),
+    Step("whether a position in counts wants a stated number", doubt_a_position_in_counts),
+    Step("whether slip or effort wants a stated ratio of a gear", doubt_a_side_of_a_stated_gear),
     Step("whether numbers want a stated factor", doubt_numbers_with_a_stated_factor),
     Step("whether the effort is the device's alone", doubt_an_effort_with_inertia),
     Step("whether a controller computed the effort", doubt_an_effort_of_a_controller),
