@@ -26,6 +26,7 @@ from erclutch.logs.table import Table
 _ONE = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
 _PICKLE = b"\x80"  # its first byte since Python 2.3
+_OF_NAMES = frozenset({"name", "names", "label", "labels", "column", "columns"})
 _NONE = "the file holds no vectors of numbers of one length"
 _OBJECTS = "Python objects, which may run programs and are never opened"
 _SAVE_NUMBERS = (
@@ -93,7 +94,8 @@ def find(path: str, variable: str | None) -> Table:
         found = {name: of_vectors(columns) for name, columns in trials.items()}
         whole = {name: recording for name, recording in found.items() if recording is not None}
         return found_recordings.chosen(whole, variable, "trial", "the file holds no trials")
-    # As many texts as a matrix has columns give these their names and units.
+    # As many texts as a matrix has columns give these their names and units; one text names one vector.
+    nodes = _renamed(nodes, told)
     recording = of_vectors(opened({**nodes, **texts, **told}))
     if recording is None and left_out:
         raise LogError(f"the arrays are no numbers: {'; '.join(left_out)}", remedy=_SAVE_NUMBERS)
@@ -104,6 +106,18 @@ def find(path: str, variable: str | None) -> Table:
         raise unnamed
     recordings = {file.stem: recording} if recording is not None else {}
     return found_recordings.chosen(recordings, variable, "arrays", _NONE)
+
+
+def _renamed(
+    nodes: Mapping[str, np.ndarray[Any, Any]], told: Mapping[str, str]
+) -> dict[str, np.ndarray[Any, Any]]:
+    """The arrays, with the name that a text beside a vector tells: y is the force where ``y_names`` is force."""
+    names: dict[str, str] = {}
+    for key, text in told.items():
+        vector, _, what = key.rpartition("_")
+        if what in _OF_NAMES and vector in nodes and nodes[vector].ndim == 1 and text not in nodes:
+            names[vector] = text
+    return {names.get(name, name): node for name, node in nodes.items()}
 
 
 def _texts_in(

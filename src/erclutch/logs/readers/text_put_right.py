@@ -10,6 +10,7 @@ import re
 from erclutch.logs.readers.declared_attributes import with_declared_names
 from erclutch.logs.readers.formula_cells import without_formula_marks
 from erclutch.logs.readers.keyed_heads import with_keyed_heads
+from erclutch.logs.readers.lists_in_cells import with_lists_in_cells
 from erclutch.logs.readers.loose_text import (
     with_a_line_of_names,
     without_brackets,
@@ -55,6 +56,9 @@ def put_right(text: str) -> tuple[str, list[str]]:
     if ("=" in text or "'" in text) and _FORMULA_MARK.search(text):
         text, formulas = without_formula_marks(text)
         notes.append(formulas)
+    if '"[' in text:
+        text, lists = with_lists_in_cells(text)
+        notes.append(lists)
     if "]" in text or ")" in text:
         text, rows_in_brackets = without_brackets_of_rows(text)
         notes.append(rows_in_brackets)
