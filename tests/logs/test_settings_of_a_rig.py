@@ -48,3 +48,30 @@ def test_levels_of_any_name_with_which_the_effort_goes_are_asked_about(label: st
 def test_levels_of_a_temperature_are_no_field() -> None:
     columns = {"t [s]": ROWS / 100, "w [rad/s]": SPEED, "torque [N*m]": TORQUE}
     assert not planned({**columns, "Temp [°C]": 10 * GAP}).questions
+
+
+_RNG = np.random.default_rng(5)
+SWITCHED = np.repeat([0.0, 2.0, 1.0, 4.0, 0.0, 3.0], 200) + 0.02 * _RNG.standard_normal(1200)
+TO_AND_FRO = 15.0 * np.sin(2.0 * np.pi * ROWS / 70.0)
+PRESSED = (0.5 + SWITCHED) * np.tanh(TO_AND_FRO) + 0.02 * TO_AND_FRO
+
+
+@pytest.mark.parametrize("label", ["P [bar]", "pressure [kPa]", "clamp force [N]"])
+def test_a_pressure_that_wanders_and_presses_is_asked_about(label: str) -> None:
+    columns = {"t [s]": ROWS / 100, "w [rad/s]": TO_AND_FRO, "torque [N*m]": PRESSED}
+    plan = planned({**columns, label: SWITCHED})
+    (question,) = plan.questions
+    assert question.signal == "field"
+    assert "at the same slip the effort is larger under more" in question.problem
+    assert not planned({**columns, label: SWITCHED}, field=label).questions
+    assert not planned({**columns, label: SWITCHED}, field="none").questions
+
+
+def test_a_pressure_that_presses_nothing_is_not_asked_about() -> None:
+    columns = {"t [s]": ROWS / 100, "w [rad/s]": TO_AND_FRO}
+    friction = 2.0 * np.tanh(TO_AND_FRO) + 0.02 * TO_AND_FRO
+    assert not planned({**columns, "torque [N*m]": friction, "P [bar]": SWITCHED}).questions
+    # A gas spring's pressure follows the travel of the damper, and its friction goes with the effort.
+    travel = np.cumsum(TO_AND_FRO)
+    travel = travel - travel.min()
+    assert not planned({**columns, "torque [N*m]": friction, "P [bar]": travel}).questions

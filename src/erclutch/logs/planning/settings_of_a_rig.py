@@ -11,15 +11,20 @@ import numpy as np
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.vocabulary import set_of
 from erclutch.logs.planning.draft import Draft
-from erclutch.logs.planning.field_of_words import levels_of_efforts
+from erclutch.logs.planning.field_of_words import levels_of_efforts, slip_and_effort
+from erclutch.logs.planning.strength_of_efforts import strengths_of_efforts
 from erclutch.signals import units
+from erclutch.signals.array import Array
 from erclutch.signals.recording import NO_FIELD
 
 _SETTINGS = set_of(
     "gap airgap distance spacing separation clearance luftspalt spalt abstand entrefer distancia distanza traferro "
-    "normal normalkraft normallast pressure druck anpressdruck anpresskraft clamping 间隙 气隙 距离 压力 "
+    "normal normalkraft normallast pressure druck anpressdruck anpresskraft clamp clamping 间隙 气隙 距离 压力 "
 )
 _DIFFERS = 1.2  # between the mean sizes of the effort at two settings
+_MUCH_STRONGER = (
+    1.5  # times the effort: a pressure that a seal or a gas makes has less to do with it
+)
 
 
 def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
@@ -55,11 +60,28 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
                 settings.append(name)
         if place is not None and settings == [place.column]:
             draft.take_back("position")
+    how = "the effort goes with the levels of"
+    if not settings:
+        settings = _forces_that_wander(draft)
+        how = "at the same slip the effort is larger under more"
     if len(settings) != 1:
         return
     (name,) = settings
     option = f"--field {shell_word(draft.table.label(name))}"
-    problem = f"no column for field, and the effort goes with the levels of {name}"
+    problem = f"no column for field, and {how} {name}"
     remedy = f"Give {option} if it sets the effort as a field does, else --field none"
     draft.ask("field", MappingError(problem, remedy=remedy), option)
     del draft.signals["field"]
+
+
+def _forces_that_wander(draft: Draft) -> list[str]:
+    """The pressure or clamping force with which the effort goes, though it keeps no levels; none where several do."""
+    slip, effort = slip_and_effort(draft)
+    if slip is None or effort is None:
+        return []
+    pressing: dict[str, Array] = {}
+    for column in draft.seen.without(draft.taken):
+        presses = column.fits(("Pa",)) or (column.fits(("N",)) and column.spoken.says(_SETTINGS))
+        if presses and column.unit:
+            pressing[column.name] = column.values
+    return strengths_of_efforts(pressing, slip, effort, _MUCH_STRONGER)

@@ -18,11 +18,19 @@ _ALIKE = 0.99  # correlation of a column with what it is made of; at large slips
 _A_RATE = 0.9  # correlation of a position's rate with a slip that is measured on its own
 
 
-def strengths_of_efforts(columns: Mapping[str, Array], slip: Array, effort: Array) -> list[str]:
+def strengths_of_efforts(
+    columns: Mapping[str, Array], slip: Array, effort: Array, least: float = _STRONGER
+) -> list[str]:
     """The only one of these columns with which the effort at the same slip goes; none where several do.
 
     A field is of one sign, and neither the effort itself nor what the motion makes of it, such as a power, a position
     or an acceleration.
+
+    Args:
+        columns: of a table, by their names, (n,) each.
+        slip: of each row, (n,), as the effort.
+        effort: of each row.
+        least: how many times the effort of the column's weakest rows the effort of its strongest is to be.
     """
     found: list[str] = []
     for name, column in columns.items():
@@ -38,7 +46,7 @@ def strengths_of_efforts(columns: Mapping[str, Array], slip: Array, effort: Arra
         edges = weakest + width * np.arange(1.0, _RANGES)
         # A field that switches has rows in some of the ranges alone.
         _, of_row = np.unique(np.digitize(size, edges), return_inverse=True)
-        apart = efforts_of_two_words(slip, effort, of_row.astype(np.int32), _STRONGER)
+        apart = efforts_of_two_words(slip, effort, of_row.astype(np.int32), least)
         if apart is not None and apart.more > apart.less:
             found.append(name)
     return found if len(found) == 1 else []
