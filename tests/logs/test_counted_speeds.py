@@ -48,6 +48,7 @@ def test_the_scale_of_counts_is_asked_for(
     np.testing.assert_allclose(log.signals[motion], truth, atol=0.01)
 
 
+@pytest.mark.slow
 def test_rows_that_are_counted_are_no_position(tmp_path: Path) -> None:
     text = "\n".join(
         f"{t:.2f},{k},{m:.4f}" for k, (t, m) in enumerate(zip(TIME, TORQUE, strict=True))

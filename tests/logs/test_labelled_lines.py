@@ -141,6 +141,7 @@ def test_such_a_log_is_understood(tmp_path: Path) -> None:
     assert good("inspect", "serial.txt", cwd=tmp_path).splitlines()[-1].startswith("Understood.")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "stamp",
     [

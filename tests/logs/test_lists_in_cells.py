@@ -29,6 +29,7 @@ def _as_numpy(numbers: Sequence[float]) -> str:
     return np.array2string(np.array(numbers), threshold=1000, precision=4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("printed", [_as_json, _as_numpy])
 @pytest.mark.parametrize("mark", [",", ";"])
 def test_each_number_of_a_list_has_a_row(tmp_path: Path, printed: object, mark: str) -> None:
@@ -65,7 +66,7 @@ def test_other_brackets_stay(text: str) -> None:
 @pytest.mark.parametrize("sign", ['"[', '"[1', "[", " ", ",", '"[ '])
 def test_long_cells_take_no_long_time(sign: str) -> None:
     begin = process_time()
-    assert with_lists_in_cells("a,b\n" + sign * 20_000)
+    assert with_lists_in_cells("a,b\n" + sign * 20_000)[1] == ""
     assert within(process_time() - begin, 0.2)
 
 

@@ -22,6 +22,7 @@ def _log(folder: Path, *below: str, mark: str = ",") -> Path:
     return path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("below", "mark"),
     [
@@ -37,6 +38,7 @@ def test_units_below_the_rows_are_read(tmp_path: Path, below: tuple[str, ...], m
     assert_read_in_si(_log(tmp_path, *below, mark=mark))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "below", ["end,of,file", "mA,ms,mm/s,kN", "no,further,rows,here", "ms,mA,mm/s"]
 )
