@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.errors import LogError
-from erclutch.logs import ColumnMap, plan_of, read_table
+from erclutch.logs import ColumnMap, plan_of, read, read_table
 from erclutch.logs.readers.lying_tables import upright
 from tests.support.command import good
 from tests.support.slow_params import slow_behind
@@ -285,3 +285,20 @@ def test_objects_in_arrays_of_numpy_are_never_made(tmp_path: Path) -> None:
     (tmp_path / "torn.npy").write_bytes(b"\x93NUMPY\x01\x00")
     with pytest.raises(LogError, match="damaged"):
         read_table(tmp_path / "torn.npy")
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("read_here")
+def test_topics_with_a_payload_each_are_signals(tmp_path: Path) -> None:
+    # The payload of all topics was proposed as the effort.
+    lines: list[str] = []
+    for k in range(200):
+        values = {"current_A": k // 50 / 2, "speed_rpm": k % 37 - 18.5, "torque_Nm": k % 7 - 3.25}
+        for topic, value in values.items():
+            lines.append(f'{{"t": {k / 100}, "topic": "brake/{topic}", "payload": {value}}}')
+    path = tmp_path / "log.jsonl"
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+    log = read(path)
+    assert log.period == pytest.approx(0.01)
+    assert log.units == {"field": "A", "slip": "rad/s", "effort": "N*m"}
+    np.testing.assert_allclose(log.signals["field"], np.repeat([0.0, 0.5, 1.0, 1.5], 50))

@@ -59,6 +59,7 @@ _VALUES = {
     "value",
     "val",
     "values",
+    "payload",
     "reading",
     "data",
     "measurement",
