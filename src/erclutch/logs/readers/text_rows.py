@@ -119,7 +119,10 @@ def rows_of_body(text: str, dialect: Dialect) -> CutRows:
 
 
 def _ends_within_a_number(above: str, row: str, dialect: Dialect) -> bool:
-    """Whether the last number of a row has fewer decimals than its column has in each of the rows above."""
+    """Whether the last number of a row has fewer decimals than all numbers above, which have as many each.
+
+    Where numbers are written with as many digits as they need, a last one may well be round.
+    """
 
     def decimals(cell: str) -> int:
         return len(cell.partition(dialect.decimal)[2])
@@ -127,8 +130,9 @@ def _ends_within_a_number(above: str, row: str, dialect: Dialect) -> bool:
     *others, last = cells_of(row, dialect.delimiter)
     near = lines_of(above[-_NEAR:])[1:]  # the first of them may be a part of a line
     rows = [cells_of(line, dialect.delimiter) for line in near if dialect.is_row(line)]
-    same = [cells[-1] for cells in rows if len(cells) == len(others) + 1]
-    return len(same) >= _FEWEST_BELOW and decimals(last) < min(map(decimals, same))
+    above_it = [decimals(cells[-1]) for cells in rows if len(cells) == len(others) + 1]
+    have_as_many = len(above_it) >= _FEWEST_BELOW and len({*above_it}) == 1
+    return have_as_many and decimals(last) < above_it[0]
 
 
 def _without_sums_above(body: str, dialect: Dialect) -> tuple[str, list[str]]:
