@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 import erclutch
 from erclutch.cli.ranking_table import held_out, verdict
 from erclutch.errors import CheckError, RunError
-from erclutch.fit.checks.data_check import SIGN, check
+from erclutch.fit.checks.data_check import check
+from erclutch.fit.checks.effort_and_slip import SIGN
 from erclutch.fit.choice.standing import explains, standing
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.fit.kinds import network_alone as module
