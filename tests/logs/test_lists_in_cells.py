@@ -49,14 +49,18 @@ def test_each_number_of_a_list_has_a_row(tmp_path: Path, printed: object, mark: 
     assert any("hold lists" in note for note in log.notes)
 
 
+_COURSE = _as_json(range(20))
+_JOINTS = _as_json(range(7))
+
+
 @pytest.mark.parametrize(
     "text",
     [
-        'a,b\n"[1, 2]","[1, 2, 3]"\n',  # of two lengths
-        'a,b\n1,"[1, 2]"\n',  # one column
-        'a,b\n"[1]","[2]"\n"[3]","[4]"\n',
-        'a,b\n"[1, x]","[2, y]"\n',
-        '"a [1, 2]","b [3, 4]"\n1,2\n',
+        f'a,b\n"{_COURSE}","{_as_json(range(21))}"\n',  # of two lengths
+        f'a,b\n1,"{_COURSE}"\n',  # one column
+        f'a,b\n"{_JOINTS}","{_JOINTS}"\n',  # a number for each joint
+        f'a,b\n"{_COURSE[:-1]}, x]","{_COURSE}"\n',
+        f'"a {_COURSE}","b {_COURSE}"\n1,2\n',
     ],
 )
 def test_other_brackets_stay(text: str) -> None:

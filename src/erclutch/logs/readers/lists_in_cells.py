@@ -15,7 +15,7 @@ _BEGINS = re.compile(r"(?:^|[,;\t])\"\[[ ]{0,9}[-+.\d]", re.MULTILINE)
 _LIST = re.compile(r"\s*\[[-+.\deE,;\snaif]*\]\s*")
 _PARTS = re.compile(r"[,;\s]+")
 _FEWEST_LISTS = 2  # columns
-_FEWEST_NUMBERS = 2  # in a list
+_FEWEST_NUMBERS = 20  # of a course: a shorter list has a number for each joint or axis
 _LONGEST = 1 << 28  # characters of a cell
 
 
