@@ -59,12 +59,10 @@ def period_of_a_count(pairs: Mapping[str, str], rows: int) -> tuple[float, str] 
         return None
     ((key, duration),) = durations.items()
     # From the first to the last row there is one step less than there are rows; a rate tells which is meant.
-    steps = next(
-        (
-            count
-            for count in (rows, rows - 1)
-            if abs(count / duration - round(count / duration)) < _NEARLY_WHOLE
-        ),
-        rows,
-    )
+    steps = rows
+    for count in (rows, rows - 1):
+        rate = count / duration
+        if abs(rate - round(rate)) < _NEARLY_WHOLE:
+            steps = count
+            break
     return duration / steps, f"{counts[0]}' and '{key}"
