@@ -55,3 +55,15 @@ def test_other_columns_are_not_offered(what: str, other: np.ndarray) -> None:
 def test_of_two_such_columns_none_is_offered() -> None:
     plan = planned({**MOTION, "Y": SUPPLY, "Z": SUPPLY**2 + 0.1})
     assert "the effort is larger where" not in " ".join(each.problem for each in plan.questions)
+
+
+def test_a_recording_of_one_row_is_asked_about() -> None:
+    """A table that is split by a word of a column may have a recording of one row."""
+    labels = (
+        "Timestamp_ms [ms]",
+        "Velocity_rot_s [turn/s]",
+        "MeasuredTorque_Nm [N*m]",
+        "Switching",
+    )
+    plan = planned({label: np.array([3.0]) for label in labels})
+    assert "field" in [each.signal for each in plan.questions]

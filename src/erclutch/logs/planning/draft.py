@@ -53,6 +53,7 @@ class Draft:
         clock: None while no clock was found.
         questions: what only the user can say, by the signal that it is about.
         examples: options that answer the questions.
+        supply: in V, that feeds a motor under test all through the log; None where no number tells it.
     """
 
     table: Table
@@ -72,6 +73,7 @@ class Draft:
     clock: ClockPlan | None = None
     questions: dict[str, Question] = field(default_factory=dict[str, Question])
     examples: list[str] = field(default_factory=list[str])
+    supply: float | None = None
 
     @property
     def needed(self) -> set[str]:

@@ -71,7 +71,7 @@ def leave_out_the_sensor_of_the_effort(draft: Draft) -> None:
         if other.fits(("V",)) and go_straight(other.values, output):
             draft.no_signals.append(other.name)
     course = f"never exceeds {strongest:.3g} and goes straight with {effort.column}"
-    _leave_out_field(draft, f"{course}: taken for the output of its sensor, left out")
+    leave_out_field(draft, f"{course}: taken for the output of its sensor, left out")
 
 
 def leave_out_the_number_of_a_motor(draft: Draft) -> None:
@@ -91,7 +91,7 @@ def leave_out_the_number_of_a_motor(draft: Draft) -> None:
         is_a_current = other.fits(("A",)) and not CURRENTS.isdisjoint(other.spoken.stem_words)
         if is_a_current and not other.shape.constant:
             why = f"is {level:g} all through while {other.name} changes: taken for the number of a motor, left out"
-            _leave_out_field(draft, why)
+            leave_out_field(draft, why)
             return
 
 
@@ -149,7 +149,7 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
         draft.take("field", coils[0].name, coils[0].unit_for(_SI_OF_A_SUPPLY), 1.0, why, "likely")
         return
     if is_current_of_a_drive(seen, [measured]):
-        _leave_out_field(draft, f"{course}: taken for the current of the drive, left out")
+        leave_out_field(draft, f"{course}: taken for the current of the drive, left out")
         return
     if seen.spoken.forms["field"] or "field" in seen.spoken.within:
         doubt = f"which {course}, as the current of a motor does"
@@ -209,11 +209,11 @@ def leave_out_the_supply_of_a_drive(draft: Draft) -> None:
     for other in draft.seen.without(draft.taken):
         if is_current_of_a_drive(other, [measured]):
             why = f"keeps near one level, and {other.name} is the current of a drive: taken for its supply, left out"
-            _leave_out_field(draft, why)
+            leave_out_field(draft, why)
             return
 
 
-def _leave_out_field(draft: Draft, why: str) -> None:
+def leave_out_field(draft: Draft, why: str) -> None:
     """Take a guessed field back with a word; the question after it stays open for other columns."""
     column = draft.signals["field"].column
     draft.take_back("field")

@@ -9,17 +9,23 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, listed, shell_word
 from erclutch.logs.columns.levels_in_names import open_field_in, stated_in
 from erclutch.logs.columns.names import words_of
-from erclutch.logs.field_between_logs import efforts_of_two_words
+from erclutch.logs.field_between_logs import EffortsApart, efforts_of_two_words
 from erclutch.logs.log_file import EACH
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.parted_rows import KINDS, OF_A_DEVICE, TAKE_TURNS, WHOSE
 from erclutch.signals.array import Array
 
 _MOST_WORDS = 20
+#: What a column of senses of a motion is called.
+_SENSES = frozenset(
+    "direction dir richtung sens sense sentido direccion direzione riktning".split()
+)
+_OF_ONE_SENSE = 0.95  # of the way in the rows of a word, which goes one way
 _FEWEST_ROWS = 10  # of a level, on average
 
 
@@ -65,6 +71,8 @@ def ask_about_words(draft: Draft) -> bool:
         apart = efforts_of_two_words(slip, effort, column.of_row)
         if apart is None:
             continue
+        if not called.isdisjoint(_SENSES) and _are_senses(slip, column.of_row, apart):
+            continue
         more = column.words[apart.more]
         less = column.words[apart.less]
         problem = (
@@ -76,6 +84,16 @@ def ask_about_words(draft: Draft) -> bool:
         draft.ask("field", MappingError(problem, remedy=remedy), option)
         return True
     return False
+
+
+def _are_senses(slip: Array, of_row: NDArray[np.int32], apart: EffortsApart) -> bool:
+    """Whether the motion goes one way in the rows of one word and the other way in those of the other."""
+    shares: list[float] = []  # of all that moves, what moves forth
+    for word in (apart.more, apart.less):
+        moved = slip[(of_row == word) & np.isfinite(slip)]
+        size = float(np.abs(moved).sum())
+        shares.append(float(np.maximum(moved, 0.0).sum()) / size if size > 0.0 else 0.5)
+    return max(shares) >= _OF_ONE_SENSE and min(shares) <= 1.0 - _OF_ONE_SENSE
 
 
 def levels_of_efforts(draft: Draft, taken: Iterable[str]) -> list[str]:

@@ -63,6 +63,8 @@ def _are_of_sensors(seen: SeenColumns, speeds: list[str]) -> bool:
         return False
     first, *others = (seen.columns[name] for name in speeds)
     largest = np.nanmax(np.abs(first.values))
+    if not largest > 0.0:  # none of them turned, or none was plugged in
+        return False
     for other in others:
         gap = np.abs(other.values - first.values)
         if other.unit != first.unit or not np.nanmax(gap) <= _ALIKE * largest:

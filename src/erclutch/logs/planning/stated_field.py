@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from math import isclose
 from pathlib import Path
 
 from erclutch.errors import MappingError, UnitError, listed, shell_word
@@ -217,7 +218,7 @@ def _ask_about_the_name(draft: Draft) -> bool:
             if number is not None:
                 break
             beside = f"/{said}{beside}"
-    if number is None:
+    if number is None or _is_the_supply(draft, number):
         return False
     if may_lack_its_point(number):
         written = open_field_in(said) or f"{number[1]}{number[3]}"  # a supply may stand beside it
@@ -240,6 +241,16 @@ def _ask_about_the_name(draft: Draft) -> bool:
         option,
     )
     return True
+
+
+def _is_the_supply(draft: Draft, number: re.Match[str]) -> bool:
+    """Whether a number of volts is that with which, by its powers, a motor under test is fed."""
+    is_a_voltage = FIELD_UNITS[number[3]] == "V"
+    return (
+        is_a_voltage
+        and draft.supply is not None
+        and isclose(number_of(number[1]), draft.supply, rel_tol=0.01)
+    )
 
 
 def _ask_about_an_open_number(draft: Draft, written: str, where: str) -> None:

@@ -32,6 +32,8 @@ def strengths_of_efforts(
         effort: of each row.
         least: how many times the effort of the column's weakest rows the effort of its strongest is to be.
     """
+    if slip.size < 2:  # one row has no rate
+        return []
     found: list[str] = []
     for name, column in columns.items():
         if not np.isfinite(column).all() or not _is_of_one_sign(column):

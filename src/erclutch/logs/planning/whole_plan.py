@@ -58,6 +58,7 @@ from erclutch.logs.planning.motions import (
     refuse_the_effort_twice,
     turn_screw,
 )
+from erclutch.logs.planning.motor_under_test import leave_out_what_feeds_a_motor_under_test
 from erclutch.logs.planning.named_columns import refuse_unreadable_signals, take_named
 from erclutch.logs.planning.nameless_columns import propose_columns_without_names
 from erclutch.logs.planning.no_field import settle_the_field
@@ -149,6 +150,10 @@ STEPS = (
     # Whether the guessed field is a field: what surely is none goes first.
     Step("the field is not the output of the effort's sensor", leave_out_the_sensor_of_the_effort),
     Step("the field is not the number of a motor", leave_out_the_number_of_a_motor),
+    Step(
+        "the field is not the current whose power makes an efficiency",
+        leave_out_what_feeds_a_motor_under_test,
+    ),
     Step("the field is not the current of a drive", doubt_the_current_of_a_drive),
     Step(
         "the field is not the current of a motor under test",
