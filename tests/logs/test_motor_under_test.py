@@ -52,7 +52,8 @@ def test_a_stand_of_a_propeller_has_no_field() -> None:
     assert not plan.questions
     assert not plan.doubts
     field = plan.signal("field")
-    assert field is not None and not field.column
+    assert field is not None
+    assert not field.column
     assert "Mechanical Power over it is Motor Efficiency" in " ".join(plan.notes)
 
 
