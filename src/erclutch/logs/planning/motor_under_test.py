@@ -1,4 +1,4 @@
-"""The current of a motor under test is no field: a power that it draws makes, by the numbers, the efficiency beside it."""
+"""The current of a motor under test is no field: by the numbers its power makes the efficiency beside it."""
 
 from __future__ import annotations
 
