@@ -57,7 +57,7 @@ def test_an_inertia_of_noisy_positions_is_no_spring(bits: int) -> None:
 def test_the_inertia_of_a_joint_is_found_and_a_wider_window_is_named() -> None:
     compared = compare(joint(14), Settings(("bingham", "bingham+inertia/smooth")))
     (alone,) = (e for e in compared.entries if e.name.endswith("+inertia/smooth"))
-    (inertia,) = (each for each in alone.outcome.estimates if each.name == "m")
+    (inertia,) = (each for each in alone.outcome.estimates if each.name == "m_a")
     assert inertia.value == pytest.approx(INERTIA, rel=0.03)
     assert "inertia/smooth" in compared.recommended
     assert any("--window" in finding.remedy for finding in compared.findings)

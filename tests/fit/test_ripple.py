@@ -20,6 +20,7 @@ from erclutch.models.laws import law_from_name
 from erclutch.models.stages import stage_named
 from erclutch.models.stages.ripple import Ripple
 from erclutch.models.structure import Structure
+from erclutch.signals.array import rms
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
 from erclutch.signals.recording import POSITION
@@ -68,12 +69,12 @@ def test_known_numbers_are_found_in_the_unit_of_the_position() -> None:
     outcome = fit_structure(log(), structure())
     found = {e.name: e for e in outcome.estimates}
     assert outcome.sound
-    units = {name: found[name].unit for name in ("lambda_p", "T_c1", "c_1")}
-    assert units == {"lambda_p": "rad", "T_c1": "N*m", "c_1": "N*m/rad"}
+    units = {name: found[name].unit for name in ("lambda_p", "T_rc1", "c_1")}
+    assert units == {"lambda_p": "rad", "T_rc1": "N*m", "c_1": "N*m/rad"}
     for name, value in {
         "lambda_p": LENGTH,
-        "T_c1": COSINE,
-        "T_s1": SINE,
+        "T_rc1": COSINE,
+        "T_rs1": SINE,
         "c_1": SPRING,
         "eta": 0.4,
     }.items():
@@ -86,10 +87,19 @@ def test_a_second_ripple_has_a_period_of_its_own() -> None:
     outcome = fit_structure(log(second=1.0), structure("ripple+second-ripple"))
     found = {e.name: e for e in outcome.estimates}
     assert outcome.sound
-    truth = {"lambda_p": LENGTH, "T_c1": COSINE, "T_s1": SINE}
+    truth = {"lambda_p": LENGTH, "T_rc1": COSINE, "T_rs1": SINE}
     truth |= {"lambda_q": SECOND_LENGTH, "T_a1": SECOND_COSINE, "T_b1": SECOND_SINE}
     for name, value in truth.items():
         assert found[name].low < value < found[name].high, name
+
+
+@pytest.mark.slow
+def test_a_ripple_stands_beside_a_memory() -> None:
+    outcome = fit_structure(log(), structure("dahl+ripple"))
+    found = {e.name: e for e in outcome.estimates}
+    assert len(found) == len(outcome.estimates)
+    assert found["T_rs1"].low < SINE < found["T_rs1"].high
+    assert rms(log().effort - outcome.model.predict(log())) < 0.03
 
 
 def test_the_period_is_found_wherever_the_search_begins() -> None:

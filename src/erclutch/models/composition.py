@@ -93,11 +93,26 @@ class Composition:
             object.__setattr__(self, "extras", (*self.extras, TEMPERATURE))
         if position_stages(self.dynamics) and POSITION not in self.extras:
             object.__setattr__(self, "extras", (*self.extras, POSITION))
+        self._require_names_that_differ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Law functions are made, not imported, so a copy in another process makes its own from the names."""
         rest = (self.dynamics, self.friction, self.offset, self.extras)
         return _made_again, (type(self), self.device, self.specification, *rest)
+
+    def _require_names_that_differ(self) -> None:
+        """Refuse two numbers of one name, of which a model's file and tables would have but one.
+
+        Raises:
+            SettingError: the law and its stages have such numbers.
+        """
+        names = [number.name for number in (*self.shapes(1.0), *self.gains())]
+        for name in names:
+            if names.count(name) > 1:
+                raise SettingError(
+                    f"two numbers of {self.specification}+{self.dynamics} are called {name}",
+                    remedy="Leave one of the stages out",
+                )
 
     @property
     def elements(self) -> int:

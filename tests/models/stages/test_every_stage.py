@@ -18,7 +18,7 @@ from erclutch.export.c.compilers import native
 from erclutch.export.step_numbers import run
 from erclutch.export.targets.python import compile_model
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.laws import law_from_name
+from erclutch.models.laws import ladder, law_from_name
 from erclutch.models.laws.law import ShapeParameter
 from erclutch.models.model import Range
 from erclutch.models.stages import GROUP, needs_time, stage_named
@@ -35,7 +35,7 @@ from erclutch.models.structure import Reference, Structure
 from erclutch.registry import find, names
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
-from erclutch.signals.device import Element, Units
+from erclutch.signals.device import DeviceName, Element, Units
 from erclutch.signals.recording import POSITION, TEMPERATURE
 
 STAGES = {
@@ -316,3 +316,36 @@ def test_a_stage_of_the_position_asks_for_the_position() -> None:
     assert Structure(
         "single", "bingham", law_from_name("bingham", "single"), dynamics="ripple"
     ).extras == (POSITION,)
+
+
+@pytest.mark.parametrize("device", ["single", "coaxial"])
+def test_a_gain_has_a_name_that_no_law_and_no_other_stage_has(device: DeviceName) -> None:
+    # Two numbers of one name are one number in a table, and in the comment of an export.
+    elements = ("_1", "_2") if device == "coaxial" else ("",)
+    gains: dict[str, set[str]] = {}  # of each file, in all of its numbers and forms
+    numbers: dict[str, set[str]] = {}
+    for name, stage in STAGES.items():
+        file = re.sub(r"-\d+$", "", name.split("/")[0])
+        per_device = elements if stage.place == "slip" else ("",)
+        own = {f"{gain.name}{end}" for gain in getattr(stage, "gains", ()) for end in per_device}
+        gains.setdefault(file, set()).update(own)
+        numbers.setdefault(file, set()).update(own, (p.name for p in stage.parameters(PERIOD)))
+    for name in ladder():
+        law = law_from_name(name, device)
+        own = {f"{gain.name}{end}" for gain in law.gains for end in elements}
+        own |= {shape.name for shape in (*law.stimulus_shape, *law.shape)}
+        gains[name], numbers[name] = own, own
+    laws = set(ladder())
+    for one, own in gains.items():
+        for other, theirs in numbers.items():
+            if one != other and not {one, other} <= laws:
+                assert not own & theirs, (one, other)
+
+
+def test_a_model_whose_numbers_share_a_name_is_refused() -> None:
+    law = law_from_name("bingham", "single")
+    with pytest.raises(
+        SettingError, match=r"two numbers of bingham\+inertia.* are called m_a"
+    ) as one:
+        Structure("single", "bingham", law, "inertia+inertia/smooth")
+    assert "Leave one" in one.value.remedy

@@ -47,7 +47,7 @@ class Inertia:
     switches: bool = False
     gains: tuple[Gain, ...] = (
         Gain(
-            "m",
+            "m_a",
             "inertia between fluid and load cell",
             Dimension(
                 effort=1,

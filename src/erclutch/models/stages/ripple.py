@@ -45,8 +45,8 @@ class Ripple(RowByRow):
     count: int = 1
     stem: str = "ripple"
     of_period: str = "lambda_p"
-    of_cosine: str = "T_c"
-    of_sine: str = "T_s"
+    of_cosine: str = "T_rc"
+    of_sine: str = "T_rs"
     source: str = "a Fourier series over the position"
     place: Place = "position"
     switches: bool = False
