@@ -179,3 +179,17 @@ def test_a_current_that_each_of_two_actuators_has_is_no_field() -> None:
     assert "--field none" in plan.command()
     assert not plan.questions
     assert_one_command_settles(plan, columns)
+
+
+def test_the_speed_of_another_joint_is_not_offered_as_the_field() -> None:
+    switched = np.random.default_rng(1).choice((0.2, 1.0), TIME.size // 25 + 1)
+    # The other joint moves one way, and the first one's effort is larger where that is fast.
+    other = np.repeat(switched, 25)[: TIME.size] + 0.02 * np.sin(9.0 * TIME)
+    first = np.sin(3.0 * TIME)
+    efforts = ((1.0 + 2.0 * other) * np.tanh(5.0 * first), 0.4 + 0.1 * np.sin(5.0 * TIME))
+    columns: dict[str, np.ndarray] = {"time": TIME}
+    for joint, (speed, effort) in enumerate(zip((first, other), efforts, strict=True), 1):
+        columns |= {f"vela{joint}.txt": speed, f"trq{joint}.txt": effort}
+    log = Table("arm.csv", columns, dict.fromkeys(columns), "x", path="arm.csv")
+    told = ColumnMap.from_labels({"slip": "vela1.txt", "effort": "trq1.txt"})
+    assert "--field none" in plan_of(log, told).command()

@@ -1,4 +1,4 @@
-"""A column of words may tell which way a drive moves, and then no field. SYNTHETIC."""
+"""A column of words may tell which way a drive moves, or the time, and then no field. SYNTHETIC."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ HALVES = np.where(TIME < 6.0, "FORWARD", "BACKWARD")
 
 def _questions(folder: Path, name: str, words: np.ndarray, torque: np.ndarray) -> str:
     path = folder / "log.csv"
-    lines = [f"Time [s],Speed [rad/s],Torque [N*m],{name}"]
+    is_time = name == "Timestamp"
+    lines = [f"{'' if is_time else 'Time [s],'}Speed [rad/s],Torque [N*m],{name}"]
     for t, v, f, word in zip(TIME, SPEED, torque, words, strict=True):
-        lines.append(f"{t:.3f},{v:.6f},{f:.6f},{word}")
+        lines.append(f"{'' if is_time else f'{t:.3f},'}{v:.6f},{f:.6f},{word}")
     path.write_text("\n".join([*lines, ""]), "utf-8")
     return str(plan_of(read_table(path), ColumnMap()).questions)
 
@@ -43,3 +44,10 @@ def test_other_words_are_asked_about(
     tmp_path: Path, name: str, words: np.ndarray, torque: np.ndarray
 ) -> None:
     assert "may tell it" in _questions(tmp_path, name, words, torque)
+
+
+def test_seconds_of_a_date_tell_no_field(tmp_path: Path) -> None:
+    dates = np.array([f"2024-06-03 18:32:{int(t):02d}" for t in TIME])
+    growing = (1.0 + TIME) * np.tanh(SPEED / 0.1)
+    assert "may tell it" in _questions(tmp_path, "Mode", np.char.add("m", dates), growing)
+    assert "may tell it" not in _questions(tmp_path, "Timestamp", dates, growing)

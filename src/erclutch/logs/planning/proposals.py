@@ -41,6 +41,7 @@ from erclutch.signals.recording import SIGNALS
 
 _COMPONENT = re.compile(r"[fmtv][xyz]")
 _NUMBER_BEHIND = re.compile(r"\d*$")
+_NUMBER = re.compile(r"\d+")
 #: What a number tells one of from another: none of them is switched to a level.
 _NUMBERED = frozenset(
     ("cell", "id", "label", "trial", "specimen", "station", "well", "slot", "axis", "group", "run")
@@ -179,7 +180,11 @@ def _field_option(
     worded: list[str] = []
     lettered: list[str] = []
     open_ones: dict[str, Array] = {}
-    for column in maybe_field(seen, taken):
+    # What is numbered as a motion or an effort is (vela5 beside vela2) is that of another joint.
+    numbered = {_NUMBER.sub("#", each.column) for each in draft.signals.values() if each.column}
+    numbered |= {_NUMBER.sub("#", name) for name in proposed}
+    of_joints = [name for name in seen.columns if _NUMBER.sub("#", name) in numbered]
+    for column in maybe_field(seen, [*taken, *of_joints]):
         words = column.spoken.stem_words
         if not is_given_by_place(column.name):
             open_ones[column.name] = column.values
@@ -207,7 +212,7 @@ def _field_option(
     if len(leveled) > 1:
         leveled = [name for name in leveled if _joint_of(name) in joints - {""}]
     likely = next((each for each in (commands, leveled) if len(each) == 1), worded or lettered)
-    likely = likely or levels_of_efforts(draft, taken)
+    likely = likely or levels_of_efforts(draft, [*taken, *of_joints])
     slip, effort_beside = slip_and_effort(draft)
     if not likely and slip is not None and effort_beside is not None:
         likely = strengths_of_efforts(open_ones, slip, effort_beside)
