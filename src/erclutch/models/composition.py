@@ -23,8 +23,8 @@ from erclutch.models.stages.stage import Stage
 from erclutch.signals.device import DeviceName
 from erclutch.signals.recording import POSITION, TEMPERATURE
 
-_FRICTION = Gain("T_f", "friction effort at zero field", Dimension(effort=1))
-_LASTING_FRICTION = replace(_FRICTION, meaning="friction effort that no field takes away")
+FRICTION = Gain("T_f", "friction effort at zero field", Dimension(effort=1))
+_LASTING_FRICTION = replace(FRICTION, meaning="friction effort that no field takes away")
 #: Of the field in the memory's effort, where the law has no form of its own to share.
 _EXPONENT = ShapeParameter("n_m", "exponent of the field in the memory's effort", 0.2, 4.0)
 OFFSET = Gain("T_0", "constant effort", Dimension(effort=1), nonnegative=False)
@@ -197,14 +197,16 @@ class Composition:
     def gains(self) -> tuple[Gain, ...]:
         """All linear parameters, elements one after another, then those of the whole device."""
         gains: list[Gain] = []
-        for element in range(1, self.elements + 1):
-            for gain in self._gains_of_element:
+        for element in range(self.elements):
+            for gain in self.gains_of_element:
                 if self.elements > 1:
                     gain = replace(
-                        gain, name=f"{gain.name}_{element}", meaning=f"{gain.meaning}, CH{element}"
+                        gain,
+                        name=self.names_of(gain.name)[element],
+                        meaning=f"{gain.meaning}, CH{element + 1}",
                     )
                 gains.append(gain)
-        effort = _FRICTION.dimension
+        effort = FRICTION.dimension
         for place, name in enumerate(self.extras):
             # The temperature changes gains and has none itself.
             if place != self._temperature_place:
@@ -223,12 +225,18 @@ class Composition:
             gains.append(OFFSET)
         return tuple(gains)
 
+    def names_of(self, gain: str) -> tuple[str, ...]:
+        """What a gain of an element is called in each element of the device, in their order."""
+        if self.elements == 1:
+            return (gain,)
+        return tuple(f"{gain}_{element}" for element in range(1, self.elements + 1))
+
     @property
-    def _gains_of_element(self) -> tuple[Gain, ...]:
+    def gains_of_element(self) -> tuple[Gain, ...]:
         """Gains of one element in the order of its columns: the law's, friction, memory."""
         gains = list(self.law.gains)
         if self.friction:
-            gains.append(_LASTING_FRICTION if self.law.yield_form is FALLING else _FRICTION)
+            gains.append(_LASTING_FRICTION if self.law.yield_form is FALLING else FRICTION)
         for stage in slip_stages(self.dynamics):
             gains += stage.gains
         return tuple(gains)
@@ -245,7 +253,7 @@ class Composition:
         terms: list[AddedTerm] = []
         if self.friction:
             turn = "" if self.law.forward else "tanh(w / w_s)"
-            terms.append(AddedTerm("friction", _FRICTION.name, turn))
+            terms.append(AddedTerm("friction", FRICTION.name, turn))
         for gain in self.gains():
             if gain.extra is not None:
                 terms.append(AddedTerm("input", gain.name, self.extras[gain.extra]))

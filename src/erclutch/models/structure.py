@@ -254,7 +254,7 @@ class Structure(Composition):
                     of_stage = tuple(direction(slip, turn) * column for column in of_stage)
                 own += of_stage
             if factors:
-                for place, gain in enumerate(self._gains_of_element):
+                for place, gain in enumerate(self.gains_of_element):
                     if gain.part in factors:
                         own[place] = own[place] * factors[gain.part]
             columns += own if way > 0 else [-column for column in own]

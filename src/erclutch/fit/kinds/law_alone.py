@@ -145,8 +145,9 @@ class LawCandidate(Candidate):
 
     def fit_again(self, data: Dataset, outcome: AnyOutcome) -> AnyOutcome:
         """The law's numbers get intervals, which `refit` leaves out; see `Candidate.fit_again`."""
-        start = list(outcome.model.shape.values())
-        return fit_structure(data, outcome.model.structure, starts=[start], without=outcome.without)
+        law = outcome.model.law_part
+        start = list(law.shape.values())
+        return fit_structure(data, law.structure, starts=[start], without=outcome.without)
 
 
 class Laws(Kind):

@@ -67,16 +67,30 @@ class LawWithNetworkCandidate(Candidate):
         """The share of the network that was kept stays; see `Candidate.refit`."""
         structure: ResidualStructure = outcome.model.structure
         laws = [f.outcome for f in fitted if f.outcome.model.structure == structure.law]
-        law = laws[0] if laws else refit_near(train, outcome.model.law, kept)
-        share = float(outcome.model.correction.network.about["share"])
+        if laws:
+            law = laws[0]
+        else:
+            law = refit_near(train, outcome.model.law, kept, without=outcome.without)
         return fit_residual(
             train,
             structure,
             seed=self.seed,
             law=law,
-            share=share,
+            share=_share_of(outcome),
             kept=kept,
         )
+
+    def fit_again(self, data: Dataset, outcome: AnyOutcome) -> AnyOutcome:
+        """The law is that of all rows, with intervals, which `refit` leaves out; see `Candidate.fit_again`."""
+        law = LawCandidate(self.structure.law).fit_again(data, outcome)
+        return fit_residual(
+            data, outcome.model.structure, seed=self.seed, law=law, share=_share_of(outcome)
+        )
+
+
+def _share_of(outcome: AnyOutcome) -> float:
+    """The share of the network that a fit kept, from 0 to 1."""
+    return float(outcome.model.correction.network.about["share"])
 
 
 class LawsWithNetwork(Kind):

@@ -154,13 +154,13 @@ def paper_form(model: TorqueModel, estimates: Sequence[Estimate]) -> dict[str, f
         return {}
     values = {estimate.name: estimate.value for estimate in estimates}
     elements = model.structure.elements
+    names_of = model.structure.names_of
     published: dict[str, float] = {}
-    for element in range(1, elements + 1):
-        tail = f"_{element}" if elements > 1 else ""
-        gains = {gain.name: values[f"{gain.name}{tail}"] for gain in law.gains}
+    for element in range(elements):
+        gains = {gain.name: values[names_of(gain.name)[element]] for gain in law.gains}
         paper_numbers = law.paper_form(values, gains, model.reference.field)
         for symbol, value in paper_numbers.items():
-            published[f"{symbol}{tail}"] = value
+            published[names_of(symbol)[element]] = value
     if elements == 1:
         return published
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Collection
 from dataclasses import replace
 
 from erclutch.fit.laws.field_levels import more_numbers_than_fields
@@ -11,8 +12,8 @@ from erclutch.fit.laws.law_problem import separable
 from erclutch.fit.solver.outcome import FitOutcome
 from erclutch.fit.solver.variable_projection import project
 from erclutch.logs.dataset import Dataset
+from erclutch.models.composition import FRICTION, OFFSET
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.laws.law import Gain
 from erclutch.models.laws.smooth import TRANSITION_SLIP
 from erclutch.models.stages import needs_time, slip_stages
 
@@ -40,20 +41,22 @@ def with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[
     propped = structure.friction and more_numbers_than_fields(train, structure)
     if law.sound and not propped:
         return law
+    offset = {OFFSET.name}
+    friction = set(structure.names_of(FRICTION.name))
     without = [
-        ({"T_0"}, "a constant effort", replace(structure, offset=False)),
-        ({"T_f"}, "friction", replace(structure, friction=False)),
+        (offset, "a constant effort", replace(structure, offset=False)),
+        (friction, "friction", replace(structure, friction=False)),
         (
-            {"T_0", "T_f"},
+            offset | friction,
             "a constant effort and friction",
             replace(structure, offset=False, friction=False),
         ),
     ]
     added: set[str] = set()  # terms beside those of the law itself
     if structure.offset:
-        added.add("T_0")
+        added |= offset
     if structure.friction:
-        added.add("T_f")
+        added |= friction
     # A long series of kernels loses rank by itself: no term that was added can cure that.
     trade_off = law.unknowns <= _SHORT_LAW and (law.rank < law.unknowns or not law.converged)
     if propped:
@@ -71,9 +74,9 @@ def with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[
     unknown = set(law.unidentified)
     # Friction that hardly is there has no slip over which its sign turns.
     if TRANSITION_SLIP.name in unknown:
-        unknown.add("T_f")
+        unknown |= friction
     for terms, words, fewer in without:
-        in_doubt = trade_off or terms & unknown or (propped and terms == {"T_f"})
+        in_doubt = trade_off or terms & unknown or (propped and terms == friction)
         if not (terms <= added and in_doubt):
             continue
         # With memory the search goes on from the law's own numbers.
@@ -87,13 +90,13 @@ def with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[
 
     # Its own terms, one at a time and then two.
     own = [gain for gain in structure.law.gains if gain.nonnegative]
-    if structure.friction:
-        own.append(next(gain for gain in structure.gains() if gain.name.startswith("T_f")))
-    meanings = {gain.name: gain.meaning for gain in own}
-    for some in (*((name,) for name in meanings), *itertools.combinations(meanings, 2)):
-        cured = fit_structure(train, structure, starts=[start], without=some, most=most)
+    own += [gain for gain in structure.gains_of_element if gain.name == FRICTION.name]
+    singles = [(gain,) for gain in own]
+    for some in (*singles, *itertools.combinations(own, 2)):
+        names = [name for gain in some for name in structure.names_of(gain.name)]
+        cured = fit_structure(train, structure, starts=[start], without=names, most=most)
         if cured.sound and cured.train_cost <= most:
-            words = " and ".join(meanings[name] for name in some)
+            words = " and ".join(gain.meaning for gain in some)
             note = f"left out: {words}, which these rows cannot tell from the memory's terms"
             return replace(cured, notes=(*law.notes, note))
     return law
@@ -111,24 +114,25 @@ def _with_ways_told(
         return None
     for stage in slip_stages(structure.dynamics):
         for gain in stage.gains:
-            in_doubt = not law.unidentified or {gain.name, "T_0"} & set(law.unidentified)
+            names = structure.names_of(gain.name)
+            in_doubt = not law.unidentified or {*names, OFFSET.name} & set(law.unidentified)
             of_ways = gain.part is None and not needs_time(stage) and in_doubt
             # A search is worth its time where the rows of a log hardly miss the gain; one of points takes little.
-            if not of_ways or not (train.in_no_time or _cost_without(train, law, gain) <= most):
+            if not of_ways or not (train.in_no_time or _cost_without(train, law, names) <= most):
                 continue
             start = list(law.model.shape.values())
-            cured = fit_structure(train, structure, starts=[start], without=(gain.name,), most=most)
+            cured = fit_structure(train, structure, starts=[start], without=names, most=most)
             if cured.sound and cured.train_cost <= most:
                 words = f"left out, since a constant effort says the same here: {gain.meaning}"
                 return replace(cured, notes=(*law.notes, words))
     return None
 
 
-def _cost_without(train: Dataset, law: FitOutcome[TorqueModel], gain: Gain) -> float:
-    """The cost of the training rows without a gain, the nonlinear parameters as they are."""
+def _cost_without(train: Dataset, law: FitOutcome[TorqueModel], gains: Collection[str]) -> float:
+    """The cost of the training rows without some gains, by name; the nonlinear parameters stay as they are."""
     model = law.model
     structure = model.structure
     shapes = structure.shapes(model.reference.period)
-    without = {*law.without, gain.name}
+    without = {*law.without, *gains}
     problem = separable(train, structure, model.reference, shapes, slice(None), without)
     return project(problem, list(model.shape.values())).cost

@@ -17,8 +17,5 @@ def twin_gains(structure: Structure) -> frozenset[str]:
         columns = stage.columns(marks, 1.0)
         for place, gain in enumerate(stage.gains):
             if columns[place] in columns[:place]:
-                names.add(gain.name)
-    if structure.elements == 1:
-        return frozenset(names)
-    elements = range(1, structure.elements + 1)
-    return frozenset(f"{name}_{element}" for name in names for element in elements)
+                names.update(structure.names_of(gain.name))
+    return frozenset(names)

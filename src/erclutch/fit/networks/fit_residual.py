@@ -116,6 +116,8 @@ def fit_residual(
         train_cost=float(left @ left),
         train_rows=law.train_rows,
         weights=network.weights,
+        idle=law.idle,
+        without=law.without,
         unseen=None if law.unseen is None else law.unseen - added,
     )
 
