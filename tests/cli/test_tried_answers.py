@@ -104,3 +104,13 @@ def test_times_of_tests_long_after_each_other_are_asked_about(tmp_path: Path) ->
     _with_times(tmp_path, 300)
     out = good("inspect", "log.csv", "--time", "none", cwd=tmp_path, code=1)
     assert "column Timestamp parts the rows into 10" in out
+
+
+def test_a_position_whose_stamps_make_no_clock_leaves_the_rate_open(tmp_path: Path) -> None:
+    """Rows with a position alone are no points: what its rate is tells the rate of the rows alone."""
+    position = -45.0 * np.cos(np.arange(ROWS) / 15.0)
+    _written(tmp_path, "time [s],position [mm],force [N]", _coarse(STEADY), position, TORQUE)
+    command = _printed(tmp_path)
+    assert command.endswith("--rate 'RATE Hz'") or command.endswith('--rate "RATE Hz"')
+    answered = command.replace("RATE Hz", "100 Hz")
+    assert "Understood" in good(*shlex.split(answered), cwd=tmp_path)

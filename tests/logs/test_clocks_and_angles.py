@@ -11,6 +11,7 @@ from erclutch.errors import MappingError
 from erclutch.logs import ColumnMap, apply, plan_of, read, read_table
 from erclutch.signals import units
 from erclutch.signals.array import Array
+from tests.support.plans_of_columns import planned
 
 TIME: Array = 0.002 * np.arange(800, dtype=np.float64)
 PLACE = 0.01 * np.sin(9.0 * TIME)
@@ -215,3 +216,16 @@ def test_large_numbers_that_do_not_rise_or_have_a_unit_are_no_time(tmp_path: Pat
         path = written(tmp_path / "log.csv", f"{name},v [mm/s],F [N],I [A]", columns)
         with pytest.raises(MappingError, match="no time column"):
             read(path)
+
+
+@pytest.mark.parametrize(("name", "is_sure"), [("tps", False), ("TPS", False), ("tps [s]", True)])
+def test_tps_is_the_time_in_french_or_the_sensor_of_a_throttle(name: str, is_sure: bool) -> None:
+    opened = 15.0 + 0.05 * np.arange(TIME.size)  # a throttle that is opened slowly
+    speed = 200.0 + 50.0 * np.sin(TIME)
+    columns = {name: opened, "w [rad/s]": speed, "M [N*m]": 50.0 + np.sin(TIME)}
+    plan = planned(columns)
+    assert plan.clock is not None
+    assert (not plan.clock.doubt) == is_sure
+    # Where the speed is the rate of a position in these seconds, they are a time.
+    angle = np.cumsum(speed) * 0.05
+    assert not planned({**columns, "angle [rad]": angle}).doubts

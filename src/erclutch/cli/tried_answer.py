@@ -101,10 +101,10 @@ def answer_to(error: ErclutchError, plan: Plan) -> str:
     """The only option that answers what stands against the rows of a plan; "" where none does.
 
     Points have no time that a position could be differentiated by: rows that no clock fits are points only where the
-    speed has a column.
+    speed has a column; else the user fills in the rate.
     """
     if len(error.answers) != 1:
         return ""
     (answer,) = error.answers
     needs_a_speed = answer == "--time none"
-    return "" if needs_a_speed and plan.signal("slip") is None else answer
+    return '--rate "RATE Hz"' if needs_a_speed and plan.signal("slip") is None else answer

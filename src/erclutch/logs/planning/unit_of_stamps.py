@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from erclutch.errors import UnitError, shell_word
+from erclutch.logs.columns.names import plain
 from erclutch.logs.columns.shapes import are_whole
 from erclutch.signals import units
 from erclutch.signals.array import Array
@@ -20,6 +21,8 @@ FEW_STEPS = 9
 _SINCE_1970 = (1e9, 4.1e9)  # s: 2001 to 2100
 #: Days as they are numbered since 1900 and since the year 0: 1954 to 2119, 1949 to 2100.
 _DAYS = {"spreadsheets": (20_000, 80_000), "MATLAB and Octave": (712_000, 767_000)}
+#: "temps" for short, or the sensor of a throttle's position.
+_TEMPS_OR_THROTTLE = "tps"
 _STEP_OF_DATES = 1.2e-5  # days: 1 Hz or faster
 
 
@@ -77,6 +80,8 @@ def doubt_of_seconds(name: str, stamps: Array) -> str:
     steps = np.abs(np.diff(stamps))
     if steps.size < FEW_STEPS or _lie_within(stamps, _SINCE_1970):
         return ""
+    if plain(name) == _TEMPS_OR_THROTTLE:
+        return f"time is column {name} in s, though the position of a throttle is called so too"
     step = float(np.median(steps))
     if step < SLOW:
         return ""
