@@ -10,6 +10,7 @@ import pytest
 
 from erclutch.fit.candidate import asked, kinds, names
 from erclutch.fit.choice import ranking as c
+from erclutch.fit.comparison import compare
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.kinds.network_alone import constants_for, networks_for, remembered
 from erclutch.fit.solver.outcome import MEANINGLESS, FitOutcome
@@ -190,3 +191,25 @@ def test_a_comparison_in_which_only_a_law_beside_networks_is_fitted_for_their_la
     found = constants_for(made, network, [])
     assert set(found) == {"delay", "t"} or len(found) == 2
     assert constants_for(made, networks_for(made, Settings(("rbfn-3+none",)))[0], []) == {}
+
+
+@pytest.mark.slow
+def test_a_log_that_a_law_meets_to_the_last_digit_is_ranked_by_its_training_rows() -> None:
+    """Rows without noise, those held out of one field: an error of nought is no divisor."""
+    count = 600
+    row = np.arange(count)
+    field = np.where((row // 11) % 2 & (row < 420), 1.0, 0.0)
+    slip = np.where((row // 7) % 2, 2.0, -1.0) * np.where((row // 5) % 3 == 0, 0.5, 1.0)
+    clock = Clock(row / 100.0, (Span(0, count, 0.01),))
+    rows = Dataset(
+        "single",
+        (Element(field, slip),),
+        2.0 * slip,
+        clock,
+        Units("N", "A", "m/s"),
+        spare={"x": np.cos(row / 100.0)},
+    )
+    result = compare(rows, Settings(models=("on-off", "quadratic", "fnn-2"), lag="none"))
+    exact = [entry for entry in result.entries if entry.train.rmse.value == 0.0]
+    assert exact
+    assert result.entry(result.recommended) in exact

@@ -236,6 +236,14 @@ def test_a_perfect_model_against_itself_is_no_worse() -> None:
     assert excess(np.zeros(400), np.zeros(400), block=10).to_list() == [0.0, 0.0, 0.0]
 
 
+def test_against_a_best_that_is_perfect_but_for_a_few_rows() -> None:
+    # Most resamples meet none of these rows: the model is infinitely worse there, and no band is no number.
+    best = np.zeros(400)
+    best[7] = 1e-3
+    found = excess(ar1(12, 0.5, 400), best, block=10)
+    assert 1.0 < found.low <= found.value < found.high == np.inf
+
+
 def test_a_model_that_is_not_finite_against_the_best() -> None:
     e = ar1(13, 0.5, 400)
     bad = e.copy()

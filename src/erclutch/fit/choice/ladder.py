@@ -327,7 +327,7 @@ def helpful(train: Dataset, rung: Rung) -> dict[str, float]:
                 break
         if not made_of_effort:
             spare[name] = column
-    if not spare:
+    if not spare or not rung.error > 0.0:
         return {}
     wide = replace(train, extras={**train.extras, **spare})
     folds = folds_of(wide, whole=rung.structure.counts_from_the_start)

@@ -228,14 +228,13 @@ def judged_by_training(entries: Sequence[RankedModel]) -> list[RankedModel]:
 
     judged_anew: list[RankedModel] = []
     for entry in entries:
-        more = entry.train.rmse.value / best.train.rmse.value - 1.0
-        if entry.outcome.weights or not more > TOLERATED:
+        own = entry.train.rmse.value
+        least = best.train.rmse.value
+        if entry.outcome.weights or not own > (1.0 + TOLERATED) * least:
             judged_anew.append(entry)
             continue
-        note = (
-            f"errs on the training rows by {percent(more)} more than {best.name}, which rows held "
-            "out at one field hide"
-        )
+        more = f" by {percent(own / least - 1.0)} more than" if least > 0.0 else ", unlike"
+        note = f"errs on the training rows{more} {best.name}, which rows held out at one field hide"
         notes = (*entry.notes, note)
         judged_anew.append(replace(entry, sound=False, notes=notes))
     return judged_anew

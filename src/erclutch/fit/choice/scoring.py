@@ -333,7 +333,9 @@ def _widened(
     limit: float,
 ) -> float:
     """An end so many times as far from the value; where it would reach the limit, by the logarithm of its distance."""
-    moved = value + wider * (end - value) if np.isfinite(end) else end
+    if not np.isfinite(end):
+        return end
+    moved = value + wider * (end - value)
     if np.sign(moved - limit) == np.sign(value - limit):
         return moved
     nearer = (end - limit) / (value - limit)
@@ -341,9 +343,10 @@ def _widened(
 
 
 def _middle(resampled: Array) -> tuple[float, float]:
-    """Ends of the middle 95 %."""
-    low, high = np.quantile(resampled, (0.025, 0.975))
-    return float(low), float(high)
+    """Ends of the middle 95 %; infinite where they lie among resamples that are."""
+    ends = np.quantile(np.minimum(resampled, _LARGEST_RATIO), (0.025, 0.975))
+    low, high = np.where(ends < 0.5 * _LARGEST_RATIO, ends, np.inf).tolist()
+    return low, high
 
 
 def _resampled(values: Array, block: int, starts: NDArray[np.int64]) -> Array:
