@@ -13,7 +13,7 @@ import numpy as np
 
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.seen_columns import SeenColumn
-from erclutch.logs.columns.shapes import FEW, LOOKED_AT, takes_both_signs
+from erclutch.logs.columns.shapes import FEW, LOOKED_AT, known_rows, takes_both_signs
 from erclutch.logs.columns.two_courses import go_straight, goes_along
 from erclutch.logs.columns.vocabulary import CURRENTS, NAMES, NOT_MEASURED, TOLD, VOLTAGES
 from erclutch.logs.mapping import NONE
@@ -22,6 +22,7 @@ from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.guesses import OF_A_SUPPLY, faintness
 from erclutch.logs.planning.missing_columns import missing
 from erclutch.logs.planning.stated_scales import scales_stated
+from erclutch.logs.planning.told_motions import has_a_told_motion
 from erclutch.signals.array import Array
 
 #: Words of a drive in the name of its current (i_q, q_current, motor_current), and of the current beside it.
@@ -49,6 +50,7 @@ _MONITORS = frozenset(
     {"monitor", "mon", "vmon", "imon", "hv", "highvoltage", "hochspannung", "trek"}
 )
 _OUTPUT = 12.0  # V, of an amplifier's monitor at most
+_GOES_WITH = 0.5  # correlation of a servo's current with the load that it tells
 _CROSSINGS = 4  # of the middle of its range, by a motion to and fro
 
 
@@ -131,6 +133,11 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
         doubt = f"which is called like that of a drive and goes straight with {effort.column}"
         draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
         return
+    is_told_to_move = takes_both_signs(current) and has_a_told_motion(draft.seen)
+    if is_told_to_move and not goes_along(current, measured) and _goes_with(current, measured):
+        doubt = f"which takes both signs and goes with {effort.column}, beside a motion that a drive was told"
+        draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
+        return
     if not goes_along(current, measured):
         return
     course = f"takes the sign of {effort.column} and goes along with it"
@@ -164,6 +171,14 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     problem = f"column {field.column} may be the field by its unit, but {course}, as another output of its sensor does"
     remedy = f"Say which: --field none, or --field {label}"
     draft.ask("field", MappingError(problem, remedy=remedy), option="--field none")
+
+
+def _goes_with(current: Array, effort: Array) -> bool:
+    """Whether two columns go together or against each other; a field makes an effort as large either way."""
+    i, f = known_rows(current, effort)
+    if i.size < FEW or np.ptp(i) == 0.0 or np.ptp(f) == 0.0:
+        return False
+    return abs(float(np.corrcoef(i, f)[0, 1])) > _GOES_WITH
 
 
 def doubt_the_current_of_a_motor_under_test(draft: Draft) -> None:

@@ -10,7 +10,6 @@ import numpy as np
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.labels import COUNTS, split_label
 from erclutch.logs.columns.levels_in_names import are_at_fields
-from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.columns.phases import is_of_phases
 from erclutch.logs.columns.quotients import quotient_of
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn, SeenColumns
@@ -24,11 +23,11 @@ from erclutch.logs.columns.two_courses import (
     is_set_point_of,
     is_size_of,
 )
-from erclutch.logs.columns.vocabulary import TOLD
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive
 from erclutch.logs.planning.missing_columns import has_short_name
 from erclutch.logs.planning.stated_field import states_a_field, take_stated_field
+from erclutch.logs.planning.told_motions import has_a_told_motion
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
@@ -188,7 +187,7 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
         return "is what a model says of the effort"
     if _is_of_a_matrix(seen, column):
         return "is an entry of a matrix by its name"
-    if not _OF_A_SINE.isdisjoint(words[-1:]) and _has_a_told_motion(seen):
+    if not _OF_A_SINE.isdisjoint(words[-1:]) and has_a_told_motion(seen):
         return "belongs to the motion that the drive was told"
     return ""
 
@@ -258,16 +257,3 @@ def _is_of_a_matrix(seen: SeenColumns, column: SeenColumn) -> bool:
     rows = {place[0] for place in places}
     columns = {place[1] for place in places}
     return min(len(rows), len(columns)) > 1 and len(places) == len(rows) * len(columns)
-
-
-def _has_a_told_motion(seen: SeenColumns) -> bool:
-    """Whether a drive was told a motion, such as a target position, and no column holds a told field."""
-    told: set[str] = set()  # signals that a word of a told column's name speaks for
-    for column in seen.columns.values():
-        words = column.spoken.stem_words
-        if TOLD.isdisjoint(words):
-            continue
-        for word in words:
-            if len(word) > 1:
-                told |= {signal for signal, form in spoken_name(word).forms.items() if form}
-    return not told.isdisjoint(("slip", "position")) and "field" not in told
