@@ -92,6 +92,12 @@ def test_where_the_numbers_do_not_tell_it_the_user_is_asked(
     assert "as that of a motor under test" in " ".join(plan.doubts), what
 
 
+def test_a_score_of_the_motor_s_current_is_not_offered_either() -> None:
+    score = (CURRENT - CURRENT.mean()) / CURRENT.std()
+    columns = {**STAND, "Voltage [V]": VOLTAGE, **_powers(VOLTAGE), "Z_Score_Current [A]": score}
+    assert "Z_Score" not in planned(columns).command()
+
+
 def test_two_speeds_that_are_zero_all_through_are_not_one_motion() -> None:
     speeds = {"Motor Electrical Speed [rpm]": 0.0 * TIME, "Motor Optical Speed [rpm]": 0.0 * TIME}
     plan = planned({"Time [s]": TIME, "Torque [N*m]": TORQUE, **speeds})

@@ -8,6 +8,7 @@ import numpy as np
 
 from erclutch.logs.columns.seen_columns import NO_UNITS, SeenColumn
 from erclutch.logs.columns.shapes import FEW, known_rows
+from erclutch.logs.columns.two_courses import go_straight
 from erclutch.logs.columns.vocabulary import VOLTAGES
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.field_doubts import leave_out_field
@@ -59,6 +60,9 @@ def leave_out_what_feeds_a_motor_under_test(draft: Draft) -> None:
     draft.no_signals += [powers.efficiency.name, powers.gives.name, powers.draws.name]
     if voltage:
         draft.no_signals.append(voltage)
+    for other in draft.seen.without(draft.taken):  # the same current in other numbers, as a score
+        if other.fits(("A",)) and go_straight(other.values, current.values):
+            draft.no_signals.append(other.name)
     of_drivers = [each for each in draft.seen.columns.values() if each.spoken.says(_OF_DRIVERS)]
     of_air = [each for each in draft.seen.columns.values() if each.spoken.says(_OF_PROPELLERS)]
     if of_drivers and of_air:
