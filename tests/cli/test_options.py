@@ -7,7 +7,7 @@ import re
 from collections import defaultdict
 from functools import cache
 from importlib import import_module
-from inspect import getsource
+from inspect import getsource, signature
 from pathlib import Path
 from typing import Any, get_args
 
@@ -16,7 +16,10 @@ import pytest
 from erclutch import registry
 from erclutch.cli import app
 from erclutch.cli.command_list import OF_OTHERS, PANELS, commands
+from erclutch.cli.commands.fit import fit
 from erclutch.errors import PluginError, SettingError
+from erclutch.fit.fit_settings import Settings
+from erclutch.logs.covering_stretches import USUAL_SHARE
 from erclutch.logs.synthetic import write_synthetic_log
 from tests.support.command import good, refused, run
 from tests.support.installed_plugin import Install
@@ -315,3 +318,14 @@ def test_help_names_files_first_and_shows_no_values_of_python() -> None:
     assert "[default: pdf png]" in said
     assert "False" not in said
     assert "--LOG" not in good("fit", "--help")
+
+
+def test_the_options_of_a_fit_begin_as_its_settings_do() -> None:
+    options, settings = signature(fit).parameters, Settings()
+    assert options["models"].default == settings.models
+    assert options["lag"].default == settings.lag
+    assert options["test"].default == (f"{USUAL_SHARE:g}",)
+    assert settings.test == USUAL_SHARE
+    assert options["blocks"].default == settings.blocks
+    for name in ("friction", "offset", "seed", "past", "polish", "workers"):
+        assert options[name].default == getattr(settings, name)

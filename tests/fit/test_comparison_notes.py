@@ -128,9 +128,18 @@ def test_rows_far_outside_all_efforts() -> None:
 def test_stretches_that_end_before_the_start_is_forgotten(share: float, short: int) -> None:
     """The second stretch goes 49 steps of 0.05 m, the first one four times as far."""
     length = share * 49 * 0.05 / c._FORGOTTEN
-    model = SimpleNamespace(correction=None, times={"r_1": length, "delay": 0.1})
+    model = SimpleNamespace(
+        correction=None,
+        times={"r_1": length, "delay": 0.1, "r_h": 1e3},
+        structure=SimpleNamespace(dynamics="lag+remanence+dahl"),
+    )
     own = outcome(
-        model=model, estimates=(estimate("r_1", length, 0.0, 1.0), estimate("delay", 0.1, 0.0, 1.0))
+        model=model,
+        estimates=(
+            estimate("r_1", length, 0.0, 1.0),
+            estimate("delay", 0.1, 0.0, 1.0),
+            estimate("r_h", 1e3, 0.0, 1.0),  # of a field, in its unit: no slip forgets it
+        ),
     )
     said = (
         [f"{short} of 2 stretches are too short to forget the start of r_1 = {length:.3g}"]

@@ -21,9 +21,10 @@ from erclutch.models.model import Model, held_window, margins, stage_numbers
 from erclutch.models.model_titles import title_of
 from erclutch.models.networks.network_model import NetworkModel
 from erclutch.models.shared_answers import ModelBase
+from erclutch.models.stages import NONE
 from erclutch.models.stages.stage import Stage
 from erclutch.signals.array import largest_size
-from erclutch.signals.device import DeviceName
+from erclutch.signals.device import WAYS_OF, DeviceName
 from erclutch.signals.speed import CAUSAL, Derivative, live
 
 InputsName = Literal["speeds", "angles"]
@@ -176,7 +177,7 @@ class ExportedStep:
         """What to know of a memory that is called at another period than it was fitted at; else empty."""
         own = self.model.period
         period = self.period
-        if own is None or period is None or self.model.structure.dynamics == "none":
+        if own is None or period is None or self.model.structure.dynamics == NONE:
             return ""
         if abs(period - own) <= _SAME_PERIOD * own:
             return ""
@@ -199,7 +200,7 @@ class ExportedStep:
     @property
     def elements(self) -> int:
         """Elements of the device."""
-        return 2 if self.device == "coaxial" else 1
+        return len(WAYS_OF[self.device])
 
     @property
     def device(self) -> DeviceName:
@@ -250,7 +251,7 @@ def described_step(model: Any, options: ExportOptions | None = None) -> Exported
         raise ExportError(f"precision {options.precision!r}", remedy="Give float32 or float64")
     period = _period(model, options)
     coaxial = model.structure.device == "coaxial"
-    elements = 2 if coaxial else 1
+    elements = len(WAYS_OF[model.structure.device])
     scale = largest_size(model.trained_on.effort)
 
     field_unit = model.units.field or "1"
@@ -374,9 +375,7 @@ def _period(model: Model, options: ExportOptions) -> float | None:
     period = own if options.period is None else options.period
     if period is not None and not (np.isfinite(period) and 1e-7 <= period <= 10.0):
         raise ExportError(f"a period of {period:g} s", remedy="Give one between 1e-7 s and 10 s")
-    if period is None and (
-        past or model.structure.dynamics != "none" or options.inputs == "angles"
-    ):
+    if period is None and (past or model.structure.dynamics != NONE or options.inputs == "angles"):
         raise ExportError(
             "its past rows, dynamics or filter need a sampling period, which this network's file does not hold",
             where=model.name,

@@ -9,6 +9,7 @@ import numpy as np
 
 from erclutch.models.model import Model, margins
 from erclutch.signals.array import Array, Mask, largest_size
+from erclutch.signals.device import WAYS_OF
 
 #: Points of the grid along a side of the field, and along the slip of an element.
 _FIELDS = 33
@@ -66,7 +67,7 @@ def _lines(model: Model) -> Iterator[_Lines]:
     origin, plus, minus = sides(model)
     low, high = model.trained_on.slip
     grid = np.linspace(low, high, _SLIPS)
-    elements = 2 if model.structure.device == "coaxial" else 1
+    elements = len(WAYS_OF[model.structure.device])
     slips = [slip.ravel() for slip in np.meshgrid(*[grid] * elements)]  # of each element, (lines,)
     lines = slips[0].size
     for end in (plus, minus):

@@ -24,7 +24,7 @@ from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import law_from_name
 from erclutch.models.model import Model
-from erclutch.models.stages import canonical
+from erclutch.models.stages import NONE, canonical
 from erclutch.signals.array import Mask
 
 GROUP = "erclutch.kinds"
@@ -264,7 +264,7 @@ def asked(settings: Settings, train: Dataset, kind: Kind) -> list[tuple[str, str
     # A model that names none is fitted with the stages of the settings, or as far as a lag can be told.
     forms = (settings.lag,)
     if settings.lag == AUTO:
-        forms = ("none",) if steady_command(train) or train.in_no_time else ("none", "lag")
+        forms = (NONE,) if steady_command(train) or train.in_no_time else (NONE, "lag")
     named_stages = [stages for _, stages in own]
     refuse_memory(train, [*forms, *named_stages], past=bool(settings.past))
     pairs = [(specification, form) for form in forms for specification in without]

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from erclutch.errors import keywords_checked, require
+from erclutch.logs.covering_stretches import USUAL_SHARE
 
 AUTO = "auto"
 
@@ -35,7 +36,7 @@ class Settings:
 
     models: tuple[str, ...] = ("all",)
     lag: str = AUTO
-    test: float | tuple[str, ...] = 0.3
+    test: float | tuple[str, ...] = USUAL_SHARE
     blocks: int = 0
     friction: bool | None = None
     offset: bool | None = None

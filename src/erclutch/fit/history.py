@@ -20,6 +20,7 @@ from erclutch.logs.dataset import Dataset
 from erclutch.models.stages import NONE, needs_time, slip_stages, stage_named, stages_of
 from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.signals.array import Array, Mask, rms
+from erclutch.signals.device import WAYS_OF
 from erclutch.signals.percent import percent
 
 #: A LuGre state is a Dahl state with two more numbers, and what is counted from the start of a log, a travel or a heat,
@@ -106,14 +107,13 @@ def history(data: Dataset, error: Array | None = None, dynamics: str = NONE) -> 
         (stage,) = slip_stages(name)
         shapes = stage.parameters(reference.period)
         columns: list[Array] = []
-        for way, element in zip((1.0, -1.0), data.elements, strict=False):
+        for way, element in zip(WAYS_OF[data.device], data.elements, strict=True):
             strength = np.abs(element.field) / reference.field
             if not strength.any():  # no field at all: the memory is as strong everywhere
                 strength = np.ones(data.rows)
             moved = SlipAndStrength(way * element.slip / reference.slip, strength)
             for place in _PLACES if shapes else _PLACES[:1]:
-                ranges = [shape.scanned for shape in shapes]
-                constants = [low * (high / low) ** place for low, high in ranges]
+                constants = [shape.at(place) for shape in shapes]
                 outputs = stage.respond(moved, data.clock, constants, slice(None))
                 for column in stage.columns(outputs, moved.strength):
                     columns.append(way * np.asarray(column)[rows])

@@ -9,9 +9,9 @@ from erclutch.fit.checks.finding import Finding
 from erclutch.fit.fit_settings import Settings
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
+from erclutch.models.networks import MOST_PAST
 from erclutch.signals import units
 
-_MOST = 1000
 _REMEDY = "Give times with a unit (--past 1ms 2ms 4ms) or whole numbers of rows (--past 1 2 4)"
 
 
@@ -86,6 +86,6 @@ def without_network(settings: Settings, models: Iterable[Model]) -> tuple[Findin
 
 def _allowed(rows: int, problem: str) -> int:
     """A number of rows back, if there may be so many."""
-    if not 1 <= rows <= _MOST:
-        raise SettingError(problem, remedy=f"Give what lies 1 to {_MOST} rows back")
+    if not 1 <= rows <= MOST_PAST:
+        raise SettingError(problem, remedy=f"Give what lies 1 to {MOST_PAST} rows back")
     return rows

@@ -13,6 +13,7 @@ from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.kinds.law_alone import LawCandidate, structures_of, with_memory
 from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
+from erclutch.models.stages import NONE
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.percent import percent
 
@@ -32,11 +33,11 @@ def with_turned_fit(
     """
     turned = replace(data, effort=-data.effort)
     train = turned.take(~test)
-    stages = settings.lag if settings.lag != AUTO else "none"
+    stages = settings.lag if settings.lag != AUTO else NONE
     plain = structures_of(turned, settings, [("bingham", stages)])
     base = [LawCandidate(structure).fit(train, (), 1) for structure in plain]
     law = base[-1]
-    if settings.lag in (AUTO, "none"):
+    if settings.lag in (AUTO, NONE):
         remembering, _ = with_memory(train, base)
         if remembering:
             law = remembering[-1].fit(train, (), 1)

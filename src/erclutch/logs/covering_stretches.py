@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from erclutch.signals.array import Array, Mask, largest_size
 from erclutch.signals.device import Element
 
-#: The word that asks for such stretches, and the share of the rows that they are.
+#: The word that asks for such stretches.
 STRETCHES = "stretches"
-SHARE = 0.3
+#: Share of the rows that is held out, where nobody says another.
+USUAL_SHARE = 0.3
 _WINDOWS = 20  # of a long log
 _FEWEST_WINDOWS = 7
 _FEWEST_ROWS = 50  # of a window
@@ -39,7 +40,7 @@ def covering(elements: Sequence[Element], start: int, stop: int) -> Mask:
     rows = stop - start
     windows = min(_WINDOWS, rows // _FEWEST_ROWS)
     if windows < _FEWEST_WINDOWS:
-        trained = round((1 - SHARE) * rows)
+        trained = round((1 - USUAL_SHARE) * rows)
         mask[start + trained : stop] = True
         return mask
     window = np.arange(rows) * windows // rows  # of each row
@@ -115,14 +116,14 @@ def _alike(counts: Array) -> list[int]:
         counts: rows of each window in each cell, shape (windows, cells).
     """
     windows = len(counts)
-    wanted = SHARE * counts.sum(axis=0)  # rows of each cell
+    wanted = USUAL_SHARE * counts.sum(axis=0)  # rows of each cell
 
     def unlike(some: list[int]) -> float:
         """How far the cells of some windows are from those wanted (Pearson's sum)."""
         away = counts[some].sum(axis=0) - wanted
         return float(np.sum(away**2 / (wanted + 1.0)))
 
-    even = np.linspace(1, windows - 1, round(SHARE * windows))
+    even = np.linspace(1, windows - 1, round(USUAL_SHARE * windows))
     held: list[int] = even.round().astype(int).tolist()
     best = unlike(held)
     # One window is exchanged at a time, as long as that helps.

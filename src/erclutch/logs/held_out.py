@@ -12,7 +12,7 @@ from typing import cast
 import numpy as np
 
 from erclutch.errors import SettingError
-from erclutch.logs.covering_stretches import STRETCHES, covering, spread_points
+from erclutch.logs.covering_stretches import STRETCHES, USUAL_SHARE, covering, spread_points
 from erclutch.logs.dataset import STEADY, Dataset
 from erclutch.logs.rows.field_plateaus import plateaus
 from erclutch.signals.array import Mask
@@ -37,7 +37,8 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     if isinstance(test, Real):
         share = float(test)
         if not 0 < share < 0.9:
-            remedy = "Give a share above 0 and below 0.9, for example 0.3, or a pattern of logs' names: 'run7*'"
+            example = f"for example {USUAL_SHARE:g}, or a pattern of logs' names: 'run7*'"
+            remedy = f"Give a share above 0 and below 0.9, {example}"
             raise SettingError(f"a test share of {share}", where="--test", remedy=remedy)
         return _share_of_each_log(dataset, share)
 

@@ -20,7 +20,7 @@ from erclutch.models.stages import (
     temperature_stages,
 )
 from erclutch.models.stages.stage import Stage
-from erclutch.signals.device import DeviceName
+from erclutch.signals.device import WAYS_OF, DeviceName, names_in_elements
 from erclutch.signals.recording import POSITION, TEMPERATURE
 
 FRICTION = Gain("T_f", "friction effort at zero field", Dimension(effort=1))
@@ -70,6 +70,9 @@ class Composition:
         offset: a constant effort (gas spring, preload, sensor zero).
         extras: further logged inputs, each with a gain (displacement, acceleration); with stages on the temperature
             that is one of them, and it has no gain; with stages on the position that is one of them too.
+
+    Raises:
+        SettingError: a stage that needs what the law does not say, or two numbers of one name.
     """
 
     device: DeviceName
@@ -93,19 +96,7 @@ class Composition:
             object.__setattr__(self, "extras", (*self.extras, TEMPERATURE))
         if position_stages(self.dynamics) and POSITION not in self.extras:
             object.__setattr__(self, "extras", (*self.extras, POSITION))
-        self._require_names_that_differ()
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Law functions are made, not imported, so a copy in another process makes its own from the names."""
-        rest = (self.dynamics, self.friction, self.offset, self.extras)
-        return _made_again, (type(self), self.device, self.specification, *rest)
-
-    def _require_names_that_differ(self) -> None:
-        """Refuse two numbers of one name, of which a model's file and tables would have but one.
-
-        Raises:
-            SettingError: the law and its stages have such numbers.
-        """
+        # Of two numbers of one name a model's file and its tables would have but one.
         names = [number.name for number in (*self.shapes(1.0), *self.gains())]
         for name in names:
             if names.count(name) > 1:
@@ -114,10 +105,15 @@ class Composition:
                     remedy="Leave one of the stages out",
                 )
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Law functions are made, not imported, so a copy in another process makes its own from the names."""
+        rest = (self.dynamics, self.friction, self.offset, self.extras)
+        return _made_again, (type(self), self.device, self.specification, *rest)
+
     @property
     def elements(self) -> int:
         """Number of elements of the device."""
-        return 2 if self.device == "coaxial" else 1
+        return len(WAYS_OF[self.device])
 
     @property
     def chosen_inputs(self) -> tuple[str, ...]:
@@ -132,7 +128,7 @@ class Composition:
     @property
     def ways(self) -> tuple[float, ...]:
         """Sign in which each element drives: a law sees it as forward. Laws are odd, so only `Law.forward` feels it."""
-        return (1.0, -1.0) if self.elements == 2 else (1.0,)
+        return WAYS_OF[self.device]
 
     def shapes(self, period: float) -> tuple[ShapeParameter, ...]:
         """All nonlinear parameters: of the stimulus, the law, the memory's strength, the stages."""
@@ -227,9 +223,7 @@ class Composition:
 
     def names_of(self, gain: str) -> tuple[str, ...]:
         """What a gain of an element is called in each element of the device, in their order."""
-        if self.elements == 1:
-            return (gain,)
-        return tuple(f"{gain}_{element}" for element in range(1, self.elements + 1))
+        return names_in_elements(self.device, gain)
 
     @property
     def gains_of_element(self) -> tuple[Gain, ...]:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from erclutch.models.band import Band
 from erclutch.models.covered_cells import CELLS, grid_cell
 from erclutch.models.near_cells import NearCells, Nearness
-from erclutch.models.stages import slip_stages, stages_of
+from erclutch.models.stages import NONE, slip_stages, stages_of
 from erclutch.models.stages.stage import SlipAndStrength, Stage
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
@@ -401,4 +401,4 @@ def settled_memory(model: Model, moved: Sequence[SlipAndStrength]) -> list[list[
 
 def full_name(specification: str, dynamics: str) -> str:
     """A model's identifier from those of its parts, for example ``bingham/power+lag``."""
-    return specification if dynamics == "none" else f"{specification}+{dynamics}"
+    return specification if dynamics == NONE else f"{specification}+{dynamics}"

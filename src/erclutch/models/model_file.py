@@ -23,7 +23,7 @@ from erclutch.models.model import CELLS, Pair, Range
 from erclutch.models.plugin_efforts import ENTRY, require_same_efforts
 from erclutch.registry import require
 from erclutch.signals.array import Array
-from erclutch.signals.device import DEVICES, DeviceName, Units
+from erclutch.signals.device import DEVICES, WAYS_OF, DeviceName, Units
 from erclutch.signals.units import is_written_well
 
 SCHEMA = 1
@@ -296,7 +296,7 @@ def near_of(values: Any, device: DeviceName) -> tuple[tuple[int, ...], ...]:
         if len(masks) != CELLS or not in_range:
             raise ValueError(f"cells near training rows are {masks!r:.60}")
         near.append(masks)
-    if near and len(near) != (2 if device == "coaxial" else 1):
+    if near and len(near) != len(WAYS_OF[device]):
         raise ValueError(f"cells near training rows for {len(near)} elements")
     return tuple(near)
 

@@ -11,7 +11,7 @@ from erclutch.errors import RunError
 from erclutch.models.model import Model
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
-from erclutch.signals.device import Element
+from erclutch.signals.device import WAYS_OF, Element
 
 #: The file's entry.
 ENTRY = "efforts"
@@ -30,7 +30,7 @@ def efforts_of(model: Model) -> list[float]:
     field = np.where(np.arange(_ROWS) % 8 < 5, ranges.field[1], ranges.field[0])
     slip = np.interp(np.sin(2.0 * np.pi * share), (-1.0, 1.0), ranges.slip)
     elements = [Element(field, slip), Element(field[::-1], -slip)]
-    count = 2 if model.structure.device == "coaxial" else 1
+    count = len(WAYS_OF[model.structure.device])
     extras: dict[str, Array] = {}
     for name, covered in model.extras.items():
         extras[name] = np.full(_ROWS, np.mean(covered), np.float64)

@@ -20,6 +20,8 @@ from erclutch.signals.array import Array, largest_size
 DeviceName = Literal["single", "coaxial"]
 DEVICES: tuple[DeviceName, ...] = ("single", "coaxial")
 
+#: The sign in which each element drives: one for each element of the device.
+WAYS_OF: Mapping[DeviceName, tuple[float, ...]] = {"single": (1.0,), "coaxial": (1.0, -1.0)}
 #: Position signal -> the speed that it is differentiated to where that is not logged.
 SPEED_OF = {"position": "slip", "theta": "theta_dot", "alpha": "alpha_dot"}
 EFFORT_OF: Mapping[DeviceName, str] = {"single": "effort", "coaxial": "T"}
@@ -59,6 +61,14 @@ class Units:
             shown = "units as logged" if unit == "?" else unit or "1"
             words.append(f"{name} in {shown}")
         return ", ".join(words)
+
+
+def names_in_elements(device: DeviceName, name: str) -> tuple[str, ...]:
+    """What a number of an element is called in each: ``eta`` of a single device, ``eta_1``, ``eta_2`` of the pair."""
+    count = len(WAYS_OF[device])
+    if count == 1:
+        return (name,)
+    return tuple(f"{name}_{element}" for element in range(1, count + 1))
 
 
 def slips_of(device: DeviceName, speeds: Sequence[Any]) -> list[Any]:

@@ -436,3 +436,9 @@ def test_every_pair_of_seeds_and_sizes_is_reproducible() -> None:
         structure = network_from_name(f"fnn-{size}", "single")
         first, again = (fit_network(log, structure, seed=seed).train_cost for _ in range(2))
         assert first == again
+
+
+@pytest.mark.parametrize("name", ["fnn-²", "rbfn-③", f"fnn-{'9' * 5000}"])
+def test_digits_that_are_no_number_of_neurons_are_refused(name: str) -> None:
+    with pytest.raises(SettingError, match="unknown network"):
+        network_from_name(name)

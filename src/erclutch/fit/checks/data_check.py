@@ -18,6 +18,7 @@ from erclutch.fit.checks.sensor_check import sensor_findings
 from erclutch.fit.checks.unlike_logs import unlike_logs
 from erclutch.fit.training_range import range_of
 from erclutch.logs.clock.resample import RESAMPLED
+from erclutch.logs.covering_stretches import USUAL_SHARE
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import hold_out
 from erclutch.logs.plan import THOUGH
@@ -35,8 +36,7 @@ STEADY_FIELD = "field"
 #: Rows to train on, below which nothing is fitted. A point of a table is a mean of many such rows.
 _FEWEST_ROWS = 50
 _FEWEST_POINTS = 12
-#: Share of the rows that is held out, where nobody says another; and those that few rows may hold out.
-USUAL_SHARE = 0.3
+#: Shares of the rows that few rows may hold out in place of the usual one.
 _SMALLER_SHARES = (0.25, 0.2, 0.15, 0.1)
 #: A field, over the largest, below which it is none; two fields that differ by less are one.
 _NO_FIELD = 1e-6

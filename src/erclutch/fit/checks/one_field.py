@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from erclutch.errors import SettingError
 from erclutch.fit.checks.data_check import field_text
+from erclutch.fit.fit_settings import AUTO
 from erclutch.logs.dataset import Dataset
 from erclutch.models.laws import at_one_field
 from erclutch.models.networks import is_network
@@ -36,7 +37,7 @@ def refuse_field_terms(
             raise SettingError(
                 problem, remedy="Log with a changing field, or leave the law out: --models all"
             )
-    if stages != "auto" and stages_at(stages, "command"):
+    if stages != AUTO and stages_at(stages, "command"):
         problem = f"the stages {stages} follow a command that changes, and {where}"
         raise SettingError(problem, remedy="Leave the stages on the command out of --lag")
     if friction:

@@ -28,6 +28,7 @@ from erclutch.fit.solver.outcome import MEANINGLESS, AnyOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import Model
 from erclutch.models.stages import slip_stages
+from erclutch.models.stages.slip_memory import TRAVEL
 from erclutch.signals.array import Array, rms
 from erclutch.signals.percent import percent
 from erclutch.signals.shown import Shown, one_line
@@ -271,12 +272,15 @@ def _steps_within_a_field(outcome: AnyOutcome, train: Dataset) -> bool:
 
 def too_short(outcome: AnyOutcome, data: Dataset) -> list[str]:
     """Which travels of the memory are so long that stretches of the log end before their start is forgotten."""
-    # Travels are called r_...; other numbers of the stages are times, which a stretch outlasts.
-    times = outcome.model.times
-    lengths: dict[str, float] = {}
-    for estimate in outcome.estimates:
-        if estimate.name in times and estimate.name.startswith("r_"):
-            lengths[estimate.name] = estimate.value
+    # Other numbers of the stages are times, which a stretch outlasts, or of the field.
+    names: set[str] = set()
+    for stage in slip_stages(outcome.model.structure.dynamics):
+        for number in stage.parameters(data.period):
+            if number.dimension == TRAVEL:
+                names.add(number.name)
+    lengths = {
+        estimate.name: estimate.value for estimate in outcome.estimates if estimate.name in names
+    }
     if not lengths:
         return []
     steps = np.diff(data.clock.time, prepend=data.clock.time[0])  # [s], from the row before

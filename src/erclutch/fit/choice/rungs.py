@@ -201,13 +201,8 @@ def starts_of(
         for shape in shapes:
             if shape.name in known:
                 start.append(known[shape.name])
-                continue
-            low, high = shape.scanned
-            place = corner[shape.name]
-            if shape.scale == "log":  # a constant that spans decades starts by its logarithm
-                start.append(float(low * (high / low) ** place))
             else:
-                start.append(low + place * (high - low))
+                start.append(shape.at(corner[shape.name]))
         starts.append(start)
     return starts if new else starts[:1]
 

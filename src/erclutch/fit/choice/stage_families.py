@@ -28,6 +28,11 @@ def _families() -> Iterator[StageFamily]:
             yield plugin.value
 
 
+def _family_of(name: str) -> StageFamily | None:
+    """The family on whose ladder a stage stands; None for further inputs, and for stages that only users add."""
+    return next((family for family in _families() if name in family.ladder), None)
+
+
 def feels(
     train: Dataset,
     base: Structure,
@@ -41,8 +46,8 @@ def feels(
     stage = stage_named(name)
     if train.in_no_time and needs_time(stage):
         return False
-    own = [family for family in _families() if name in family.ladder]
-    of_two_ways = any(family.two_ways or name in family.apart for family in own)
+    own = _family_of(name)
+    of_two_ways = own is not None and (own.two_ways or name in own.apart)
     # A slip that never turns does not show what differs between its two ways.
     if of_two_ways and not any(
         element.slip.min() < 0.0 < element.slip.max() for element in train.elements
@@ -60,19 +65,20 @@ def feels(
 
 def is_next(left: Sequence[str], name: str) -> bool:
     """Whether no simpler stage of the same family is left; a further input is a family of its own."""
-    family = next((family for family in families() if name in family), (name,))
-    simplest = next(each for each in family if each in left)
+    family = _family_of(name)
+    ladder = (name,) if family is None else family.ladder
+    simplest = next(each for each in ladder if each in left)
     return simplest == name
 
 
 def has_company(structure: Structure, name: str) -> bool:
     """Whether the structure has what the stage stands beside: a second ripple is what the first leaves."""
-    beside = next((family.beside for family in _families() if name in family.ladder), "")
-    if not beside:
+    family = _family_of(name)
+    if family is None or not family.beside:
         return True
     stages = structure.dynamics.split("+")
-    company = next((family for family in families() if family[0] == beside), ())
-    return any(stage in stages for stage in company)
+    company = _family_of(family.beside)
+    return company is not None and any(stage in stages for stage in company.ladder)
 
 
 def widened(structure: Structure, name: str) -> Structure:
@@ -97,39 +103,39 @@ def with_stage(dynamics: str, name: str) -> str:
 
 def edge_of(name: str) -> str:
     """The number of a stage that is the widest edge of its plays; "" for a stage without plays."""
-    return next((family.edge for family in _families() if name in family.ladder), "")
+    family = _family_of(name)
+    return "" if family is None else family.edge
 
 
 def fading_of(name: str) -> str:
     """The slip over which a stage fades that would be the sign's own turn if it were small; "" for other stages."""
-    return next((family.fades for family in _families() if name in family.ladder), "")
+    family = _family_of(name)
+    return "" if family is None else family.fades
 
 
 def forgetting_of(name: str) -> tuple[str, str]:
     """The time after which a stage forgets a travel, and the stage that says as much without one; else "" and ""."""
-    return next(
-        ((family.forgets, family.instead) for family in _families() if name in family.ladder),
-        ("", ""),
-    )
+    family = _family_of(name)
+    return ("", "") if family is None else (family.forgets, family.instead)
 
 
 def simpler_than(left: Sequence[str], name: str) -> list[str]:
     """Those that are left of the stages of the same family that are simpler."""
-    family = next((family for family in families() if name in family), (name,))
-    return [each for each in family[: family.index(name)] if each in left]
+    family = _family_of(name)
+    if family is None:
+        return []
+    return [each for each in family.ladder[: family.ladder.index(name)] if each in left]
 
 
 def has_to_take_off(name: str) -> float:
     """The share of the error that a stage has to show beside a law before it is searched, and to take off; 0: none."""
-    for family in _families():
-        if name in family.ladder:
-            return family.apart.get(name, family.striking)
-    return 0.0
+    family = _family_of(name)
+    return 0.0 if family is None else family.apart.get(name, family.striking)
 
 
 def with_field_behind(structure: Structure, name: str) -> Structure | None:
     """The structure with the field behind the memory of this name; None where it has no such form, or no field."""
-    family = next((family for family in _families() if name in family.ladder), None)
+    family = _family_of(name)
     if family is None or not family.behind or structure.law.yield_form is CONSTANT:
         return None
     behind = family.behind[family.ladder.index(name)]
@@ -138,6 +144,6 @@ def with_field_behind(structure: Structure, name: str) -> Structure | None:
 
 def has_field_behind(structure: Structure, name: str) -> bool:
     """Whether the structure has a simpler memory of the same family with the field behind it."""
-    family = next(family for family in _families() if name in family.ladder)
+    family = _family_of(name)
     stages = structure.dynamics.split("+")
-    return any(stage in family.behind for stage in stages)
+    return family is not None and any(stage in family.behind for stage in stages)

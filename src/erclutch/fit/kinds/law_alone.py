@@ -217,6 +217,15 @@ def structures_for(data: Dataset, settings: Settings) -> list[Structure]:
     return structures_of(data, settings, pairs)
 
 
+def usual_terms(data: Dataset) -> tuple[bool, bool]:
+    """Whether a law of these rows has friction at zero field, and a constant effort, where nobody says so.
+
+    The paper's pair has neither. Friction is told from a constant effort only where the slip turns.
+    """
+    alone = data.device == "single"
+    return alone and not data.one_way, alone
+
+
 def structures_of(
     data: Dataset,
     settings: Settings,
@@ -229,10 +238,9 @@ def structures_of(
         given = [name for name, _ in named if name in spelled_out]
         refuse_field_terms(data, given, settings.lag, settings.friction)
 
-    # Friction at zero field is told from a constant effort only where the slip turns.
-    alone = data.device == "single"
-    friction = alone and not data.one_way if settings.friction is None else settings.friction
-    offset = alone if settings.offset is None else settings.offset
+    usual_friction, usual_offset = usual_terms(data)
+    friction = usual_friction if settings.friction is None else settings.friction
+    offset = usual_offset if settings.offset is None else settings.offset
 
     releases = field_releases(data)
     pairs = [(_law_of(name, data, releases=releases), stages) for name, stages in named]

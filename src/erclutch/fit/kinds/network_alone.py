@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.fit_settings import AUTO, Settings
-from erclutch.fit.kinds.law_alone import laws_among
+from erclutch.fit.kinds.law_alone import laws_among, usual_terms
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
 from erclutch.fit.networks.fit_network import fit_network, supports
 from erclutch.fit.past_samples import past_rows
@@ -19,7 +19,7 @@ from erclutch.models.laws.yield_stress import SATURATING, TANH
 from erclutch.models.model import full_name
 from erclutch.models.networks import PAPER_NETWORKS, NetworkStructure, is_network, network_from_name
 from erclutch.models.networks.network_inputs import stage_numbers_in_user_units
-from erclutch.models.stages import needs_time, outside_stages, slip_stages, stages_of
+from erclutch.models.stages import NONE, needs_time, outside_stages, slip_stages, stages_of
 from erclutch.models.structure import Structure
 from erclutch.registry import Plugin
 from erclutch.signals.array import Mask
@@ -184,7 +184,7 @@ def remembered(stages: str) -> str:
         on_slip = stage.place == "slip" and needs_time(stage)
         if stage.place == "command" or on_slip:
             kept.append(stage.name)
-    return "+".join(kept) or "none"
+    return "+".join(kept) or NONE
 
 
 def constants_for(
@@ -193,7 +193,7 @@ def constants_for(
     laws: Sequence[FitOutcome[TorqueModel]],
 ) -> dict[str, float]:
     """Numbers of the stages, of the law with the lowest cost among those with the same stages but for the effort's."""
-    if network.dynamics == "none":
+    if network.dynamics == NONE:
         return {}
     same = [law for law in laws if remembered(law.model.structure.dynamics) == network.dynamics]
     if same:
@@ -202,16 +202,7 @@ def constants_for(
         powers = [law for law in same if law.model.structure.law.yield_form not in saturating]
         law = min(powers or same, key=lambda law: law.train_cost).model
     else:  # no law that was asked for has these stages
-        single = train.device == "single"
-        structure = Structure(
-            device=train.device,
-            specification="bingham",
-            law=law_from_name("bingham", train.device),
-            dynamics=network.dynamics,
-            friction=single,
-            offset=single,
-        )
-        law = fit_structure(train, structure, intervals=False).model
+        law = _fitted(train, "bingham", network.dynamics)
     return stage_numbers_in_user_units(law, network.dynamics)
 
 
@@ -233,13 +224,11 @@ def law_beyond(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> Torqu
         named = [law for law in known if law.model.structure.specification == bingham]
         taken = min(named or known, key=lambda law: (law.parameters, law.train_cost))
         return taken.model
-    single = train.device == "single"
-    structure = Structure(
-        device=train.device,
-        specification=bingham,
-        law=law_from_name(bingham, train.device),
-        dynamics="none",
-        friction=single and not train.one_way,
-        offset=single,
-    )
+    return _fitted(train, bingham, NONE)
+
+
+def _fitted(train: Dataset, specification: str, dynamics: str) -> TorqueModel:
+    """A law with the usual terms, fitted to the training rows."""
+    law = law_from_name(specification, train.device)
+    structure = Structure(train.device, specification, law, dynamics, *usual_terms(train))
     return fit_structure(train, structure, intervals=False).model

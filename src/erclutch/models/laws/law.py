@@ -57,6 +57,13 @@ class ShapeParameter:
         """Range that the scan for starts covers."""
         return self.usual or (self.lower, self.upper)
 
+    def at(self, place: float) -> float:
+        """The number at a place of the scanned range, 0 to 1; of one that spans decades by its logarithm."""
+        low, high = self.scanned
+        if self.scale == "log":
+            return float(low * (high / low) ** place)
+        return low + place * (high - low)
+
 
 @dataclass(frozen=True)
 class YieldForm:

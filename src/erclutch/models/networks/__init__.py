@@ -12,7 +12,7 @@ from typing import Literal, cast
 
 from erclutch.errors import SettingError
 from erclutch.models.stages import NONE, canonical, slip_stages
-from erclutch.signals.device import DeviceName
+from erclutch.signals.device import WAYS_OF, DeviceName, names_in_elements
 
 NetworkKind = Literal["fnn", "rbfn"]
 Centres = Literal["forward", "kmeans", "refined", "spreads"]
@@ -21,6 +21,7 @@ Centres = Literal["forward", "kmeans", "refined", "spreads"]
 PAPER_NETWORKS = ("rbfn-10", "rbfn-50", "fnn-6", "fnn-16", "fnn-10-6")
 
 MOST_NEURONS = 500  # in a layer
+MOST_PAST = 1000  # rows back
 _FORMS: tuple[Centres, ...] = ("forward", "kmeans", "refined", "spreads")
 
 
@@ -73,11 +74,11 @@ class NetworkStructure:
     @property
     def remembered(self) -> tuple[str, ...]:
         """Names of the inputs that stages on the slip give, elements one after another."""
-        tails = ("",) if self.device == "single" else ("_1", "_2")
-        stages = slip_stages(self.dynamics)
-        return tuple(
-            f"{name}{tail}" for tail in tails for stage in stages for name in stage.outputs
-        )
+        names: list[str] = []
+        for element in range(len(WAYS_OF[self.device])):
+            for stage in slip_stages(self.dynamics):
+                names += [names_in_elements(self.device, name)[element] for name in stage.outputs]
+        return tuple(names)
 
 
 def base_inputs(
@@ -116,7 +117,11 @@ def network_from_name(
     """
     name, _, form = specification.strip().lower().partition("/")
     kind, *sizes = name.split("-")
-    if not sizes or not all(size.isdigit() for size in sizes) or kind not in ("fnn", "rbfn"):
+    if (
+        not sizes
+        or not all(size.isdecimal() and len(size) < 10 for size in sizes)
+        or kind not in ("fnn", "rbfn")
+    ):
         raise SettingError(
             f"unknown network {specification!r}", remedy="Write fnn-16, fnn-10-6 or rbfn-50"
         )
@@ -137,8 +142,8 @@ def network_from_name(
             f"unknown network {specification!r}",
             remedy="Write fnn-16 or fnn-10-6, at most 5 layers",
         )
-    if any(k < 1 or k > 1000 for k in past):
-        raise SettingError(f"past samples {past}", remedy="Give rows back between 1 and 1000")
+    if any(not 1 <= rows <= MOST_PAST for rows in past):
+        raise SettingError(f"past samples {past}", remedy=f"Give 1 to {MOST_PAST} rows back")
     name = "-".join([kind, *map(str, hidden)])
     if form and form != "forward":
         name += f"/{form}"

@@ -20,7 +20,7 @@ from erclutch.models.stages import slip_stages, stages_at, stages_of
 from erclutch.models.stages.stage import SlipAndStrength, Stage
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
-from erclutch.signals.device import Element, speeds_of
+from erclutch.signals.device import WAYS_OF, Element, speeds_of
 
 #: Numbers of the strength of the field in the memory: its exponent, and the field at which it is one.
 STRENGTH = ("n_m", "E_m")
@@ -112,9 +112,8 @@ def moved_of(
     """
     if not slip_stages(structure.dynamics):
         return []
-    ways = (1.0,) if structure.device == "single" else (1.0, -1.0)
     moved: list[SlipAndStrength] = []
-    for way, fluid, slip in zip(ways, fluids, slips, strict=True):
+    for way, fluid, slip in zip(WAYS_OF[structure.device], fluids, slips, strict=True):
         driven = way * slip
         # One field in all rows, or none: its strength is a constant of the device, which the weights hold.
         strength: Any = 1.0

@@ -26,7 +26,7 @@ from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.registry import Plugin
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
-from erclutch.signals.device import Element, Units
+from erclutch.signals.device import WAYS_OF, Element, Units
 
 KIND = "erclutch network model"
 _GIVES_WAY = (
@@ -172,7 +172,7 @@ class NetworkModel(ModelBase):
     @cached_property
     def _nearness(self) -> Nearness:
         covered = replace(self.trained_on, near=self.near or self.trained_on.near)
-        count = 2 if self.structure.device == "coaxial" else 1
+        count = len(WAYS_OF[self.structure.device])
         elements = [covered.near_cells(element) for element in range(count)]
         return Nearness(elements, list(self.extras.values()))
 

@@ -108,6 +108,7 @@ def _run(out: Path, seconds: float, seed: int) -> None:
     from erclutch.files import whole_folder
     from erclutch.fit.comparison import Settings, compare
     from erclutch.logs import read
+    from erclutch.logs.covering_stretches import USUAL_SHARE
     from erclutch.logs.dataset import build_dataset
     from erclutch.report.html.report_page import write_report
     from erclutch.report.numbers.run_material import material_of
@@ -124,7 +125,7 @@ def _run(out: Path, seconds: float, seed: int) -> None:
         ):
             log = collect(prepare("training", seconds=seconds, seed=seed), folder / "twin.parquet")
             recording = read(log, device="coaxial")
-        held = round(0.3 * recording.rows)
+        held = round(USUAL_SHARE * recording.rows)
         why = f"10 models on {recording.rows - held:,} rows; the last {held:,} are held out to judge them"
         with _step("2 of 3  Fitting", why):
             by_difference = Derivative("difference")
