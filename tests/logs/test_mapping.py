@@ -430,6 +430,8 @@ def test_a_rate_has_a_unit(text: str, rate: float) -> None:
     [
         ("5mm3Hz0x25A.txt", "{amplitude}mm{frequency}Hz{field}A"),
         ("run 12_1.5kV.csv", "run {number1}_{field}kV"),
+        ("test-0.5A-3Hz.csv", "test-{field}A-{frequency}Hz"),  # no -0.5 A
+        ("test_-2A.csv", "test_{field}A"),
         ("ramp1A2A.csv", ""),  # which of the two is the field?
         ("run12.csv", ""),
         ("log", ""),

@@ -63,6 +63,12 @@ def test_the_volts_that_feed_the_motor_are_not_the_field() -> None:
     assert plan.signal("field").column == ""  # type: ignore[union-attr]
 
 
+def test_other_volts_of_the_name_are_asked_about_and_rather_feed_the_motor() -> None:
+    plan = _named({**STAND, **_powers(np.full(400, 12.0))}, "curve-10V.csv")
+    assert "the name of the file says 10 V" in " ".join(each.problem for each in plan.questions)
+    assert plan.command().endswith("--field none")
+
+
 def test_another_number_of_the_name_is_asked_about() -> None:
     plan = _named({**STAND, **_powers(np.full(400, 12.0))}, "curve-2A.csv")
     assert "the name of the file says 2 A" in " ".join(each.problem for each in plan.questions)

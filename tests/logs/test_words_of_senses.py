@@ -16,14 +16,14 @@ FORTH = np.where(SPEED > 0.0, "FORWARD", "BACKWARD")
 HALVES = np.where(TIME < 6.0, "FORWARD", "BACKWARD")
 
 
-def _questions(folder: Path, name: str, words: np.ndarray, torque: np.ndarray) -> str:
+def _questions(folder: Path, name: str, words: np.ndarray, torque: np.ndarray, **told: str) -> str:
     path = folder / "log.csv"
     is_time = name == "Timestamp"
     lines = [f"{'' if is_time else 'Time [s],'}Speed [rad/s],Torque [N*m],{name}"]
     for t, v, f, word in zip(TIME, SPEED, torque, words, strict=True):
         lines.append(f"{'' if is_time else f'{t:.3f},'}{v:.6f},{f:.6f},{word}")
     path.write_text("\n".join([*lines, ""]), "utf-8")
-    return str(plan_of(read_table(path), ColumnMap()).questions)
+    return str(plan_of(read_table(path), ColumnMap.from_options(told)).questions)
 
 
 def test_words_that_tell_the_way_of_the_motion_tell_no_field(tmp_path: Path) -> None:
@@ -51,3 +51,4 @@ def test_seconds_of_a_date_tell_no_field(tmp_path: Path) -> None:
     growing = (1.0 + TIME) * np.tanh(SPEED / 0.1)
     assert "may tell it" in _questions(tmp_path, "Mode", np.char.add("m", dates), growing)
     assert "may tell it" not in _questions(tmp_path, "Timestamp", dates, growing)
+    assert "may tell it" not in _questions(tmp_path, "Timestamp", dates, growing, time="none")

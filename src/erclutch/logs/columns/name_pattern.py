@@ -16,7 +16,8 @@ FIELD = re.compile(r"\{([A-Za-z_]\w*)(?:\s*(?::|\[)\s*([^{}\[\]]*?)\s*\]?)?\}")
 #: A number in a name; x and p stand for the decimal point, which some systems allow in no name of a file.
 NUMBER = r"[+-]?\d+(?:[.,xp]\d+)?"
 _UNIT_AFTER = re.compile(r"[A-Za-zµ°%][A-Za-zµ°%/]*")
-_NUMBER_WITH_LETTERS = re.compile(rf"{NUMBER}([A-Za-z]*)")
+#: A hyphen behind a word is no sign: ``test-2A``.
+_NUMBER_WITH_LETTERS = re.compile(r"(?:(?<![^\W_])(?<![)\]])[+-])?\d+(?:[.,xp]\d+)?([A-Za-z]*)")
 _UNITS_OF_FIELD = ("A", "mA", "V", "kV", "T", "mT", "kA/m", "A/m", "kV/mm", "V/mm", "kV/m", "V/m")
 #: What stands behind the number of a field in a name, and the unit that it means. A name of a column may hold a slash,
 #: a name of a file none.

@@ -62,12 +62,15 @@ def ask_about_words(draft: Draft) -> bool:
     slip, effort = slip_and_effort(draft)
     if slip is None or effort is None or not draft.table.path:
         return False
-    dates = draft.clock.column if draft.clock is not None else ""
     for name, column in draft.table.words.items():
         called = {*words_of(name)}
         turns = np.count_nonzero(np.diff(column.of_row)) / column.of_row.size
         are_devices = not called.isdisjoint(KINDS | WHOSE | OF_A_DEVICE) or turns >= TAKE_TURNS
-        if name == dates or are_devices or not 1 < len(column.words) <= _MOST_WORDS:
+        if (
+            name == draft.table.clock_name
+            or are_devices
+            or not 1 < len(column.words) <= _MOST_WORDS
+        ):
             continue
         apart = efforts_of_two_words(slip, effort, column.of_row)
         if apart is None:

@@ -99,7 +99,8 @@ def propose_answers(draft: Draft) -> None:
         else:
             efforts = _efforts(draft, others) if signal in ("slip", "position") else []
             option = _column_option(seen, signal, others, [*motions, *proposed], efforts)
-        if signal == "field" and ("COLUMN" in option or "none" in option):
+        is_open = draft.supply is None and ("COLUMN" in option or "none" in option)
+        if signal == "field" and is_open:
             pattern = name_pattern.proposed(Path(seen.table.path).name)
             if pattern:
                 option = f"--name-pattern {shlex.quote(pattern)}"

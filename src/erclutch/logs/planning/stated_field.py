@@ -235,10 +235,12 @@ def _ask_about_the_name(draft: Draft) -> bool:
     problem = (
         f"no column for field, and the name of the {where} says {number_of(number[1]):g} {unit}"
     )
+    # Of a motor under test, whose powers tell another voltage, it is rather what feeds it.
+    is_rather_none = unit == "V" and draft.supply is not None
     draft.ask(
         "field",
         MappingError(problem, remedy=f"If that is the field, give {option}; else --field none"),
-        option,
+        "--field none" if is_rather_none else option,
     )
     return True
 
