@@ -8,7 +8,14 @@ from functools import cached_property
 from typing import Any, Literal, NamedTuple, Self
 
 from erclutch.errors import SettingError
-from erclutch.models.laws import Dimension, Gain, Law, ShapeParameter, law_from_name
+from erclutch.models.laws import (
+    Dimension,
+    Gain,
+    Law,
+    ShapeParameter,
+    Specification,
+    law_from_name,
+)
 from erclutch.models.laws.law import YieldForm
 from erclutch.models.laws.yield_stress import FALLING
 from erclutch.models.stages import (
@@ -149,9 +156,8 @@ class Composition:
 
     def with_yield_form(self, form: YieldForm) -> Self:
         """The same law with another form of the yield effort over the field."""
-        name, *options = self.specification.split("/")
-        forward = [option for option in options if option == "forward"]
-        specification = "/".join([name, form.name, *forward])
+        own = Specification.of(self.specification)
+        specification = str(own._replace(forms=(form.name,)))
         return replace(
             self, specification=specification, law=law_from_name(specification, self.device)
         )

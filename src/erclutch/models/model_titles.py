@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from erclutch.errors import ErclutchError
-from erclutch.models.laws import law_from_name
+from erclutch.models.laws import FORWARD_OPTION, law_from_name
 from erclutch.models.networks import is_network
 from erclutch.models.stages import needs_time, stage_named
 
@@ -28,8 +28,6 @@ _SHAPES = {
     "stribeck-1": "a Stribeck hump",
     "viscous": "a power of the slip",
 }
-#: A law of one direction says so in its own title.
-_FORWARD = "forward"
 
 
 def id_of(place: int) -> str:
@@ -126,7 +124,7 @@ def _parts_of(name: str) -> _Parts:
         # An abbreviation of the law's name tells nothing apart; a number of kernels does.
         more = f"{bracket}{behind}" if any(sign.isdigit() for sign in behind) else ""
         for option in options:
-            more += " (one direction)" if option == _FORWARD else f" ({option} yield)"
+            more += " (one direction)" if option == FORWARD_OPTION else f" ({option} yield)"
         return _Parts(f"{stem} law{field}{variable}{more}", kinds, label)
 
     # For example "Network of 10 and 6 neurons".

@@ -7,7 +7,7 @@ import pytest
 
 from erclutch.errors import SettingError
 from erclutch.models.law_model import TorqueModel, model_from_dict
-from erclutch.models.laws import PAPER, law_from_name
+from erclutch.models.laws import PAPER, Specification, law_from_name
 from erclutch.models.model import Range
 from erclutch.models.structure import Reference, Structure
 from erclutch.signals.clock import Clock, Span
@@ -73,3 +73,16 @@ def test_friction_keeps_its_sign_too() -> None:
 def test_unknown_forms(name: str) -> None:
     with pytest.raises(SettingError):
         law_from_name(name)
+
+
+@pytest.mark.parametrize(
+    ("text", "written"),
+    [
+        ("Bingham/forward/square", "bingham/square/forward"),
+        (" hem/square/forward/forward ", "hem/square/forward"),
+        ("rbfm-10", "rbfm-10"),
+        ("bingham/", "bingham"),
+    ],
+)
+def test_a_specification_is_written_in_one_way(text: str, written: str) -> None:
+    assert str(Specification.of(text)) == written

@@ -40,14 +40,20 @@ from erclutch.fit.solver.outcome import AnyOutcome, FitOutcome
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.planning.further_columns import option_for_input
 from erclutch.models.law_model import TorqueModel
-from erclutch.models.laws import PAPER, at_one_field, ladder, law_from_name, without_yield
+from erclutch.models.laws import (
+    PAPER,
+    Specification,
+    at_one_field,
+    ladder,
+    law_from_name,
+    without_yield,
+)
 from erclutch.models.laws.yield_stress import (
     CONSTANT,
     FALLING,
     POWER,
     SATURATING,
     TANH,
-    YIELD_FORMS,
 )
 from erclutch.models.model import full_name
 from erclutch.models.stages.inertia import SMOOTH_INERTIA
@@ -262,13 +268,11 @@ def _law_of(name: str, data: Dataset, *, releases: bool) -> str | None:
     of its own takes the one that falls: all others grow with the field.
     """
     law = law_from_name(name, data.device)
-    _, *forms = name.strip().lower().split("/")
-    forms.sort(key=lambda form: form == "forward")  # last: the others are forms of the yield effort
-    takes_a_form = law.yield_form is not None and not set(forms) & YIELD_FORMS.keys()
+    specification = Specification.of(name)._replace(name=law.name)
+    takes_a_form = law.yield_form is not None and not specification.forms
     if takes_a_form and releases:
-        forms.insert(0, FALLING.name)
-    each_once = dict.fromkeys(forms)
-    full = "/".join([law.name, *each_once])
+        specification = specification._replace(forms=(FALLING.name,))
+    full = str(specification)
     return at_one_field(full, data.device) if data.one_field else full
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,12 +23,14 @@ from erclutch.models.laws.yield_stress import CONSTANT, YIELD_FORMS
 from erclutch.registry import Plugin
 
 __all__ = [
+    "FORWARD_OPTION",
     "PAPER",
     "Dimension",
     "Gain",
     "Law",
     "LawFamily",
     "ShapeParameter",
+    "Specification",
     "YieldForm",
     "at_one_field",
     "families",
@@ -47,6 +49,35 @@ _SLIPS = np.array([-1.0, 0.5, 2.0])  # where a law is asked whether the field ha
 
 #: What ``--models paper`` means: the laws of tables II and III, with the signs that the paper takes as constant.
 PAPER = ("bingham/forward", "seo-seo/forward", "hem/forward", "rbfm-5/forward", "rbfm-10/forward")
+
+
+#: Ends the specification of a law whose yield effort keeps its sign.
+FORWARD_OPTION = "forward"
+
+
+class Specification(NamedTuple):
+    """What a law's specification says, in small letters.
+
+    Attributes:
+        name: of the law, for example ``hem`` or ``rbfm-10``.
+        forms: of its yield effort over the field; one at most where the specification is a right one.
+        forward: whether the yield effort keeps its sign.
+    """
+
+    name: str
+    forms: tuple[str, ...] = ()
+    forward: bool = False
+
+    @classmethod
+    def of(cls, text: str) -> Specification:
+        """From a text such as ``hem/square/forward``."""
+        name, *options = text.strip().lower().split("/")
+        forms = [option for option in options if option and option != FORWARD_OPTION]
+        return cls(name, tuple(dict.fromkeys(forms)), FORWARD_OPTION in options)
+
+    def __str__(self) -> str:
+        ending = (FORWARD_OPTION,) if self.forward else ()
+        return "/".join([self.name, *self.forms, *ending])
 
 
 def families(failed: list[PluginError] | None = None) -> dict[str, LawFamily]:
@@ -92,7 +123,7 @@ def quick_laws() -> tuple[str, ...]:
 
 def without_yield(specification: str) -> bool:
     """Whether a law's effort of the field vanishes at rest; of one of our laws, by its specification."""
-    name, *_ = specification.strip().lower().split("/")
+    name = Specification.of(specification).name
     return any(family.without_yield for own, family in _own_families() if own == name)
 
 
@@ -157,10 +188,7 @@ def at_one_field(specification: str, device: str = "single") -> str | None:
     """
     if law_from_name(specification, device).yield_form is None:
         return None
-    name, *options = specification.strip().lower().split("/")
-    steady = f"{name}/{CONSTANT.name}"
-    if "forward" in options:
-        steady += "/forward"
+    steady = str(Specification.of(specification)._replace(forms=(CONSTANT.name,)))
     law = law_from_name(steady, device)
     numbers = [typical(shape) for shape in law.shape]
     at_weak_field = law.columns(np.full(_SLIPS.size, 0.25), _SLIPS, *numbers)
@@ -190,8 +218,7 @@ def law_from_name(specification: str, device: str = "single") -> Law:
         SettingError: unknown name or form, or a form for a law that has none (PluginError: a law of another package
             fails).
     """
-    name, *options = specification.strip().lower().split("/")
-    forms = [option for option in options if option != "forward"]
+    name, forms, forward = Specification.of(specification)
     plugin, number = _plugin(name)
     family = family_of(plugin)
     form = None
@@ -217,7 +244,7 @@ def law_from_name(specification: str, device: str = "single") -> Law:
             law = checked(law, plugin)
     if form is not None:
         law = replace(law, yield_form=form)
-    if "forward" not in options:
+    if not forward:
         return law
 
     # The yield effort keeps its sign, as the paper writes (10): no transition slip is left.
