@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from erclutch.logs.dataset import Dataset
 from erclutch.report.html.dynamics_section import stages_of
-from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, noise_of, spectrum
+from erclutch.report.numbers.correlation import autocorrelation, held_out_spans, spectrum
 from erclutch.report.numbers.error_map import error_maps
 from erclutch.report.numbers.flow_curves import FlowCurves, grouped, rare_fields
 from erclutch.report.numbers.model_stages import stage_gain
@@ -41,8 +41,9 @@ from erclutch.report.numbers.windows import windows
 from erclutch.report.plots.lag_plot import step_panel
 from erclutch.report.plots.plot_description import Axis, Line
 from erclutch.runs.run_rows import RunRows
+from erclutch.signals.array import noise_of
 from erclutch.signals.clock import Clock, Span
-from erclutch.signals.device import Element, Units
+from erclutch.signals.device import DeviceName, Element, Units
 
 Array = NDArray[np.float64]
 RATE = 1000.0
@@ -491,7 +492,20 @@ def test_rise_and_fall_have_labels_and_lines_of_their_own() -> None:
 
 def test_a_stage_without_numbers_has_no_heading() -> None:
     entry = {"name": "fnn-4+inertia", "title": "Network", "dynamics": {}, "fit": {"parameters": []}}
-    assert stages_of(entry, Units("N", "V", "m/s"))["stages"] == []
+    assert stages_of(entry, "single", Units("N", "V", "m/s"))["stages"] == []
+
+
+def test_the_constants_of_a_stage_are_its_own() -> None:
+    """A flow index `m` stood among the constants of an inertia `m`, and one of both was lost."""
+    flow_index = {"name": "m", "meaning": "flow index", "value": 0.5, "unit": "1"}
+    inertia = {"name": "m_a", "meaning": "inertia", "value": 2.0, "unit": "N/(m/s^2)"}
+    of_pair = {"name": "m_a_1", "meaning": "inertia, CH1", "value": 3.0, "unit": "N/(m/s^2)"}
+    fit = {"parameters": [flow_index, inertia, of_pair]}
+    entry = {"name": "herschel-bulkley+inertia", "title": "Law", "dynamics": {}, "fit": fit}
+    units = Units("N", "V", "m/s")
+    for device, meaning in (("single", "inertia"), ("coaxial", "inertia, CH1")):
+        (stage,) = stages_of(entry, cast("DeviceName", device), units)["stages"]
+        assert [row["meaning"] for row in stage["rows"]] == [meaning]
 
 
 @pytest.mark.parametrize(

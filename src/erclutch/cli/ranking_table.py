@@ -185,7 +185,7 @@ def verdict(comparison: Comparison) -> str:
         least = min(known, key=lambda name: known[name].value)
         place = "the least"
         if least != chosen.name:
-            apart = "by less than 5 % or by less than these rows can tell"
+            apart = f"by less than {percent(TOLERATED)} or by less than these rows can tell"
             place = f"as good as {comparison.called(least)}, by {number(known[least].value)}: they differ {apart}"
         over_physics = f" {why}" if (why := worth_its_freedom(comparison)) else ""
         validated = amount(number(known[chosen.name].value), unit)

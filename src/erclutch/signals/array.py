@@ -21,6 +21,18 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+def noise_of(values: Array) -> float:
+    """Standard deviation of a signal's noise, from the median of its second differences; 0 where most rows repeat.
+
+    So a signal that stands still or goes along a straight line has none, and one that swings slowly next to none.
+    """
+    apart = np.abs(np.diff(values, 2))
+    if not apart.size:
+        return 0.0
+    deviation = SIGMA_OF_MAD * float(np.median(apart))  # of normal noise, from its median
+    return deviation / 6.0**0.5  # x - 2 y + z has six times the variance
+
+
 def largest_of_windows(values: Array, rows: int) -> Array:
     """The largest of so many rows from each row on, where that many follow, shape (n - rows + 1,).
 

@@ -22,7 +22,7 @@ from erclutch.logs.covering_stretches import USUAL_SHARE
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import hold_out
 from erclutch.logs.plan import THOUGH
-from erclutch.signals.array import Array, Mask
+from erclutch.signals.array import Array, Mask, noise_of
 from erclutch.signals.device import largest_field
 from erclutch.signals.percent import percent
 from erclutch.signals.recording import NO_FIELD
@@ -42,8 +42,6 @@ _SMALLER_SHARES = (0.25, 0.2, 0.15, 0.1)
 _NO_FIELD = 1e-6
 #: How a note of a recording says that a column's unit was given, and which the file has.
 _UNIT_GIVEN = pattern(rf"(\w+) <- column (.+) \[(.+?)\].*, {THOUGH} (.+) \(")
-#: Standard deviation of white noise over the median size of its second differences.
-_DEVIATION_OF_BEND = 1.0 / (0.6745 * 6.0**0.5)
 #: Standard deviations within which all rows of a noise lie.
 _NOISE_WITHIN = 12.0
 #: Of the largest field: a field that moves by more is no noise about a level.
@@ -126,16 +124,10 @@ def steady_command(train: Dataset) -> bool:
         largest = float(np.abs(element.field).max())
         for span in train.clock.spans:
             field = element.field[span.start : span.stop]
-            noise = min(_NOISE_WITHIN * field_noise(field), _NOISE_AT_MOST * largest)
+            noise = min(_NOISE_WITHIN * noise_of(field), _NOISE_AT_MOST * largest)
             if np.ptp(field) > max(_NO_FIELD * largest, noise):
                 return False
     return True
-
-
-def field_noise(field: Array) -> float:
-    """Standard deviation of a field's noise from row to row; 0 for a command that stands still or ramps."""
-    bends = np.abs(np.diff(field, 2))
-    return float(np.median(bends)) * _DEVIATION_OF_BEND if bends.size else 0.0
 
 
 def field_text(data: Dataset) -> str:

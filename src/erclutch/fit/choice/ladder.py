@@ -11,7 +11,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from erclutch.fit.checks.data_check import field_noise
 from erclutch.fit.choice.rungs import (
     FITTED_ROWS,
     MOST_WHOLE_ROWS,
@@ -47,7 +46,7 @@ from erclutch.models.laws.yield_stress import POWER, SATURATING, TANH
 from erclutch.models.stages import NONE, stage_named
 from erclutch.models.stages.stage import SlipAndStrength
 from erclutch.models.structure import Structure
-from erclutch.signals.array import Array, largest_size, rms
+from erclutch.signals.array import Array, largest_size, noise_of, rms
 from erclutch.signals.recording import TEMPERATURE
 
 #: Share of the error that a stage must take off.
@@ -375,6 +374,6 @@ def _edge_in_noise(train: Dataset, rung: Rung, name: str) -> bool:
     if not edge:
         return False
     # Noise from row to row shows in the bends; a command that stands still or ramps has none.
-    noise = max(field_noise(element.field) for element in train.elements)
+    noise = max(noise_of(element.field) for element in train.elements)
     reference = reference_of(train)
     return rung.numbers[edge] * reference.field < _EDGE_OVER_NOISE * noise

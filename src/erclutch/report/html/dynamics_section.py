@@ -23,7 +23,7 @@ from erclutch.report.numbers.number_text import (
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.numbers.switching import switches_of
 from erclutch.report.plots.lag_plot import describe_lag
-from erclutch.signals.device import Units
+from erclutch.signals.device import DeviceName, Units, names_in_elements
 
 _MOST = 6  # models whose constants are listed
 
@@ -88,7 +88,10 @@ def _fill(material: Material) -> dict[str, Any]:
     drawn = after is not None or material.step_responses
     return {
         "figures": describe_lag(material).panels if drawn else [],
-        "models": [stages_of(e, material.rows.data.units) for e in staged[:_MOST]],
+        "models": [
+            stages_of(e, material.rows.data.device, material.rows.data.units)
+            for e in staged[:_MOST]
+        ],
         "lead": of_stages + of_switches,
     }
 
@@ -96,7 +99,7 @@ def _fill(material: Material) -> dict[str, Any]:
 DYNAMICS = Section("dynamics", "Lag and memory", "Lag and memory", _fill)
 
 
-def stages_of(entry: Mapping[str, Any], units: Units) -> dict[str, Any]:
+def stages_of(entry: Mapping[str, Any], device: DeviceName, units: Units) -> dict[str, Any]:
     """A model's stages with their constants; a stage without any is left out."""
     stages: list[dict[str, Any]] = []
     for stage in stages_in(entry):
@@ -113,8 +116,8 @@ def stages_of(entry: Mapping[str, Any], units: Units) -> dict[str, Any]:
                 }
         names = {constant.name for constant in constants}
         for part in slip_stages(stage.name):
-            for gain in part.gains:  # of the device, or of each clutch
-                names |= {gain.name, f"{gain.name}_1", f"{gain.name}_2"}
+            for gain in part.gains:
+                names.update(names_in_elements(device, gain.name))
 
         rows: list[dict[str, Any]] = []
         for name, constant in known.items():

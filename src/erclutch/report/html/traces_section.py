@@ -10,11 +10,10 @@ import numpy as np
 
 from erclutch.report.html.packed_rows import BUDGET, Packer
 from erclutch.report.html.section import Section
-from erclutch.report.numbers.correlation import noise_of
 from erclutch.report.numbers.number_text import Scale, brief, count, number
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.trace_plot import describe_trace
-from erclutch.signals.array import Array, largest_size
+from erclutch.signals.array import Array, largest_size, noise_of
 from erclutch.signals.clock import stretches
 
 _FINE = 1 / 20  # resolution of efforts, as a share of the recommended model's RMSE

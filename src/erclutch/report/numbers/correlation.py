@@ -10,7 +10,7 @@ import numpy as np
 
 from erclutch.fit.choice.scoring import independent_rows
 from erclutch.runs.run_rows import RunRows
-from erclutch.signals.array import SIGMA_OF_MAD, Array, Mask
+from erclutch.signals.array import Array, Mask
 from erclutch.signals.clock import Span, cut_spans, stretches
 
 _WINDOW = 4096  # rows at most
@@ -64,15 +64,6 @@ def spans_inside(rows: RunRows, mask: Mask) -> list[Span]:
             behind = start + span.stop
             inside.append(Span(first, behind, span.period))
     return inside
-
-
-def noise_of(values: Array) -> float:
-    """Standard deviation of a signal's noise, from the median of its second differences; 0 where most rows repeat."""
-    apart = np.abs(np.diff(values, 2))
-    if not apart.size:
-        return 0.0
-    deviation = SIGMA_OF_MAD * float(np.median(apart))  # of normal noise, from its median
-    return deviation / 6.0**0.5  # x - 2 y + z has six times the variance
 
 
 def period_of(rows: RunRows) -> float:
