@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
-from erclutch.errors import CheckError, ErclutchError, MappingError
+from erclutch.errors import CheckError, ErclutchError, MappingError, SettingError
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.networks.fit_network import fit_network
 from erclutch.fit.networks.fit_residual import fit_residual
@@ -173,6 +173,13 @@ def test_another_surface_moves_the_output_layer() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seen", [np.arange(4000), np.ones(3999, np.bool_), np.ones((4000, 1))])
+def test_what_is_no_mask_of_the_rows_is_refused(seen: Any) -> None:
+    """Numbers of rows were taken for truths, so that all rows but the first were looked at."""
+    with pytest.raises(SettingError, match="no mask of 4000 rows"):
+        recalibrate(base_of("law"), made(1, gain=1.3), seen)
+
+
 def test_few_rows_suffice() -> None:
     new, seen = made(1, gain=1.3), np.zeros(4000, np.bool_)
     for at in range(0, 4000, 400):

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.errors import CheckError, printable
+from erclutch.errors import CheckError, SettingError, printable
 from erclutch.fit.choice.scoring import correlated_over
 from erclutch.fit.recalibration_ways import GAIN, OFFSET, Rows, Way, ways_of
 from erclutch.fit.solver.bounded_least_squares import solve_bounded
@@ -75,12 +75,18 @@ def recalibrate(model: Model, data: Dataset, seen: Mask | None = None) -> Recali
 
     Raises:
         CheckError: fewer rows, or a model whose effort is not finite on them.
-        SettingError: a model of another package that does not say how its effort is multiplied.
+        SettingError: a model of another package that does not say how its effort is multiplied, or no mask.
         ErclutchError: rows of another device, in other units, or without an input of the model.
     """
     require_kind(model, ModelBase, "a model", "Give read_run(FOLDER).model(), or load_model(FILE)")
     require_dataset(data)
-    rows = np.arange(data.rows) if seen is None else np.flatnonzero(seen)
+    mask = np.ones(data.rows, np.bool_) if seen is None else np.asarray(seen)
+    if mask.shape != (data.rows,) or mask.dtype != np.bool_:
+        raise SettingError(
+            f"seen is no mask of {data.rows} rows: {mask.dtype} of shape {mask.shape}",
+            remedy="Give a truth for each row of the data",
+        )
+    rows = np.flatnonzero(mask)
     if rows.size < _FEWEST_ROWS:
         problem = f"{rows.size} rows to recalibrate with, at least {_FEWEST_ROWS} are needed"
         raise CheckError(problem, where=data.where, remedy="Give a longer log or a larger --share")

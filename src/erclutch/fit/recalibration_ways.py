@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from erclutch.arithmetic.dual import partial_of, value_of
 from erclutch.fit.solver.variable_projection import coordinates, parameters, seeded
-from erclutch.logs.dataset import Dataset
+from erclutch.logs.dataset import STEADY, Dataset
 from erclutch.models.composition import OFFSET as CONSTANT_EFFORT
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.model import Model
@@ -29,7 +29,6 @@ OFFSET = CONSTANT_EFFORT.name
 _ALL = "all numbers"
 _FREE = "gains and offset"
 _SMALL = 0.1  # a gain near zero may change by this share of the largest one
-_ONE_FIELD = 1e-6  # fields that differ by less than this share of the largest are one field
 
 
 @dataclass(frozen=True)
@@ -108,7 +107,7 @@ def ways_of(
         fields_differ = False
         for element in data.elements:
             moved = np.ptp(element.field[rows])
-            fields_differ |= bool(moved > _ONE_FIELD * np.abs(element.field).max())
+            fields_differ |= bool(moved > STEADY * np.abs(element.field).max())
         if law.shape and fields_differ:
             yield _all_numbers(law, data, rows)
     elif network is not None and not stages_at(network.structure.dynamics, "effort"):

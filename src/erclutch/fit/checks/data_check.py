@@ -19,7 +19,7 @@ from erclutch.fit.checks.unlike_logs import unlike_logs
 from erclutch.fit.training_range import range_of
 from erclutch.logs.clock.resample import RESAMPLED
 from erclutch.logs.covering_stretches import USUAL_SHARE
-from erclutch.logs.dataset import Dataset
+from erclutch.logs.dataset import STEADY, Dataset
 from erclutch.logs.held_out import hold_out
 from erclutch.logs.plan import THOUGH
 from erclutch.signals.array import Array, Mask, noise_of
@@ -38,7 +38,7 @@ _FEWEST_ROWS = 50
 _FEWEST_POINTS = 12
 #: Shares of the rows that few rows may hold out in place of the usual one.
 _SMALLER_SHARES = (0.25, 0.2, 0.15, 0.1)
-#: A field, over the largest, below which it is none; two fields that differ by less are one.
+#: A field, over the largest, below which it is none.
 _NO_FIELD = 1e-6
 #: How a note of a recording says that a column's unit was given, and which the file has.
 _UNIT_GIVEN = pattern(rf"(\w+) <- column (.+) \[(.+?)\].*, {THOUGH} (.+) \(")
@@ -125,7 +125,7 @@ def steady_command(train: Dataset) -> bool:
         for span in train.clock.spans:
             field = element.field[span.start : span.stop]
             noise = min(_NOISE_WITHIN * noise_of(field), _NOISE_AT_MOST * largest)
-            if np.ptp(field) > max(_NO_FIELD * largest, noise):
+            if np.ptp(field) > max(STEADY * largest, noise):
                 return False
     return True
 
@@ -293,7 +293,7 @@ def _held_out(train: Dataset, data: Dataset, test: Mask) -> Iterator[Finding]:
     """Why the rows held out may say little of a model: one field, places without training rows, or rest."""
     # Rows at a single field cannot rank models of what a field does.
     fields = np.concatenate([element.field[test] for element in data.elements])
-    same = _NO_FIELD * largest_field(data.elements)
+    same = STEADY * largest_field(data.elements)
     trained_on_several = any(np.ptp(element.field) > same for element in train.elements)
     if fields.size and np.ptp(fields) <= same and trained_on_several:
         message = (
