@@ -151,6 +151,7 @@ def test_inspect_understands_points(tmp_path: Path) -> None:
         ("cell", "--field none --time none"),
         ("trial", "--time none"),  # which numbers the parts of a test
         ("well", "--field none --time none"),
+        ("order", "--field none --time none"),  # of interference fringes, or of runs
     ],
 )
 def test_a_time_that_no_row_follows_is_told_and_the_rows_are_taken_as_points(

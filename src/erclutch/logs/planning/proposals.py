@@ -43,9 +43,7 @@ _COMPONENT = re.compile(r"[fmtv][xyz]")
 _NUMBER_BEHIND = re.compile(r"\d*$")
 _NUMBER = re.compile(r"\d+")
 #: What a number tells one of from another: none of them is switched to a level.
-_NUMBERED = frozenset(
-    ("cell", "id", "label", "trial", "specimen", "station", "well", "slot", "axis", "group", "run")
-)
+_NUMBERED = frozenset("cell id label trial specimen station well slot axis group run order".split())
 #: What a column of 0 and 1 may say of a coil; a mark of anything else is no field.
 _SWITCHES = frozenset(
     (
