@@ -1,8 +1,8 @@
 """Copies of public files are planned, and each plan is held against what is true: `python studies/strangers.py FOLDER`.
 
 FOLDER holds a copy of each file of `strangers.toml` as OWNER+NAME/PATH, at the commit named there; a file that is not
-there is passed over. Printed: a row a file, then how many were understood at once, asked about, refused and misread,
-and of those that hold what a device needs, how many took one try and two.
+there is passed over. Printed: a row a file, then how many were understood at once, asked about, refused, misread and
+ended in a traceback, and of those that hold what a device needs, how many took one try and two.
 
 What is asked is asked once more with the command that `inspect` prints in its last line: as it is (second), or with
 the one thing that it leaves open and the file does not hold, the rate or a unit (filled). A flow curve is read by
@@ -46,13 +46,14 @@ from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 MANIFEST = Path(__file__).with_name("strangers.toml")
 SIGNALS = ("field", "slip", "position", "effort")
 AS_LOGGED = "as logged"
-UNDERSTOOD, SECOND, FILLED, ASKED, REFUSED, MISREAD = (
+UNDERSTOOD, SECOND, FILLED, ASKED, REFUSED, MISREAD, CRASHED = (
     "understood",
     "second",
     "filled",
     "asked",
     "refused",
     "misread",
+    "crashed",
 )
 _PLACE = re.compile(r"COLUMN|RATE Hz|NAME|NUMBER|\[UNIT\]")
 #: Options that may be given several times, each with a signal and its number.
@@ -212,6 +213,19 @@ def _second_try(path: Path, truth: dict[str, Any]) -> tuple[str, list[str], str]
     return ASKED if fault else FILLED if open_ones else SECOND, words, fault
 
 
+def _in_two_tries(path: Path, truth: dict[str, Any]) -> tuple[str, str, list[str]]:
+    """The outcome of one file at once or by the printed command, what was said, and the options of that command."""
+    outcome, detail = judged(path, truth)
+    if outcome in (MISREAD, UNDERSTOOD) or not truth["holds"]:
+        return outcome, detail, []
+    second, words, fault = _second_try(path, truth)
+    if words:
+        detail += f" => erclutch {shlex.join(words)[:300]}"
+    if fault:
+        detail += f" => {fault}"
+    return (outcome if second == ASKED else second), detail, words[2:]
+
+
 def _fit(path: Path, options: list[str]) -> str:
     with tempfile.TemporaryDirectory() as folder:
         done = _run("fit", str(path), *options, "--out", f"{folder}/run", "--models", *FIT_MODELS)
@@ -244,14 +258,12 @@ def main() -> None:
             sys.exit(
                 f"{path} is another file than that of the manifest: fetch it at commit {truth['commit']}"
             )
-        outcome, detail = judged(path, truth)
         options: list[str] = []
-        if outcome != MISREAD and outcome != UNDERSTOOD and truth["holds"]:
-            second, words, fault = _second_try(path, truth)
-            outcome = second if second != ASKED else outcome
-            options = words[2:]
-            detail += f" => erclutch {shlex.join(words)[:300]}" if words else ""
-            detail += f" => {fault}" if fault else ""
+        try:
+            outcome, detail, options = _in_two_tries(path, truth)
+        # A user would see its traceback: it is counted, and the other files are judged.
+        except Exception as error:
+            outcome, detail = CRASHED, repr(error)
         outcomes[outcome] += 1
         of_logs[outcome] += truth["holds"]
         repositories.add(truth["repository"])
@@ -263,7 +275,7 @@ def main() -> None:
         if asked.fit and outcome in (UNDERSTOOD, SECOND, FILLED) and "curves" not in truth:
             print(f"{'':17}{_fit(path, options)}", flush=True)
     total, logs = sum(outcomes.values()), sum(of_logs.values())
-    names = (UNDERSTOOD, SECOND, FILLED, ASKED, REFUSED, MISREAD)
+    names = (UNDERSTOOD, SECOND, FILLED, ASKED, REFUSED, MISREAD, CRASHED)
     counts = ", ".join(f"{name} {outcomes[name]}" for name in names)
     print(f"{total} files of {len(repositories)} repositories: {counts}; {absent} absent")
     counts = ", ".join(f"{name} {of_logs[name]}" for name in names)
