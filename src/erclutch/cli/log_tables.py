@@ -44,7 +44,10 @@ def figures(values: Array) -> Figures:
         finite = np.array([np.nan])
     low = float(finite.min())
     high = float(finite.max())
-    mean = float(finite.mean())
+    with np.errstate(over="ignore"):
+        mean = float(finite.mean())
+    if np.isinf(mean):  # their sum is beyond what a float holds
+        mean = float((finite / finite.size).sum())
     if abs(mean) < _LEAST_MEAN * max(abs(low), abs(high)):
         mean = 0.0
     return Figures(low, high, mean, float(missing))

@@ -43,7 +43,7 @@ def apply_rows(plan: Plan, table: Table) -> tuple[Recording, NDArray[np.int64]]:
         MappingError: an open question, or a column that is not there.
         LogError: values that are not finite; TimingError: time that cannot be put right.
     """
-    with placed(table.name):
+    with placed(table.name), np.errstate(over="ignore", invalid="ignore"):  # as in `plan_of`
         plan.require_answers()
         clock_plan = plan.clock
         assert clock_plan is not None, "a plan without a clock has a question about it"

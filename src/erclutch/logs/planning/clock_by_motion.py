@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from math import floor, log10
+from math import floor, inf, log10
 
 import numpy as np
 
@@ -74,7 +74,7 @@ def rate_by_motion(seen: SeenColumns) -> float | None:
             continue
         times = _in_one_kind(speed, position)
         rate = ratio * (times or 1.0)
-        is_told = rate > 0.0 and (
+        is_told = 0.0 < rate < inf and (
             times is not None or (_lies_in(rate, _USUAL_RATES) and usual_rate(rate) is not None)
         )
         if is_told:
@@ -107,7 +107,9 @@ def _lies_in(number: float, ends: tuple[float, float]) -> bool:
 
 
 def usual_rate(rate: float) -> float | None:
-    """The round rate beside a rate; None where none is near."""
+    """The round rate beside a rate; None where none is near, and for what is no rate."""
+    if not 0.0 < rate < inf:
+        return None
     power = 10.0 ** floor(log10(rate))
     nearest = min(_ROUND, key=lambda each: abs(rate / (each * power) - 1.0))
     return nearest * power if abs(rate / (nearest * power) - 1.0) < _NEAR else None

@@ -89,7 +89,7 @@ def _of_one_joint(draft: Draft, currents: list[SeenColumn]) -> tuple[SeenColumn,
         return None
     liveliest = max((motion.moved for motion in motions), default=0.0)
     motion = next((each for each in motions if each.moved >= _MOVES * liveliest), None)
-    if motion is None:
+    if motion is None or motion.values.size < 2:  # one row has no rate
         return None
     of_joint = [each for each in currents if _number(each) == _number(motion)]
     across = [each for each in of_joint if each.spoken.says(_ACROSS)]

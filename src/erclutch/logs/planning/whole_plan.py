@@ -12,6 +12,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+import numpy as np
+
 from erclutch.errors import ErclutchError, LogError, SettingError, placed
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import NEEDS, OPTIONAL, Invalid, Plan
@@ -262,7 +264,9 @@ def plan_of(
         )
 
     draft = Draft(table, told, device, said, whole, notes=notes, constants=dict(table.constants))
-    with placed(table.name):
+    # A stranger's column may hold infinities, or numbers whose squares are infinite. What a rule makes of them is no
+    # number, and meets none of its conditions: nobody needs a warning of NumPy about it.
+    with placed(table.name), np.errstate(over="ignore", invalid="ignore"):
         for step in STEPS:
             if whole or not step.needs_all_rows:
                 step.rule(draft)

@@ -85,7 +85,8 @@ def read_flow_curves(
         MappingError: a column cannot be told (UnitError: or its unit).
         SettingError: no such test.
     """
-    with placed(str(path)):
+    # Of infinities in a cell nothing is made that a warning of NumPy would help with: see `erclutch.logs.plan_of`.
+    with placed(str(path)), np.errstate(over="ignore", invalid="ignore"):
         recordings = recordings_in(path)
         chosen = _chosen(path, recordings, sheet)
         tables = tables_in(path, [name for name in chosen if name in recordings])

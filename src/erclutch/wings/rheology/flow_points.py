@@ -19,6 +19,7 @@ FEWEST_RATES = 3  # that tell three parameters
 _NEXT_RATE = 0.02  # of log10(rate): two rates further apart are two
 _ON_THE_WAY = 0.005  # of the points: fewer at one rate are a motor's way to another
 _MOST_ON_THE_WAY = 0.05  # of the points
+_LARGEST = 1e100  # of a shear rate in 1/s and of a stress in Pa: beyond any fluid, and its square is a number
 _FEW_POINTS = 5  # of which one with a wrong sign is an oversight
 _STEADY = 0.1  # of its last stress, by which a step of one rate may begin off it
 _FAINT = 0.02  # of the largest stress: a stress of the wrong sign below it is noise
@@ -137,6 +138,8 @@ def points_of(
         # Viscosities that are all positive are magnitudes, so their stresses are magnitudes too.
         are_magnitudes = (stress > 0).all()
         stress = stress * (np.abs(rate) if are_magnitudes else rate)  # [Pa]
+    where = f"{table.name}, {label}"
+    _require_numbers_of_a_fluid(rate, stress, np.flatnonzero(is_point), where)
     turned = (rate < 0) & (stress < 0)
     if turned.any():
         notes.append(f"{int(turned.sum())} points turn the other way: magnitudes are taken")
@@ -146,7 +149,6 @@ def points_of(
         rate = np.abs(rate)
     points = _Points(rate, stress, np.flatnonzero(is_point), notes)
     points.leave_noise_out()
-    where = f"{table.name}, {label}"
     against = points.against
     count = points.rate.size
     if count > _FEW_POINTS and 2 * int(against.sum()) > count:
@@ -184,6 +186,18 @@ def points_of(
             both_ways += f", though the way back has {ratio:.2g} times the stress of the way there"
         notes.append(both_ways)
     return points.rate, points.stress, notes
+
+
+def _require_numbers_of_a_fluid(
+    rate: Array, stress: Array, rows: NDArray[np.intp], where: str
+) -> None:
+    """Refuse what no fluid has and no fit can square, such as the mark of a cell that was not measured."""
+    beyond = np.flatnonzero(~(np.abs(rate) < _LARGEST) | ~(np.abs(stress) < _LARGEST))
+    if beyond.size:
+        first = int(beyond[0])
+        pair = f"the shear rate {rate[first]:g} 1/s and the stress {stress[first]:g} Pa"
+        problem = f"row {int(rows[first]) + 1} of the table has {pair}"
+        raise LogError(problem, where=where, remedy="Correct the cell, or remove the row")
 
 
 def parts_between(is_gap: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
