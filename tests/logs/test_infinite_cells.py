@@ -11,7 +11,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.cli import main
 from erclutch.errors import ErclutchError
 from erclutch.logs import ColumnMap, apply, plan_of, table_of_log
 
@@ -39,8 +38,6 @@ def write(path: Path, names: tuple[str, ...], spoilt: str, number: float, place:
         "dq1": 50.0 * np.cos(50.0 * time),
         "tau1": rng.normal(size=rows),
         "i1": rng.normal(size=rows),
-        "Shear rate [1/s]": np.geomspace(0.1, 100.0, rows),
-        "Shear stress [Pa]": 10.0 + np.geomspace(0.1, 100.0, rows),
     }
     values = columns[spoilt].copy()
     values[PLACES[place](rng, rows)] = number
@@ -83,18 +80,3 @@ def test_a_joint_of_one_row_is_asked_about(tmp_path: Path) -> None:
         "temp [C],i_q,current [A],Target Position,theta [rad]\n0,1,3,-2.5,1\n", encoding="utf-8"
     )
     assert plan_of(table_of_log(path, ColumnMap(), None), ColumnMap()).questions
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("number", [np.inf, 1e308])
-@pytest.mark.parametrize("spoilt", ["Shear rate [1/s]", "Shear stress [Pa]", "ch1"])
-def test_inspect_and_flowcurve_say_nothing_of_numpy(
-    spoilt: str, number: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    path = tmp_path / "log.csv"
-    write(path, ("Shear rate [1/s]", "Shear stress [Pa]", "ch1"), spoilt, number, "many cells")
-    for command in ("inspect", "flowcurve"):
-        assert main([command, str(path)]) in (0, 1, 2)
-    said = "".join(capsys.readouterr())
-    assert "Warning" not in said
-    assert "Traceback" not in said
