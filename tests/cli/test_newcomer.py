@@ -205,3 +205,12 @@ def test_inspect_tells_what_its_command_confirms_beside_what_it_answers(tmp_path
     said = good("inspect", "arm.csv", cwd=tmp_path, code=1)
     assert "slip is column qd_1 of one of 4 joints" in said
     assert said.splitlines()[-1].endswith('--slip "qd_1" --effort "tau_1"')
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [("export", "c", "run"), ("export", "run", "c")])
+def test_a_target_without_its_option_is_told_with_the_command(
+    words: tuple[str, ...], bench: Path
+) -> None:
+    said = " ".join(refused(*words, cwd=bench).split())
+    assert "more than the command takes. Write: erclutch export run --to c." in said

@@ -18,6 +18,7 @@ from erclutch.cli.failed import failed
 from erclutch.cli.folded_help import HELP_ALL, Flowing
 from erclutch.cli.lone_run import several_near
 from erclutch.cli.overview import TITLE, first_steps
+from erclutch.registry import names
 
 if TYPE_CHECKING:
     from cyclopts import ArgumentCollection
@@ -79,6 +80,7 @@ def misused(error: CycloptsError) -> str:
         place = words.index(unused[0]) if unused and unused[0] in words else 0
         option = words[place - 2] if place >= 2 else ""
         remedy = f"Write {option} in front of each value" if option in _REPEATED else help_of_it
+        remedy = _target_without_option(words, error) or remedy
         listed = ", ".join(map(repr, unused))
         return shown(f"{listed}: more than the command takes. {remedy.rstrip('.')}.")
     if (
@@ -122,6 +124,17 @@ def misused(error: CycloptsError) -> str:
             f"{error.token.keyword or error.token.value}: {error.token.value!r} is no {kind}. {help_of_it}"
         )
     return shown(f"{str(error).rstrip()} {help_of_it}")
+
+
+def _target_without_option(words: Sequence[str], error: CycloptsError) -> str:
+    """How export is written where the target stands without its option, as in export RUN c; "" where none does."""
+    if error.command_chain is None or tuple(error.command_chain) != ("export",):
+        return ""
+    targets = [word for word in words if word in names("erclutch.targets")]
+    models = [word for word in words[1:] if Path(word).exists()]
+    if not targets or not models:
+        return ""
+    return f"Write: erclutch export {shlex.quote(models[0])} --to {targets[0]}"
 
 
 def fraction_given(words: Sequence[str]) -> str:
