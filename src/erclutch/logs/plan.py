@@ -242,12 +242,21 @@ class Plan:
     @property
     def is_of_a_log(self) -> bool:
         """Whether all but the field was found, or is one of several columns: a table without a motion is no log."""
+        return self._has_all_but("field")
+
+    @property
+    def has_motion(self) -> bool:
+        """Whether all but the field and the effort was found, or is one of several columns."""
+        return self._has_all_but("field", "effort", "T")
+
+    def _has_all_but(self, *spared: str) -> bool:
+        """Whether each signal that the device needs was found, but for those spared."""
         known = {each.signal for each in self.signals if each.column}
         known |= {each.signal for each in self.questions if each.kind is SeveralColumnsError}
         for group in NEEDS[self.device]:
-            is_field = ("field",) in group
+            is_spared = any((signal,) in group for signal in spared)
             is_met = any(not known.isdisjoint(option) for option in group)
-            if not is_field and not is_met:
+            if not is_spared and not is_met:
                 return False
         return True
 

@@ -34,7 +34,7 @@ from erclutch.logs.log_reader import (
 from erclutch.logs.mapping import ColumnMap, file_mapping, map_over, told_of
 from erclutch.logs.plan import Invalid
 from erclutch.logs.planning.recording_choice import table_of_log
-from erclutch.logs.planning.whole_plan import plan_of, sure_plan_of
+from erclutch.logs.planning.whole_plan import plan_of, plans_of_logs, sure_plan_of
 from erclutch.logs.table import Table
 from erclutch.logs.time_window import within
 from erclutch.signals.device import DeviceName
@@ -120,12 +120,14 @@ def read_all(
             raise table
         tables[name] = table
     logs: list[Recording] = []
+    parts = logs_of(tables, replace(told, variable=None), device)
     plans = [
         (name, table, plan_of(table, own, device=device, invalid=invalid))
-        for name, table, own in logs_of(tables, replace(told, variable=None), device)
+        for name, table, own in parts
     ]
     # A sheet of settings or results beside sheets of rows has no motion with its effort: it is no log.
-    others = [name for name, _, plan in plans if not plan.is_of_a_log]
+    of_logs = plans_of_logs(parts, device)
+    others = [name for name, _, _ in parts if name not in of_logs]
     others = others if len(others) < len(plans) else []
     for name, table, plan in plans:
         if name in others:

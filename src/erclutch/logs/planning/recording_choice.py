@@ -21,7 +21,7 @@ from erclutch.logs.columns.levels_in_names import fields_told_by
 from erclutch.logs.log_file import read_table, readable_tables, recordings_of_file
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
-from erclutch.logs.planning.whole_plan import plan_if_any
+from erclutch.logs.planning.whole_plan import plan_if_any, plans_of_logs
 from erclutch.logs.readers.found_recordings import JOINT
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -187,7 +187,7 @@ def _are_alike(plans: Sequence[Plan], logs: Mapping[str, Table]) -> bool:
 
 
 def offer_to_join(file: RecordingsOfFile) -> None:
-    """RecordingsOfFile of which none is a log alone may be one when they are joined by time.
+    """Recordings of which none is a log alone may be one when they are joined by time.
 
     The rows are those of the effort, since no effort is made up between two samples.
 
@@ -258,11 +258,7 @@ def table_of_log(
         unchosen = error
 
     tables = readable_tables(path, names, told.decimal)
-    logs: dict[str, Plan] = {}
-    for name, table in tables.items():
-        plan = plan_if_any(table, told, device)
-        if plan is not None and plan.is_of_a_log:
-            logs[name] = plan
+    logs = plans_of_logs([(name, table, told) for name, table in tables.items()], device)
     # Beside a log, a table of fewer rows than a log has is a summary.
     long_logs = {name: plan for name, plan in logs.items() if tables[name].rows >= MINIMUM_ROWS}
     file = RecordingsOfFile(path, names, tables, long_logs or logs, told, device, unchosen.where)
@@ -277,9 +273,6 @@ def logs_among(
     path: str | Path, names: Sequence[str], told: ColumnMap, device: DeviceName | None
 ) -> dict[str, Table]:
     """The tables of those recordings of a file that have a motion and an effort, by name."""
-    logs: dict[str, Table] = {}
-    for name, table in readable_tables(path, names, told.decimal).items():
-        plan = plan_if_any(table, told, device)
-        if plan is not None and plan.is_of_a_log:
-            logs[name] = table
-    return logs
+    tables = readable_tables(path, names, told.decimal)
+    logs = plans_of_logs([(name, table, told) for name, table in tables.items()], device)
+    return {name: tables[name] for name in logs}

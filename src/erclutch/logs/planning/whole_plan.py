@@ -9,7 +9,8 @@ Nothing is converted here: `erclutch.logs.applied.apply` does what the plan says
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -110,6 +111,7 @@ _NEEDED = (
     signal for groups in NEEDS.values() for group in groups for option in group for signal in option
 )
 _OPTIONAL = (signal for signals in OPTIONAL.values() for signal in signals)
+_EFFORTS = ("effort", "T")
 #: Signals stand in one order in a plan, whoever chose them, so that plans can be compared.
 _ORDER = [*dict.fromkeys((*_NEEDED, *_OPTIONAL)), "temperature"]
 
@@ -319,6 +321,35 @@ def plan_if_any(
         return plan_of(table, told or ColumnMap(), device=device)
     except ErclutchError:
         return None
+
+
+def plans_of_logs(
+    tables: Sequence[tuple[str, Table, ColumnMap]], device: DeviceName | None
+) -> dict[str, Plan]:
+    """The plans of those tables that are logs, by name.
+
+    A prediction asks for no effort: a constant stands for it. Its log is the recording that `fit` would take; where no
+    recording has an effort, each with a motion is a log.
+
+    Args:
+        tables: a name, a table and what the user said of its columns, each.
+        device: see `erclutch.read`.
+    """
+    with_effort: dict[str, Plan] = {}
+    with_motion: dict[str, Plan] = {}
+    for name, table, told in tables:
+        plan = plan_if_any(table, told, device)
+        if plan is None:
+            continue
+        constants = {key: text for key, text in told.constants.items() if key not in _EFFORTS}
+        as_for_a_fit = plan
+        if len(constants) < len(told.constants):
+            as_for_a_fit = plan_if_any(table, replace(told, constants=constants), device)
+            if plan.has_motion:
+                with_motion[name] = plan
+        if as_for_a_fit is not None and as_for_a_fit.is_of_a_log:
+            with_effort[name] = plan
+    return with_effort or with_motion
 
 
 def is_log(table: Table) -> bool:
