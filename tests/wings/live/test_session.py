@@ -931,7 +931,9 @@ def test_a_session_removes_what_a_killed_one_left_in_memory() -> None:
 
 
 @pytest.mark.slow
-def test_interrupt_ends_in_order() -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_a_signal_ends_in_order(number: int) -> None:
+    """A closed terminal (SIGHUP) ended wherever Python was."""
     with subprocess.Popen(
         [sys.executable, "-m", "erclutch", "live", "--headless", "--no-model"],
         stdout=subprocess.PIPE,
@@ -945,7 +947,7 @@ def test_interrupt_ends_in_order() -> None:
             line = process.stdout.readline()
             assert line, said
             said += line
-        process.send_signal(2)
+        process.send_signal(number)
         out, error = process.communicate(timeout=60)
     assert process.returncode == 0, error
     assert "stopping: 5" in out

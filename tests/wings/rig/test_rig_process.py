@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from typing import Any
@@ -26,16 +27,18 @@ def test_who_is_ended_while_a_rig_starts_leaves_no_process(
 
     def noted(*words: Any, **named: Any) -> subprocess.Popen[str]:
         started.append(begin(*words, **named))
-        return started[0]
+        return started[-1]
 
     def interrupted(*_: object) -> None:
         raise ending
 
     monkeypatch.setattr(rig_process.subprocess, "Popen", noted)
+    with pytest.raises(ending):
+        start_rig(SPEC, interrupted)
     monkeypatch.setattr(rig_process.select, "select", interrupted)
     with pytest.raises(ending):
         start_rig(SPEC)
-    assert started[0].poll() is not None
+    assert [process.poll() for process in started] == [-signal.SIGKILL] * 2
 
 
 @pytest.mark.slow

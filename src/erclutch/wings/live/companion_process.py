@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from queue import Empty, SimpleQueue
 from typing import Any
 
@@ -49,10 +50,16 @@ class CompanionProcess(subprocess.Popen[bytes]):
                 self._lines.put(line)
         self._lines.put(b"")
 
-    def answer(self, timeout: float) -> dict[str, Any]:
-        """What its next line says, once it was told all; nothing if none comes in this time [s], or ever."""
+    def answer(
+        self, timeout: float, while_waiting: Callable[[], None] = lambda: None
+    ) -> dict[str, Any]:
+        """What its next line says, once it was told all; nothing if none comes in this time [s], or ever.
+
+        Meanwhile ``while_waiting`` is called again and again; what it raises ends the wait.
+        """
         limit = time.monotonic() + timeout
         while time.monotonic() < limit:
+            while_waiting()
             if self.stdin is not None:
                 self.push()
             with contextlib.suppress(Empty):

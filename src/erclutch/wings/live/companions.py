@@ -37,6 +37,7 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
         port: of the page; 0 lets the system choose.
         stroke: how far the output may go either way in rad, for the picture; 0 if unknown.
         lead: of the screw in m, for the picture; 0 if there is none.
+        while_waiting: called again and again until the page is there; what it raises ends the page.
 
     Raises:
         PageError: the page cannot be shown.
@@ -54,6 +55,7 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
         port: int = 0,
         stroke: float = 0.0,
         lead: float = 0.0,
+        while_waiting: Callable[[], None] = lambda: None,
     ) -> None:
         self._carry_out = carry_out
         self._notes: list[tuple[int, int, str, str]] = []
@@ -70,7 +72,9 @@ class Observers(contextlib.AbstractContextManager["Observers"]):
                 {"name": name, "text": text, "reference": unit} for name, text, unit in programs
             ]
             shown = {"programs": texts, "stroke": stroke, "lead": lead}
-            self.page = PageProcess(str(ring), limits, port=port, shown=shown)
+            self.page = PageProcess(
+                str(ring), limits, port=port, shown=shown, while_waiting=while_waiting
+            )
         # Each in a thread of its own: a recording takes seconds to begin and to end, and an order for the loop
         # (zero the fields!) waits for none of them.
         self._threads = [threading.Thread(target=self._look_after_recordings, daemon=True)]

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -116,6 +117,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
         settings: limits, gains, programs.
         model: what estimates; None estimates nothing.
         options: how the loop runs.
+        while_waiting: called again and again until the first frame is there; what it raises ends the session.
 
     Attributes:
         ring: path of the frames' ring.
@@ -131,9 +133,11 @@ class Session(contextlib.AbstractContextManager["Session"]):
         settings: LoopSettings,
         model: LiveModel | None = None,
         options: SessionOptions | None = None,
+        while_waiting: Callable[[], None] = lambda: None,
     ) -> None:
         self.rig, self.settings, self.model = rig, settings, model
         self.options = options or SessionOptions()
+        self._while_waiting = while_waiting
         if sys.platform == "win32":
             raise LiveError("erclutch live does not run on Windows", remedy="Use Linux or macOS")
         if model and model.period not in (None, settings.period):
@@ -211,7 +215,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
             ]
         session = secrets.randbits(32)
         about = {**self.rig.spec, "session": session, "device": self.settings.device}
-        self._rig, port = start_rig(about)
+        self._rig, port = start_rig(about, self._while_waiting)
         return ["--udp", "127.0.0.1", str(port), "0", str(session)]
 
     def _option_words(self) -> list[str]:
@@ -229,6 +233,7 @@ class Session(contextlib.AbstractContextManager["Session"]):
         limit = time.monotonic() + _FIRST_SAMPLE
         with contextlib.closing(self.reader()) as reader:
             while reader.head == 0 and self.running and time.monotonic() < limit:
+                self._while_waiting()
                 time.sleep(0.005)
             if reader.head == 0:
                 raise LiveError(

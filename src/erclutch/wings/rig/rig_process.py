@@ -14,7 +14,8 @@ import select
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping
+import time
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from erclutch import registry
@@ -32,14 +33,18 @@ class RigStartError(ErclutchError):
 
 #: Seconds that the twin may compile.
 _START_WITHIN = 120.0
+_LOOK = 0.05  # s
 
 
-def start_rig(spec: Mapping[str, Any]) -> tuple[subprocess.Popen[str], int]:
+def start_rig(
+    spec: Mapping[str, Any], while_waiting: Callable[[], None] = lambda: None
+) -> tuple[subprocess.Popen[str], int]:
     """Start a rig's process.
 
     Args:
         spec: ``kind``, the name of a rig of ours, and what its own file makes the rig of; ``session``, ``device``,
             ``port`` (0: any).
+        while_waiting: called again and again; what it raises ends the rig.
 
     Returns:
         The process and its UDP port on loopback.
@@ -56,7 +61,11 @@ def start_rig(spec: Mapping[str, Any]) -> tuple[subprocess.Popen[str], int]:
     )
     assert process.stdout is not None
     try:
-        ready = select.select([process.stdout], [], [], _START_WITHIN)[0]
+        limit = time.monotonic() + _START_WITHIN
+        ready = False
+        while not ready and time.monotonic() < limit:
+            while_waiting()
+            ready = bool(select.select([process.stdout], [], [], _LOOK)[0])
         line = process.stdout.readline() if ready else ""
     except (
         BaseException

@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
 _SECONDS = 60.0  # in all, where --seconds does not say it
 _SHORTEST = 2.0  # s of a round
 _POLL = 0.02  # s
+_INTERRUPTED = "it was interrupted"
 _STILL = "the fields are held at zero; the log so far is kept"
 
 
@@ -185,14 +187,14 @@ def learn(
             break
         table = rounds.next_table(left)
         if told:
-            ended = "it was interrupted"
+            ended = _INTERRUPTED
             break
         file, tripped, whole = _played(
             rig, table, folder, len(rounds.reports) + 1, told, observed, output
         )
         if file is None:
             ended = tripped or "no frame was logged"
-            code = 3
+            code = 0 if told else 3
             break
         try:
             logged = _logged(file, rig.settings.device)
@@ -211,7 +213,7 @@ def learn(
         _write(folder, rig, rounds, "")
         output.print(line_of(report, rig), markup=False, soft_wrap=True)
         if told:
-            ended = "it was interrupted"
+            ended = _INTERRUPTED
         elif not whole:
             ended = f"{tripped}; {_STILL}"
             code = 3
@@ -242,6 +244,7 @@ def _played(
     output: Console,
 ) -> tuple[Path | None, str, bool]:
     """One session that plays a table; its log, why it tripped, and whether the next round may follow."""
+    from erclutch.wings.live.command_line.told_signals import end_where_told
     from erclutch.wings.live.session import ServedRig, Session, SessionOptions
     from erclutch.wings.live.settings import REST, LoopProgram, Mode, Waveform
 
@@ -261,19 +264,26 @@ def _played(
         what = replace(what, spec=what.spec | {"seed": rig.seed + number})
     loop = replace(rig.loop, record=True, folder=folder)
     run_as = SessionOptions(None, loop.priority, loop.cpu, name, rig.channels)
-    with (
-        Session(what, settings, None, run_as) as session,
-        observed(session, settings, loop) as observers,
-    ):
-        assert observers is not None
-        page = not loop.headless
-        if page:
-            output.print(f"page of round {number}: {observers.url}", markup=False, soft_wrap=True)
-        tripped, whole = follow_round(session, len(table), told, output, wait=page)
-        session.stop()
-        observers.record(False)
-        files = observers.recordings.files
-        faults = observers.recordings.faults
+    try:
+        with (
+            Session(what, settings, None, run_as, partial(end_where_told, told)) as session,
+            observed(session, settings, loop) as observers,
+        ):
+            assert observers is not None
+            page = not loop.headless
+            if page:
+                output.print(
+                    f"page of round {number}: {observers.url}", markup=False, soft_wrap=True
+                )
+            tripped, whole = follow_round(session, len(table), told, output, wait=page)
+            session.stop()
+            observers.record(False)
+            files = observers.recordings.files
+            faults = observers.recordings.faults
+    except (KeyboardInterrupt, SystemExit):
+        if not told:
+            raise
+        return None, _INTERRUPTED, True  # before the round began: the rounds so far are told
     if faults:  # a log that lacks frames teaches what it has, and the next one would lack them too
         return (files[0] if files else None), "; ".join(faults), False
     return (files[0] if files else None), tripped, whole

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import signal
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from functools import partial
@@ -71,6 +70,7 @@ def live(
         reading: How to read the log of a replay.
     """
     from erclutch.cli import terminal
+    from erclutch.wings.live.c_build import loop_program
     from erclutch.wings.live.command_line.chosen_rig import (
         channels_of_rig,
         device_of,
@@ -86,6 +86,7 @@ def live(
     )
     from erclutch.wings.live.command_line.learn import Rig, asks_for_rounds, learn
     from erclutch.wings.live.command_line.session_report import ended, follow, introduce
+    from erclutch.wings.live.command_line.told_signals import end_where_told, signals_told
     from erclutch.wings.live.offered_programs import standard_programs, starting_with
     from erclutch.wings.live.session import Session, SessionOptions
     from erclutch.wings.live.session_figures import SessionFigures
@@ -102,8 +103,7 @@ def live(
         may_fill(loop.folder, "folder")  # before models are fitted and compiled
     learns = asks_for_rounds(control, learning, rig, adapt)
     if learns:
-        control = replace(control, program="rest")
-        no_model = True
+        control, no_model = replace(control, program="rest"), True
     with ExitStack() as stack:
         folder = Path(stack.enter_context(scratch_folder()))
         file = file_of(run, model)
@@ -126,13 +126,15 @@ def live(
             what, device, chosen, channels, parameters, (rig, control), tuning, program
         )
         first = settings.programs[0]
-        run_as = SessionOptions(loop.seconds, loop.priority, loop.cpu, first.name, channels)
-        told = stack.enter_context(_interrupts())
-        observed = partial(_observers, parameters)
+        loop_program()  # compiled here, where Ctrl-C ends the command at once
+        told = stack.enter_context(signals_told())
+        until_told = partial(end_where_told, told)
+        observed = partial(_observers, parameters, until_told)
         if learns:
-            rounds_on = Rig(what, settings, channels, loop, rig.seed)
-            return learn(rounds_on, learning, told, observed, output)
-        session = stack.enter_context(Session(what, settings, chosen, run_as))
+            played_on = Rig(what, settings, channels, loop, rig.seed)
+            return learn(played_on, learning, told, observed, output)
+        run_as = SessionOptions(loop.seconds, loop.priority, loop.cpu, first.name, channels)
+        session = stack.enter_context(Session(what, settings, chosen, run_as, until_told))
         observers = stack.enter_context(observed(session, settings, loop))
         watch = SessionFigures(session.reader(), first.mode.reference)
         introduce(output, session, observers, chosen)
@@ -160,24 +162,9 @@ def _explained(output: Console) -> int:
 
 
 @contextmanager
-def _interrupts() -> Generator[list[int]]:
-    """Ctrl-C and SIGTERM end the session in order, instead of wherever Python happens to be."""
-    told: list[int] = []
-
-    def note(kind: int, _frame: object) -> None:
-        told.append(kind)
-
-    before = {kind: signal.signal(kind, note) for kind in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield told
-    finally:
-        for kind, handler in before.items():
-            signal.signal(kind, handler)
-
-
-@contextmanager
 def _observers(
     parameters: RigParameters,
+    while_waiting: Callable[[], None],
     session: Session,
     settings: LoopSettings,
     loop: LoopOptions,
@@ -200,6 +187,7 @@ def _observers(
         port=loop.port,
         stroke=settings.stroke,
         lead=parameters.value("screw.lead"),
+        while_waiting=while_waiting,
     ) as observers:
         if loop.record:
             observers.record(True, whole=True)

@@ -39,6 +39,7 @@ class PageProcess:
         limits: of commands.
         port: to listen on; 0 lets the system choose.
         shown: what a page is told of its session: see `erclutch.wings.live.page.page_server.Page`.
+        while_waiting: called again and again until the server answers; what it raises ends the server.
 
     Attributes:
         access: where the page is, and its token.
@@ -55,6 +56,7 @@ class PageProcess:
         *,
         port: int = 0,
         shown: Mapping[str, Any] | None = None,
+        while_waiting: Callable[[], None] = lambda: None,
     ) -> None:
         self._limits = limits
         self._said: dict[str, Any] = {}
@@ -66,7 +68,12 @@ class PageProcess:
         self._setting |= {"port": port, "token": new_token()}
         self.restarts = 0
         self._process = self._start()
-        first = self._process.answer(_START)
+        try:
+            first = self._process.answer(_START, while_waiting)
+        except BaseException:
+            self._process.kill()  # nobody has seen its page yet
+            self.close()
+            raise
         if "port" not in first:
             self.close()
             problem = first.get("problem", "its server does not start")
