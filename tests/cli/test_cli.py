@@ -209,6 +209,10 @@ def test_inspect_of_logs_in_different_units_shows_each_and_says_so(tmp_path: Pat
         )
     said = good("inspect", "A.csv", "V.csv", cwd=tmp_path, code=1)
     assert "2 logs; columns and signals are shown of the first" in said
+    # The heading has the unit of the first log: the other field says that it is in another.
+    assert "field [A]" in said
+    of_the_second = next(line for line in said.splitlines() if line.startswith(" V "))
+    assert "0 .. 1 [V]" in of_the_second
     assert "units differ" in said.splitlines()[-1]
 
 

@@ -538,3 +538,28 @@ def test_score_and_predict_take_the_zero_of_the_run(tmp_path: Path) -> None:
     score = json.loads(good("score", "two.csv", "--run", "run", "--json", cwd=tmp_path))
     assert score["models"][0]["rmse"] < 0.01
     good("predict", "two.csv", "--run", "run", "--out", "p.csv", cwd=tmp_path)
+
+
+def test_a_zero_for_one_signal_leaves_the_zero_of_the_run_for_another(tmp_path: Path) -> None:
+    time = np.arange(3000) / 500.0
+    for name, rest in (
+        ("one.csv", 0.0),
+        ("two.csv", 3.0),
+    ):  # the second speed reads 3 rad/s at rest
+        speed = 9.0 * np.sin(4.0 * time) + 2.0 * np.sin(1.3 * time)
+        field = np.where(time < 3.0, 0.5, 1.0)
+        torque = (0.2 + field) * np.tanh(speed / 0.5) + 0.02 * speed
+        columns = [time, field, speed + rest, np.round(2110.0 + 200.0 * torque)]
+        header = "t [s],I [A],w [rad/s],torque"
+        rows = np.column_stack(columns)
+        np.savetxt(tmp_path / name, rows, delimiter=",", header=header, comments="")
+    told = ("--effort", "torque", "--scale", "effort=0.005 N*m/count", "--zero", "effort=2110")
+    models = ("--models", "bingham", "--lag", "none", "--out", "run")
+    assert run("fit", "one.csv", *told, *models, cwd=tmp_path).code == 0
+    of_slip = ("--zero", "slip=3")
+    score = json.loads(good("score", "two.csv", "--run", "run", *of_slip, "--json", cwd=tmp_path))
+    assert score["models"][0]["rmse"] < 0.01
+    # What is said of the same signal goes in the place of what the run says.
+    anew = ("--zero", "slip=3", "--zero", "effort=2310")
+    score = json.loads(good("score", "two.csv", "--run", "run", *anew, "--json", cwd=tmp_path))
+    assert score["models"][0]["rmse"] == pytest.approx(1.0, rel=0.05)

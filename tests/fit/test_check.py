@@ -270,6 +270,12 @@ def test_too_few_rows() -> None:
     )
 
 
+def test_a_share_of_next_to_nothing_holds_no_row_out() -> None:
+    assert error_of(good(60), test=1e-9) == (
+        "log: none of 60 rows is held out. Hold out some with --test, such as --test 0.3."
+    )
+
+
 @pytest.mark.parametrize("value", [2.5, 0.0, -1.0])
 def test_a_constant_field(value: float) -> None:
     finding = only(findings(changed(good(), field=np.full(N, value))))

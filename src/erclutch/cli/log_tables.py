@@ -80,7 +80,10 @@ def tell_columns(log: Path, raw: Table) -> None:
 
 
 def several(recordings: Sequence[Recording]) -> RichTable:
-    """Several logs, a row each; the signals that follow are those of the first."""
+    """Several logs, a row each; the signals that follow are those of the first.
+
+    A heading has the unit of the first log. Where another log has another unit, its cell says so.
+    """
     first = recordings[0]
     names = [name for name in first.signals if not name.startswith(("input:", "spare column"))]
     headings = [terminal.with_unit(name, first.units[name]) for name in names]
@@ -92,7 +95,12 @@ def several(recordings: Sequence[Recording]) -> RichTable:
         ranges: list[str] = []
         for name in names:
             values = recording.signals.get(name)
-            ranges.append("" if values is None else _range(values))
+            if values is None:
+                ranges.append("")
+                continue
+            unit = recording.units[name]
+            own_unit = "" if unit == first.units[name] else terminal.with_unit("", unit or "1")
+            ranges.append(f"{_range(values)}{own_unit}")
         rows.append([recording.name.removesuffix(shared_ending), f"{recording.rows:,}", *ranges])
     title = f"{len(recordings)} logs; columns and signals are shown of the first"
     return terminal.table(title, ["", "rows", *headings], rows, left=1)

@@ -234,15 +234,22 @@ class LogOptions:
         own = {key: value for key, value in of_run.items() if key in wanted}
 
         # The run was kept as JSON, which has lists and no paths.
-        for key in ("input", "scale", "zero"):
-            if key in own:
-                own[key] = tuple(own[key])
+        if "input" in own:
+            own["input"] = tuple(own["input"])
         if "map" in own:
             own["map"] = Path(own["map"])
         own["name_pattern"] = still_needed(own.get("name_pattern"), given)
-        constants = [each for each in own.get("constant", ()) if _signal_of(each) not in given]
         settings = {**own, "device": model.structure.device, **self._given()}
-        settings["constant"] = (*constants, *self.constant)
+
+        # These may stand several times, each for a signal: what is said of one signal leaves those of others.
+        told_anew = {
+            "constant": given,
+            "scale": {_signal_of(each) for each in self.scale},
+            "zero": {_signal_of(each) for each in self.zero},
+        }
+        for option, signals in told_anew.items():
+            kept = [each for each in own.get(option, ()) if _signal_of(each) not in signals]
+            settings[option] = (*kept, *getattr(self, option))
         return replace(self, **settings)
 
     def without_effort(self, unit: str) -> LogOptions:
@@ -260,9 +267,9 @@ class LogOptions:
         return values
 
 
-def _signal_of(constant: str) -> str:
-    """The signal of a constant such as 'field=0.5 A'."""
-    signal, _, _ = constant.partition("=")
+def _signal_of(told: str) -> str:
+    """The signal of a constant, a scale or a zero such as 'field=0.5 A'."""
+    signal, _, _ = told.partition("=")
     return signal.strip()
 
 
