@@ -12,6 +12,7 @@ from erclutch.errors import CheckError
 from erclutch.fit.checks.data_check import ONE_FIELD, STEADY_FIELD, check, steady_command
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.sensor_check import sensor_findings
+from erclutch.fit.comparison import Settings, compare
 from erclutch.logs.clock.resample import RESAMPLED
 from erclutch.logs.dataset import Dataset, joined
 from erclutch.logs.held_out import hold_out
@@ -270,9 +271,12 @@ def test_too_few_rows() -> None:
     )
 
 
-def test_a_share_of_next_to_nothing_holds_no_row_out() -> None:
-    assert error_of(good(60), test=1e-9) == (
-        "log: none of 60 rows is held out. Hold out some with --test, such as --test 0.3."
+@pytest.mark.parametrize("test", [1e-9, ()])
+def test_a_comparison_holds_at_least_a_row_out(test: float | tuple[str, ...]) -> None:
+    with pytest.raises(CheckError) as caught:
+        compare(good(60), Settings(test=test))
+    assert str(caught.value) == (
+        "log: none of 60 rows is held out. Hold out some with test=, such as test=0.3."
     )
 
 

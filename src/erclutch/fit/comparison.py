@@ -39,6 +39,7 @@ from erclutch.fit.past_samples import past_finding, without_network
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.fit.solver.outcome import AnyOutcome, FitOutcome
 from erclutch.fit.turned_sign import with_turned_fit
+from erclutch.logs.covering_stretches import USUAL_SHARE
 from erclutch.logs.dataset import Dataset, require_dataset
 from erclutch.logs.held_out import hold_out
 from erclutch.models.model_titles import id_of, title_of, titles_of
@@ -182,6 +183,9 @@ def _compared(
 ) -> Comparison:
     """The comparison without the plug-ins of other packages that failed, by group and name; see `compare`."""
     test = hold_out(data, settings.test)
+    if not test.any():  # a share of next to nothing, or no pattern: no figure could be given
+        remedy = f"Hold out some with --test, such as --test {USUAL_SHARE:g}"
+        raise CheckError(f"none of {data.rows} rows is held out", where=data.where, remedy=remedy)
     train = data.take(~test)
     findings = check(data, test) + past_finding(settings.past, data)
     findings += motion_held_out(data, test) + two_motions(train)

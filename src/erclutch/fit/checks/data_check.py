@@ -68,8 +68,7 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
         test: mask of the rows that are held out.
 
     Raises:
-        CheckError: too few rows, none that is held out, slip or effort that do not vary, or a field that varies in the
-            rows held out alone.
+        CheckError: too few rows, slip or effort that do not vary, or a field that varies in the rows held out alone.
     """
     train = data.take(~test)
     if train.rows < fewest_rows(train):
@@ -78,9 +77,6 @@ def check(data: Dataset, test: Mask) -> tuple[Finding, ...]:
             where=data.where,
             remedy="Log for longer, or hold out less with --test",
         )
-    if not test.any():  # a share of next to nothing, or no pattern: no figure could be given
-        remedy = f"Hold out some with --test, such as --test {USUAL_SHARE:g}"
-        raise CheckError(f"none of {data.rows} rows is held out", where=data.where, remedy=remedy)
     if train.one_field and not data.one_field:
         raise CheckError(
             f"the field is constant at {field_text(train)} over {train.rows} training rows, and only the rows held out "
