@@ -19,6 +19,8 @@ SIGN = "sign"
 
 #: How a note of a recording says from which column a signal came.
 _COLUMN = pattern(r"(\w+) <- column (.+?)(?:, .*| \(the file says .*)? \([^()]*\)")
+#: Logs that a message names; the rest it counts.
+_MOST_NAMED = 8
 #: A motion goes one way that has no more than this share of its rows in the rarer direction: noise at rest.
 _HARDLY_EVER = 0.02
 #: Share of the power to and fro that goes one way: a spring or an inertia has none, friction has all of its own.
@@ -64,8 +66,8 @@ def logs_against_others(data: Dataset) -> Finding | None:
     if not against or not along:
         return None
     message = (
-        f"effort opposes slip in {listed(against)} and goes with it in {listed(along)}: a sensor or the motion was "
-        "turned round between them, or something drives the device"
+        f"effort opposes slip in {listed(against, _MOST_NAMED)} and goes with it in {listed(along, _MOST_NAMED)}: a "
+        "sensor or the motion was turned round between them, or something drives the device"
     )
     return Finding("warning", "signs of logs", message, _turn_back(against[0], data))
 

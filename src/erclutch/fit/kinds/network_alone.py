@@ -9,6 +9,7 @@ from erclutch.fit.candidate import Candidate, Fitted, Grown, Kind, asked
 from erclutch.fit.fit_settings import AUTO, Settings
 from erclutch.fit.kinds.law_alone import laws_among, usual_terms
 from erclutch.fit.laws.fit_law import fit_structure, refit_near
+from erclutch.fit.laws.terms_told import with_terms_told
 from erclutch.fit.networks.fit_network import fit_network, supports
 from erclutch.fit.past_samples import past_rows
 from erclutch.fit.solver.outcome import AnyOutcome, FitOutcome
@@ -202,7 +203,7 @@ def constants_for(
         powers = [law for law in same if law.model.structure.law.yield_form not in saturating]
         law = min(powers or same, key=lambda law: law.train_cost).model
     else:  # no law that was asked for has these stages
-        law = _fitted(train, "bingham", network.dynamics)
+        law = _fitted(train, "bingham", network.dynamics).model
     return stage_numbers_in_user_units(law, network.dynamics)
 
 
@@ -224,11 +225,11 @@ def law_beyond(train: Dataset, laws: Sequence[FitOutcome[TorqueModel]]) -> Torqu
         named = [law for law in known if law.model.structure.specification == bingham]
         taken = min(named or known, key=lambda law: (law.parameters, law.train_cost))
         return taken.model
-    return _fitted(train, bingham, NONE)
+    return with_terms_told(train, _fitted(train, bingham, NONE)).model
 
 
-def _fitted(train: Dataset, specification: str, dynamics: str) -> TorqueModel:
+def _fitted(train: Dataset, specification: str, dynamics: str) -> FitOutcome[TorqueModel]:
     """A law with the usual terms, fitted to the training rows."""
     law = law_from_name(specification, train.device)
     structure = Structure(train.device, specification, law, dynamics, *usual_terms(train))
-    return fit_structure(train, structure, intervals=False).model
+    return fit_structure(train, structure, intervals=False)

@@ -6,6 +6,8 @@ import itertools
 from collections.abc import Collection
 from dataclasses import replace
 
+import numpy as np
+
 from erclutch.fit.laws.field_levels import more_numbers_than_fields
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.fit.laws.law_problem import separable
@@ -21,6 +23,8 @@ from erclutch.models.stages import needs_time, slip_stages
 _NO_WORSE = 0.01
 #: The same of points of a table, in squares of the noise of a point: once in twenty times chance takes more off.
 _BY_CHANCE = 4.0
+#: A constant effort so many times the largest effort of the rows cancels another term, and says nothing at other slips.
+_CANCELLED = 3.0
 #: Unknowns of a law whose lack of rank may come from a term that was added.
 _SHORT_LAW = 8
 
@@ -33,13 +37,18 @@ def with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[
     So does friction where a bound alone makes the fit look sound: with two fields, say, friction, yield effort and
     exponent are three numbers for two, and the exponent or the friction ends on its bound.
 
+    A constant effort far beyond all efforts cancels a yield effort that is as large: the rows tell their difference
+    alone, and at rest such a law gives millions. It goes whatever the error.
+
     A law with memory may go without those of its own terms that the memory says better. Where all of the yield effort
     has a memory, nothing tells over which slip the law's own would turn; a power of the slip and a viscosity are one
     column where the power is one.
     """
     structure = law.model.structure
     propped = structure.friction and more_numbers_than_fields(train, structure)
-    if law.sound and not propped:
+    constant = abs(law.model.gains.get(OFFSET.name, 0.0))
+    cancelled = constant > _CANCELLED * float(np.max(np.abs(train.effort)))
+    if law.sound and not propped and not cancelled:
         return law
     offset = {OFFSET.name}
     friction = set(structure.names_of(FRICTION.name))
@@ -76,13 +85,14 @@ def with_terms_told(train: Dataset, law: FitOutcome[TorqueModel]) -> FitOutcome[
     if TRANSITION_SLIP.name in unknown:
         unknown |= friction
     for terms, words, fewer in without:
-        in_doubt = trade_off or terms & unknown or (propped and terms == friction)
+        must_go = cancelled and terms == offset
+        in_doubt = must_go or trade_off or terms & unknown or (propped and terms == friction)
         if not (terms <= added and in_doubt):
             continue
         # With memory the search goes on from the law's own numbers.
         starts = [start] if structure.remembers else []
-        cured = fit_structure(train, fewer, starts=starts, most=most)
-        if cured.sound and cured.train_cost <= most:
+        cured = fit_structure(train, fewer, starts=starts, most=None if must_go else most)
+        if must_go or (cured.sound and cured.train_cost <= most):
             note = f"left out: {words}, which these rows cannot tell from the law's own terms"
             return replace(cured, notes=(*law.notes, note))
     if law.sound or not structure.remembers:
