@@ -276,7 +276,7 @@ def test_a_comparison_holds_at_least_a_row_out(test: float | tuple[str, ...]) ->
     with pytest.raises(CheckError) as caught:
         compare(good(60), Settings(test=test))
     assert str(caught.value) == (
-        "log: none of 60 rows is held out. Hold out some with test=, such as test=0.3."
+        "log: none of 60 rows is held out. Hold out some with --test, such as --test 0.3."
     )
 
 
