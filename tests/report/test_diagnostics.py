@@ -237,6 +237,14 @@ def test_switches_are_counted_where_they_are_too_few_for_a_curve() -> None:
     assert np.flatnonzero(switches_of(rows) & rows.test).tolist() == [*range(21_000, n, 1000)]
 
 
+def test_the_field_of_another_log_is_no_switch() -> None:
+    """A run of three logs, each at its own field, was said to switch where the second log was held out."""
+    field = np.repeat([0.2, 0.6, 1.0], 2000)
+    field[4500:] = 0.2  # the only step that somebody saw
+    rows = rows_of(field, field, field, {"m": field * 0}, cuts=(2000, 4000))
+    assert np.flatnonzero(switches_of(rows)).tolist() == [4500]
+
+
 def test_a_smooth_command_has_no_switch() -> None:
     field = np.sin(np.arange(20_000) / 300)
     assert after_switch(rows_of(field, field, field, {"m": field * 0}), ["m"]) is None

@@ -5,7 +5,9 @@ from __future__ import annotations
 import csv
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -79,6 +81,31 @@ def test_parameters_of_a_law_and_of_a_network(material: Material) -> None:
     ]
     with pytest.raises(SettingError, match="weights mean nothing"):
         parameter_table(run, "fnn-2")
+
+
+def test_a_value_at_a_bound_is_named_below_the_table(material: Material) -> None:
+    run = material.run
+    law = next(name for name in run.names if name.startswith("bingham"))
+    entry = run.entry(law)
+    first, *others = entry["fit"]["parameters"]
+    free = [{**each, "at_bound": None} for each in others]
+    parameters = [{**first, "at_bound": "lower"}, *free]
+    changed = {**entry, "fit": {**entry["fit"], "parameters": parameters}}
+    ranking = [changed if each["name"] == law else each for each in run.body["ranking"]]
+    caption = parameter_table(replace(run, body={**run.body, "ranking": ranking}), law).caption
+    assert caption.endswith(f"At a bound of the range that is searched: {first['name']} (lower).")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"model": "m1"}, "the ranking is of all models"),
+        ({"what": "parameters", "most": 2}, "the parameters are of one model"),
+    ],
+)
+def test_an_option_of_the_other_table_is_refused(options: dict[str, Any], said: str) -> None:
+    with pytest.raises(SettingError, match=said):
+        table(Path("run"), **options)
 
 
 @pytest.mark.parametrize(

@@ -132,7 +132,11 @@ def parameter_table(run: Run, model: str | None = None) -> PaperTable:
         meaning = str(number["meaning"])
         rows.append((name, value, unit, meaning))
     header = ("Parameter", "Value", "low", "high", "Unit", "Meaning")
-    return PaperTable(header, rows, f"Parameters of the {entry['title']} with 95 % intervals.")
+    caption = f"Parameters of the {entry['title']} with 95 % intervals."
+    at_bounds = [f"{p['name']} ({p['at_bound']})" for p in numbers if p["at_bound"]]
+    if at_bounds:  # such a value says where the search ended, and may be no estimate
+        caption += f" At a bound of the range that is searched: {', '.join(at_bounds)}."
+    return PaperTable(header, rows, caption)
 
 
 def _latex(table: PaperTable) -> str:

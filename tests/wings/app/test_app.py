@@ -101,6 +101,30 @@ def test_a_form_becomes_the_choices_that_somebody_made() -> None:
     ]  # a window is of its own log
 
 
+def test_a_log_is_read_again_with_each_zero_and_scale_of_its_run() -> None:
+    zeros = ["effort=2048", "slip=3"]
+    scales = ["effort=0.002 N*m", "slip=0.1 rad/s"]
+    run = {"device": "single", "reading": {"scale": scales, "zero": zeros}}
+    chosen = actions.chosen_of(dict(parse_qsl(actions.query_of(run))))
+    of_scale = [word for each in scales for word in ("--scale", each)]
+    of_zero = [word for each in zeros for word in ("--zero", each)]
+    assert chosen.words() == [*of_scale, *of_zero]
+    mapping = {
+        "columns": {},
+        "scales": {"effort": "0.002 N*m", "slip": "0.1 rad/s"},
+        "zeros": {"effort": "2048", "slip": "3"},
+    }
+    assert chosen.keywords() == f", {mapping!r}"
+
+
+def test_the_fit_in_python_holds_out_what_the_command_holds_out() -> None:
+    form = {"test": "20%", "seed": "7", "lag": "none"}
+    python = actions.fit_in_python(form, ["log.csv"], "run")
+    assert "Settings(lag='none', test=0.2, seed=7)" in python
+    assert "Settings(test='day*')" in actions.fit_in_python({"test": "day*"}, ["log.csv"], "run")
+    assert "Settings()" in actions.fit_in_python({"test": "0.3"}, ["log.csv"], "run")
+
+
 @pytest.mark.parametrize(
     ("said", "shown"),
     [

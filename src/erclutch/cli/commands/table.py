@@ -42,8 +42,8 @@ def table(
         as_: Format: latex (booktabs, and siunitx columns), markdown, html, or csv, which is not rounded.
             Default: by the ending of --out, else markdown.
         what: The ranking of the models, or the parameters of a model with their intervals.
-        model: The model whose parameters are printed. Default: the recommended.
-        most: Only the first so many models of the ranking.
+        model: The model whose parameters are printed, with --what parameters. Default: the recommended.
+        most: Only the first so many models of the ranking; not for parameters.
         out: File to write. Default: the terminal.
         force: Replace a file that is there.
     """
@@ -56,6 +56,16 @@ def table(
 
     if most is not None and most < 1:
         raise SettingError(f"--most {most}", remedy="Give 1 or more")
+    if model is not None and what == "ranking":
+        raise SettingError(
+            "the ranking is of all models, and --model names one",
+            remedy="Add --what parameters, or leave --model out",
+        )
+    if most is not None and what == "parameters":
+        raise SettingError(
+            "the parameters are of one model, and --most counts models",
+            remedy="Leave --most out, or print the ranking",
+        )
     of_ending = None if out is None else _ENDINGS.get(out.suffix.lower())
     format_ = as_ or of_ending or "markdown"
     # A browser would take markdown of a page's name for a page.

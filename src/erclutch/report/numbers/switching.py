@@ -89,7 +89,8 @@ class StepResponse:
 def switches_of(rows: RunRows) -> NDArray[np.bool_]:
     """Rows at which the command of any element switches, shape (n,): the first of a run of rows that have moved.
 
-    A switch: the command moves by more than a tenth of its range within 2 ms (or from one row to the next).
+    A switch: the command moves by more than a tenth of its range within 2 ms (or from one row to the next). The field
+    of a log that follows another, or of rows behind a gap, is no switch: nobody saw the command move.
     """
     within = max(1, round(_WITHIN / period_of(rows)))
     count = rows.data.rows
@@ -99,6 +100,8 @@ def switches_of(rows: RunRows) -> NDArray[np.bool_]:
         step = np.abs(element.field[within:] - element.field[:-within])
         jump = np.zeros(count, np.bool_)
         jump[within:] = step > _STEP * reach
+        for span in rows.data.clock.spans:
+            jump[span.start : span.start + within] = False
         switch[1:] |= jump[1:] & ~jump[:-1]
     return switch
 

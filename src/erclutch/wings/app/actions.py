@@ -50,9 +50,9 @@ MEANING: Mapping[str, str] = {
 READING: tuple[tuple[str, str, str], ...] = (
     ("rate", "sampling rate in place of a time column", "1000 Hz"),
     ("lead", "travel of the table in one turn of the screw", "10 mm"),
-    ("constant", "a signal that was constant", "field=0.5 A"),
-    ("scale", "what a sensor in volts means", "effort=2.5 N*m/V"),
-    ("zero", "what a column reads where its signal is zero", "effort=2048"),
+    ("constant", "a signal that was constant; of several signals with ; between", "field=0.5 A"),
+    ("scale", "what a sensor in volts means; of several with ; between", "effort=2.5 N*m/V"),
+    ("zero", "what a column reads where its signal is zero; of several likewise", "effort=2048"),
     ("variable", "which recording of a file that holds several", "all"),
     ("from", "take the log from this time on", "2s"),
     ("until", "take it up to this time", "60s"),
@@ -60,6 +60,9 @@ READING: tuple[tuple[str, str, str], ...] = (
     ("invalid", "what to do with missing values: error or drop", "drop"),
     ("map", "read it as this mapping file says, which another log may have", "LOG.csv.toml"),
 )
+#: Options of these that a command takes once for each signal; a form has one line for them all, and this between.
+_OF_EACH_SIGNAL = ("constant", "scale", "zero")
+_BETWEEN = ";"
 #: What a form says of a fit: option, label, what it means, its default.
 FITTING: tuple[tuple[str, str, str, str], ...] = (
     (
@@ -140,7 +143,8 @@ class Chosen:
         for signal, label in self.columns.items():
             words += _option(signal.replace("_", "-"), label)
         for option, text in self.texts.items():
-            words += _option(option, text)
+            for each in _each(option, text):
+                words += _option(option, each)
         return words
 
     def keywords(self) -> str:
@@ -149,10 +153,10 @@ class Chosen:
         columns: dict[str, Any] = dict(self.columns)
         plain = {key: texts.pop(key) for key in ("rate", "lead") if key in texts}
         pairs: dict[str, dict[str, str]] = {}
-        for key in ("constant", "scale", "zero"):
-            if "=" in texts.get(key, ""):
-                name, _, text = texts.pop(key).partition("=")
-                pairs[f"{key}s"] = {name: text}
+        for key in _OF_EACH_SIGNAL:
+            for each in _each(key, texts.pop(key, "")):
+                name, _, text = each.partition("=")
+                pairs.setdefault(f"{key}s", {})[name] = text
 
         # Where more than columns is told, the mapping has a table of its own for these.
         mapping: dict[str, Any] = columns
@@ -220,9 +224,18 @@ def query_of(run: Mapping[str, Any], *, of_another_log: bool = False) -> str:
         if option == "map" or (of_another_log and option in _OF_ONE_LOG):
             continue
         value = reading.get({"from": "begin", "until": "end"}.get(option, option), "")
-        form[option] = value[0] if isinstance(value, list | tuple) and value else value
+        form[option] = value
+        if option in _OF_EACH_SIGNAL:
+            form[option] = f"{_BETWEEN} ".join(value)
     filled_in = {key: str(value) for key, value in form.items() if value}
     return urlencode({"device": device, **filled_in})
+
+
+def _each(option: str, text: str) -> list[str]:
+    """The values of an option in a line of a form: one, or of some options one for each signal."""
+    if option not in _OF_EACH_SIGNAL:
+        return [text]
+    return [each.strip() for each in text.split(_BETWEEN) if each.strip()]
 
 
 def _option(name: str, text: str) -> list[str]:
@@ -293,6 +306,13 @@ def fit_in_python(form: Mapping[str, str], logs: Sequence[str], run: str) -> str
         settings.append(f"models={tuple(models)!r}")
     if lag not in ("", "auto"):
         settings.append(f"lag={lag!r}")
+    usual = {option: default for option, _, _, default in FITTING}
+    test = _text(form.get("test", "")) or usual["test"]
+    if test != usual["test"]:
+        settings.append(f"test={_held_out_in_python(test)}")
+    seed = _text(form.get("seed", "")) or usual["seed"]
+    if seed != usual["seed"]:
+        settings.append(f"seed={seed}")
     device = f", device={chosen.device!r}" if chosen.device != "single" else ""
     dataset = f"erclutch.build_dataset(logs{device})"
     reads = [f"    erclutch.read({name!r}{chosen.keywords()})," for name in logs]
@@ -306,6 +326,15 @@ def fit_in_python(form: Mapping[str, str], logs: Sequence[str], run: str) -> str
         f"erclutch.write_run({run!r}, comparison, logs)",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _held_out_in_python(text: str) -> str:
+    """What is held out: a share as a number, also where it is written in per cent; a pattern of names as a text."""
+    try:
+        number = float(text.removesuffix("%"))
+    except ValueError:
+        return repr(text)
+    return f"{number / 100.0 if text.endswith('%') else number:g}"
 
 
 def shown(words: Sequence[str]) -> str:
