@@ -14,6 +14,7 @@ from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.noisy_acceleration import noisy_acceleration
 from erclutch.fit.checks.one_field import refuse_field_terms
 from erclutch.fit.checks.releasing_field import field_releases
+from erclutch.fit.checks.spare_columns import spare_columns
 from erclutch.fit.choice.base_law import (
     MOST_FORMS,
     drag_once_bent,
@@ -38,7 +39,6 @@ from erclutch.fit.log_groups import FEWEST_GROUPS, groups_of
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.fit.solver.outcome import AnyOutcome, FitOutcome
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.planning.further_columns import option_for_input
 from erclutch.models.law_model import TorqueModel
 from erclutch.models.laws import (
     PAPER,
@@ -60,8 +60,6 @@ from erclutch.models.stages.inertia import SMOOTH_INERTIA
 from erclutch.models.structure import Structure
 from erclutch.registry import Plugin
 from erclutch.signals.array import Mask
-from erclutch.signals.percent import percent
-from erclutch.signals.recording import TEMPERATURE
 
 #: A constant effort and friction, which a law may lose again.
 _ADDED_TERMS = 2
@@ -337,21 +335,12 @@ def with_memory(
             of_plain = grown_from_the_plainest(train, plain, rungs)
             if of_plain:
                 base, first_rung, rungs = plain, plain.model.structure, of_plain
-        # Share of the error that a column would take off, by its name.
-        spare = helpful(train, rungs[-1])
+        gains_of_columns = helpful(train, rungs[-1])
 
     findings: list[Finding] = []
     if SMOOTH_INERTIA in rungs[-1].structure.dynamics.split("+"):
         findings.append(noisy_acceleration(rungs[-1].numbers["tau_a"], train.period))
-    for name, gain in spare.items():
-        seen = (
-            f"the column {name!r}, which no model has as an input, would take {percent(gain)} off the error of the "
-            "best law"
-        )
-        # A log has one temperature.
-        unit = None if TEMPERATURE in train.extras else train.extra_units.get(name)
-        remedy = f"Fit with {option_for_input(name, unit)}, unless it measures the effort once more"
-        findings.append(Finding("note", "spare column", seen, remedy))
+    findings += spare_columns(train, gains_of_columns)
 
     rungs = rungs if rungs[0].structure != first_rung else rungs[1:]
     if not rungs:
