@@ -113,6 +113,20 @@ def test_a_second_start_fits_what_is_missing(fleet: Fleet, logs: Path, tmp_path:
         fit_many(logs, MODELS, out=copy, settings=Settings(lag="none", seed=1))
 
 
+def test_what_was_changed_in_a_fleet_is_fitted_again(
+    fleet: Fleet, logs: Path, tmp_path: Path
+) -> None:
+    """A number that was changed went into the tables in silence; an entry of another kind ended in a traceback."""
+    copy = shutil.copytree(fleet.folder, tmp_path / "run")
+    number, kind, *_ = sorted((copy / "devices").iterdir())
+    body = json.loads(number.read_text())
+    body["run"]["ranking"][0]["test"]["rmse"][0] *= 3.0
+    number.write_text(json.dumps(body))
+    kind.write_text(kind.read_text().replace('"logs": [', '"logs": 5, "others": [', 1))
+    again = fit_many(logs, MODELS, out=copy, settings=FAST, workers=1)
+    assert (again.taken, again.digest) == (4, fleet.digest)
+
+
 def test_a_changed_log_is_fitted_again(fleet: Fleet, logs: Path, tmp_path: Path) -> None:
     copy, changed = (
         shutil.copytree(fleet.folder, tmp_path / "run"),

@@ -37,6 +37,7 @@ from erclutch.logs.dataset import build_dataset
 from erclutch.logs.log_reader import log_suffixes, may_be_log
 from erclutch.logs.mapping import file_beside
 from erclutch.logs.reading import Reading
+from erclutch.models.model_file import digest_of, keeps_digest
 from erclutch.runs.cluster import finished, saying_kept, task_pool
 from erclutch.runs.written_run import run_to_dict, unwritable, versions, write_json
 from erclutch.signals.device import DeviceName
@@ -157,10 +158,15 @@ def _fill(
 
     done: dict[str, dict[str, Any]] = {}  # what came out of each device, by its name
     for task in tasks:
-        # What an earlier start kept counts if it is whole, and the logs and the mappings beside them are the same.
-        with suppress(OSError, ValueError, KeyError, TypeError):
+        # What an earlier start kept counts if it is whole and unchanged, and the logs and the mappings beside them are
+        # the same.
+        with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
             kept = small_json(_file(folder, task.name))
-            is_same = kept["device"] == task.name and kept["sha256"] == _digests(task)
+            is_same = (
+                keeps_digest(kept)
+                and kept["device"] == task.name
+                and kept["sha256"] == _digests(task)
+            )
             was_our_defect = str(kept["failed"]).startswith("unforeseen")  # perhaps mended by now
             if is_same and not was_our_defect:
                 done[task.name] = kept
@@ -180,7 +186,7 @@ def _fill(
                 elif not {*_failed(task, "")} <= outcome.keys() or outcome["device"] != task.name:
                     outcome = _failed(task, "the worker gave what is not of this device")
                 else:
-                    _write(_file(folder, task.name), outcome)
+                    _write(_file(folder, task.name), {**outcome, "digest": digest_of(outcome)})
                 done[task.name] = outcome
                 progress(len(done), len(tasks), task.name)
 

@@ -60,15 +60,24 @@ class Points:
     def _take(self, line: str) -> None:
         try:
             body: Any = json.loads(line)
-            if body["settings"] == self._digest:
-                self._known[str(body["key"])] = body["value"]
-            else:
-                self.others += 1
-        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            kept = body["settings"], str(body["key"]), body["value"]
+            told = body.get("digest")  # lines of older versions have none
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             remedy = "Delete it, or give another --out"
             raise RunError(
                 f"this is no {self._kind}", where=str(self.path), remedy=remedy
             ) from error
+        settings, key, value = kept
+        if settings != self._digest or told is None:
+            self.others += 1
+        elif told != _digest_of_line(*kept):
+            raise RunError(
+                f"what it keeps of {key!r:.60} was changed",
+                where=str(self.path),
+                remedy="Delete it, or give another --out",
+            )
+        else:
+            self._known[key] = value
 
     def get(self, key: str, make: Callable[[], Any]) -> Any:
         """The result for a key: the kept one, or a new one that is kept before it is returned.
@@ -113,14 +122,23 @@ class Points:
         if self.path is not None:
             try:
                 with self.path.open("a", encoding="utf-8") as file:
-                    line = json.dumps({"settings": self._digest, "key": key, "value": value})
-                    file.write(line + "\n")
+                    line: dict[str, Any] = {"settings": self._digest, "key": key, "value": value}
+                    line["digest"] = _digest_of_line(*line.values())
+                    file.write(json.dumps(line) + "\n")
             except OSError as error:
                 problem = f"cannot be written: {error.strerror}"
                 raise RunError(
                     problem, where=str(self.path), remedy="Give another --out"
                 ) from error
         self._known[key] = value
+
+
+def _digest_of_line(settings: Any, key: str, value: Any) -> str:
+    """What tells that a result is the one that was kept."""
+    # As it comes back from the file: the keys of an object are texts there.
+    as_read = json.loads(json.dumps([settings, key, value]))
+    text = json.dumps(as_read, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def make_folder(folder: Path) -> None:
