@@ -80,8 +80,10 @@ _VALUE = r"\"[^\"]*\"|'[^']*'|[^\s;\"']+(?<!\.)"
 _COMMAND = re.compile(
     rf"erclutch inspect (?P<path>'[^']*'|\S+)(?P<options>(?: --[\w-]+ (?:{_VALUE}))+)"
 )
+#: What the command line calls keywords of Python that have another name there, or capitals.
+TYPED = {"begin": "from", "end": "until", "e1": "E1", "e2": "E2", "e": "E", "t": "T"}
 #: Options whose names in Python are others; "" where Python has the value alone, as the name of a folder.
-_IN_PYTHON = {"from": "begin", "until": "end", "out": "", "to": "", "run": ""}
+_IN_PYTHON = {TYPED[name]: name for name in ("begin", "end")} | {"out": "", "to": "", "run": ""}
 _DROPPED = re.compile(r"--(?:out|to|run) (?=[a-z])")
 _SWITCHES = ("adapt", "alarms", "force", "keep-values", "polish")
 

@@ -50,10 +50,12 @@ class _Group(NamedTuple):
     value: Literal["mark", "module", "function"] = "mark"
 
 
+#: Kinds of model: `fit` asks for what they fit, and `models` for what they read.
+KINDS = "erclutch.kinds"
 #: The last word of a group is the name of its folders.
 _GROUPS: Mapping[str, _Group] = {
     "erclutch.commands": _Group("command", "cli", "COMMAND", value="function"),
-    "erclutch.kinds": _Group("kind of model", "fit", "KIND"),
+    KINDS: _Group("kind of model", "fit", "KIND"),
     "erclutch.laws": _Group("law", "models", "LAW"),
     "erclutch.readers": _Group("reader", "logs", "READER"),
     "erclutch.stages": _Group("stage", "models", "STAGE"),

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from erclutch.export.target_check import Check
 from erclutch.models.law_model import TorqueModel
 from tests.support.command import good, run
 
@@ -69,6 +70,20 @@ def test_bad_words_give_one_error(
     assert says in said.replace("\n", " ")
     assert said.count("error:") == 1
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_verify_prints_a_difference_that_is_no_number_as_null(
+    saved: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(folder: Path) -> list[Check]:
+        return [Check("gcc", 7, other_bits=7, ulp=float("nan"))]
+
+    monkeypatch.setattr("erclutch.export.verify_export", broken)
+    (check,) = json.loads(
+        good("verify", saved.parent, "--json", code=3), parse_constant=pytest.fail
+    )
+    assert check["ulp"] is None
+    assert check["passed"] is False
 
 
 def test_verify_prints_a_line_each(saved: Path, tmp_path: Path, need: Callable[..., None]) -> None:

@@ -23,7 +23,7 @@ from erclutch.report.numbers.number_text import (
     chart_scale,
     constant_scale,
     number,
-    percent,
+    percent_text,
     r2_text,
     scale_for,
     share_span,
@@ -381,7 +381,7 @@ def test_units() -> None:
         assert chart_scale(unit, size).unit == said
     assert chart_scale("N*m/(rad/s)", 3e-4).bare(3e-4) == "300"
     assert scale_for("", 0.01).of(0.25) == "0.250"
-    assert percent(0.2154) == "21.5\u00a0%"
+    assert percent_text(0.2154) == "21.5\u00a0%"
     assert span(-1.0, None) == "−1.00 to –"
 
 

@@ -82,6 +82,19 @@ def test_a_spring_that_pushes_along_is_told_with_the_way_out() -> None:
 
 
 @pytest.mark.slow
+def test_curves_without_a_spring_are_told_by_the_stage_that_has_one(material: Material) -> None:
+    law = material.models[material.recommended]
+    for stages, is_told in (("stiffness", True), ("inertia", False)):
+        model = law_model("bingham", "single", stages)
+        models = {
+            **material.models,
+            material.recommended: replace(model, trained_on=law.trained_on),
+        }
+        said = MODEL.fill(replace(material, fitted=models))["says"]
+        assert any("without the spring" in sentence for sentence in said) == is_told
+
+
+@pytest.mark.slow
 def test_curves_of_the_model_are_its_settled_effort(material: Material) -> None:
     model = material.models[material.recommended]
     (over_slip,), over_field = (

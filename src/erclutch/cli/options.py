@@ -14,7 +14,7 @@ from cyclopts import Group, Parameter
 
 from erclutch.cli.folded_help import folded
 from erclutch.cli.quantities import HERTZ
-from erclutch.errors import LogError, listed
+from erclutch.errors import TYPED, LogError, listed
 
 if TYPE_CHECKING:
     from erclutch.logs import ColumnMap, Plan, Table
@@ -41,7 +41,7 @@ _DerivativeName = Literal["central", "savgol", "difference", "lowpass", "kalman"
 _MOST_FOLDERS = 12  # that are told in one command
 _MOST_LOOKED_AT = 10_000  # folders, to find those that hold logs
 # Options whose name on the command line is not that of their attribute.
-_TYPED = {"e1": "--E1", "e2": "--E2", "e": "--E", "t": "--T", "begin": "--from", "end": "--until"}
+_TYPED = {name: f"--{typed}" for name, typed in TYPED.items()}
 
 
 @Parameter(name="*")

@@ -27,7 +27,7 @@ from erclutch.models.model import Model
 from erclutch.models.stages import NONE, canonical
 from erclutch.signals.array import Mask
 
-GROUP = "erclutch.kinds"
+GROUP = registry.KINDS
 #: Names of `Settings.models` that stand for several.
 SETS = ("all", "paper")
 

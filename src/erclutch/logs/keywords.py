@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import nextafter
 from typing import Any, NamedTuple, cast
 
-from erclutch.errors import MappingError, SettingError, UnitError, did_you_mean
+from erclutch.errors import TYPED, MappingError, SettingError, UnitError, did_you_mean
 from erclutch.logs.clock.timing import LATEST
 from erclutch.signals import units
 from erclutch.signals.recording import NAMED_COLUMNS, LogFacts, Recording
@@ -14,7 +14,8 @@ from erclutch.signals.recording import NAMED_COLUMNS, LogFacts, Recording
 #: First and last time that are taken, and how much is left out of the start, in s; None: all is taken.
 Window = tuple[float | None, float | None, float | None]
 
-_TIMES = {"begin": "from", "end": "until", "skip": "skip"}  # and what the command line calls them
+#: Times of a window, and what the command line calls them.
+_TIMES = {name: TYPED.get(name, name) for name in ("begin", "end", "skip")}
 #: Keywords and options that may be given several times.
 LISTS = ("constant", "scale", "zero", "input")
 _TEXTS = ("time", "rate", "lead", "name_pattern", "decimal", "keep_values", "resample", *_TIMES)

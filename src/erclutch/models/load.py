@@ -46,7 +46,7 @@ def load_model(path: str | Path) -> Model:
     read = _READERS.get(kind)
     failed: list[PluginError] = []
     if read is None:  # a kind that another package brings: `fit.candidate.Kind.readers`
-        for plugin in registry.plugins("erclutch.kinds"):
+        for plugin in registry.plugins(registry.KINDS):
             if plugin.own:
                 continue
             # A package that fails is no reason why models of other kinds are not read.

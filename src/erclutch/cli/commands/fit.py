@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -136,7 +135,7 @@ def fit(
         body = dict(run_to_dict(comparison, rows.logs, reading.to_dict()))
         if figures is not None:
             body["every_row"] = figures.to_dict()
-        print(dumps(body, indent=1, allow_nan=False))
+        terminal.say_json(body)
         return
     if figures is not None:
         _print_every_row(figures, comparison.recommended, comparison.data.units.effort)
@@ -153,7 +152,7 @@ def _resumed(
     """Score the rows of a run that an interruption left unscored."""
     figures, run = scored_rows.score_the_rest(out, reading.how(), cluster, workers)
     if json:
-        print(dumps(figures.to_dict(), indent=1, allow_nan=False))
+        terminal.say_json(figures.to_dict())
         return
     recommended = str(run.body["recommended"])
     unit = str(run.body["units"]["effort"])

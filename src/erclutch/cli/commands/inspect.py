@@ -8,7 +8,6 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from itertools import pairwise
-from json import dumps
 from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -134,7 +133,7 @@ def inspect(
             look = look_at(log, others, raw, reading)
     if json:
         body = _as_json(look, courses)
-        print(dumps(body, indent=1, allow_nan=False))
+        terminal.say_json(body)
     else:
         _tell(look, write_mapping, asked)
         for path in drawn:

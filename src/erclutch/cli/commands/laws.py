@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from json import dumps
 from typing import Annotated
 
 from cyclopts import Parameter
@@ -74,7 +73,7 @@ def laws(
             }
             for name, law, equation in all_laws
         ]
-        print(dumps(rows, indent=1))
+        terminal.say_json(rows)
         return
     table = terminal.table(
         "Laws of one element (effort for w > 0)", ["model", "effort", "source"], [], left=3

@@ -92,7 +92,7 @@ def predict(
         if twice is not None:
             remedy = "Give their predictions apart, each to a file"
             raise SettingError(f"two logs are called {twice}", where=str(out), remedy=remedy)
-        if out.is_file() or out.suffix.lower() in (".csv", ".parquet", ".mat"):
+        if out.is_file() or out.suffix.lower() in LOG_ENDINGS:
             remedy = "Give --out the name of a folder"
             raise SettingError(f"one file for {len(files)} logs", where=str(out), remedy=remedy)
         with whole_folder(out, _UNWRITABLE) as folder, terminal.progress("predicting") as bar:

@@ -25,17 +25,15 @@ def verify(export: Path, /, *, json: Annotated[bool, Parameter(negative=())] = F
     """
     from dataclasses import asdict
 
+    from erclutch.cli import terminal
     from erclutch.export import verify_export
 
     checks = verify_export(export)
     passed = all(check.passed for check in checks)
     if json:
-        from json import dumps
-
         shown = [{**asdict(check), "allowed": None, "passed": check.passed} for check in checks]
-        print(dumps(shown, indent=1))
+        terminal.say_json(shown)
         return 0 if passed else 3
-    from erclutch.cli import terminal
 
     screen = terminal.console()
     columns = ["where", "vectors", "not to the bit", "ulp from NumPy", "notes"]

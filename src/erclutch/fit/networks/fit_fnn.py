@@ -221,7 +221,7 @@ def train(
     for number, part in enumerate(schedule.rounds):
         neurons = hidden[-1] + part.spare
         harder = 1.0 if part.level == level else _HARDER
-        stage = _Stage(
+        shared = _SharedRound(
             part=part,
             cells=cells[part.level],
             sizes=sizes,
@@ -235,7 +235,7 @@ def train(
         random = [np.random.default_rng([seed, number, rank]) for rank in ranks]
         side_by_side = max(1, min(workers, len(networks)))
         with ThreadPoolExecutor(max_workers=side_by_side) as pool:
-            trained = list(pool.map(stage.through, networks, random))
+            trained = list(pool.map(shared.through, networks, random))
         trained.sort(key=lambda network: network.cost)
         steps += sum(network.steps for network in trained)
         networks = trained[: part.kept]
@@ -254,7 +254,7 @@ def train(
 
 
 @dataclass(frozen=True)
-class _Stage:
+class _SharedRound:
     """What all starts of a round have in common.
 
     Attributes:

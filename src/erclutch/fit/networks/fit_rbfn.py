@@ -28,7 +28,7 @@ _RIDGE = 1e-10  # of the largest eigenvalue: what is left of double precision in
 
 
 @dataclass(frozen=True)
-class FoundCentres:
+class CentresAndSpreads:
     """Centres and spreads of an RBFN.
 
     Attributes:
@@ -94,7 +94,7 @@ def by_forward_selection(
     neurons: int,
     seed: int,
     spreads: Sequence[float] = SPREADS,
-) -> FoundCentres:
+) -> CentresAndSpreads:
     """Centres by forward selection, one spread: that of the scan with the lowest cost."""
     pool = candidates(cells, seed)
     if pool.shape[0] < neurons:
@@ -103,7 +103,7 @@ def by_forward_selection(
     last_costs = [float(costs[-1]) for _, costs in scans]
     best = min(range(len(scans)), key=last_costs.__getitem__)
     chosen, _ = scans[best]
-    return FoundCentres(pool[chosen], np.full(neurons, spreads[best]))
+    return CentresAndSpreads(pool[chosen], np.full(neurons, spreads[best]))
 
 
 def by_k_means(
@@ -111,7 +111,7 @@ def by_k_means(
     neurons: int,
     seed: int,
     spreads: Sequence[float] = SPREADS,
-) -> FoundCentres:
+) -> CentresAndSpreads:
     """Centres by k-means on the weighted centroids (Lloyd's iteration), one spread: the cheapest of the scan."""
     rng = np.random.default_rng([seed, 2])
     count = cells.y.size
@@ -138,10 +138,10 @@ def by_k_means(
         _, left = weights_for(cells.x, cells.y, cells.count, centres, same)
         costs.append(left)
     best = spreads[int(np.argmin(costs))]
-    return FoundCentres(centres, np.full(neurons, best))
+    return CentresAndSpreads(centres, np.full(neurons, best))
 
 
-def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> FoundCentres:
+def refined(cells: Centroids, start: CentresAndSpreads, *, one_spread: bool) -> CentresAndSpreads:
     """Centres and spreads by Levenberg-Marquardt, output weights projected out (variable projection)."""
     n, k = start.centres.shape  # neurons, inputs
     root = np.sqrt(cells.count / cells.count.mean())
@@ -200,7 +200,7 @@ def refined(cells: Centroids, start: FoundCentres, *, one_spread: bool) -> Found
     problem = Problem(cost, linearise, lower, upper)
     minimum = minimise(problem, u, tolerance=1e-5, max_iterations=60, reach=1.0)
     centres, widths = parts(minimum.point)
-    return FoundCentres(
+    return CentresAndSpreads(
         centres=centres.copy(),
         spreads=np.broadcast_to(widths, (n,)).copy(),
         stop=minimum.stop,

@@ -17,7 +17,7 @@ from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.shapes import FEW, known_rows
 from erclutch.logs.columns.vocabulary import MEASURED, TOLD, set_of
 from erclutch.logs.planning.draft import Draft
-from erclutch.signals.array import Array
+from erclutch.signals.array import SIGMA_OF_MAD, Array
 
 _SIMULATED = set_of(
     "sim sims simulated simulation simulations simulacion simulacao simulazione simulado simule predicted prediction "
@@ -45,8 +45,8 @@ _WHITE = 0.6
 _NOISY = 5e-4  # of the spread of a signal
 _STEPS_OF_A_FORMAT = 3.0  # above which noise is no rounding
 _ROWS = 5000  # that are looked at
-#: What noise of one makes of third differences: the root of 1 + 9 + 9 + 1; and of its median size.
-_OF_THIRD_DIFFERENCES = np.sqrt(20.0) * 0.6745
+#: Median size of third differences of noise of one: their deviation is the root of 1 + 9 + 9 + 1.
+_OF_THIRD_DIFFERENCES = np.sqrt(20.0) / SIGMA_OF_MAD
 
 
 def doubt_what_was_planned(draft: Draft) -> None:

@@ -39,6 +39,9 @@ class Stiffness:
         "counts the travel from the start of each log: a log that starts at another position is off by the stiffness "
         "times the distance. Give the column of the position with --input, or log it where there is none"
     )
+    unsettled: str = (
+        "the spring: a slip that lasts has no travel that is known. Measured rows have one"
+    )
     outputs: tuple[str, ...] = ("x",)
     gains: tuple[Gain, ...] = (
         Gain(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.report.html.section import Section
-from erclutch.report.numbers.number_text import Scale, brief, count, percent
+from erclutch.report.numbers.number_text import Scale, brief, count, percent_text
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.trace_plot import describe_trace
 
@@ -52,10 +52,10 @@ def _fill(material: Material) -> dict[str, Any] | None:
             if rows.any():
                 share = float(inside[rows].mean())
                 mean_width = material.effort.bare(float(width[rows].mean()))
-                classes.append((label, count(int(rows.sum())), percent(share), mean_width))
+                classes.append((label, count(int(rows.sum())), percent_text(share), mean_width))
     trace = describe_trace(material).panels[0]
     return {
-        "level": percent(band.level),
+        "level": percent_text(band.level),
         "figure": replace(trace, size=(880, 300)),
         "held": held,
         "classes": classes,

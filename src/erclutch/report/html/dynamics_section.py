@@ -18,7 +18,7 @@ from erclutch.report.numbers.number_text import (
     count,
     interval,
     number,
-    percent,
+    percent_text,
 )
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.numbers.switching import switches_of
@@ -65,9 +65,9 @@ def _fill(material: Material) -> dict[str, Any]:
         with_stages = pair and pair.richer["test"]["rmse"][0]
         without = pair and pair.plainer["test"]["rmse"][0]
         if pair and with_stages and without:
-            change = f"add {percent(with_stages / without - 1, 2)} to"
+            change = f"add {percent_text(with_stages / without - 1, 2)} to"
             if with_stages < without:
-                change = f"take {percent(1 - with_stages / without, 2)} off"
+                change = f"take {percent_text(1 - with_stages / without, 2)} off"
             of_stages = (
                 f"The stages alone ({', '.join(pair.added)}) {change} the error: "
                 f"{pair.plainer['title']} errs by {material.effort.of(without)}, "

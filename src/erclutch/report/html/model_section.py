@@ -14,10 +14,10 @@ from erclutch.report.html.parameters_section import equation_of, meaning_of_lett
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import plain_symbol
 from erclutch.report.numbers.flow_curves import dwelled_fields
-from erclutch.report.numbers.number_text import Scale, percent
+from erclutch.report.numbers.number_text import Scale, percent_text
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.model_plot import describe_model
-from erclutch.signals.array import Array, largest_size
+from erclutch.signals.array import largest_size, rms
 
 #: Why a constant is zero: its part of the model is not there, so nothing was to be measured.
 WITHOUT = "the fit is best without this part"
@@ -70,7 +70,7 @@ def _fill(material: Material) -> dict[str, Any]:
         "rival": material.titles[material.rival] if material.rival and has_a_rival else "",
         "wait": wait,
         "figures": plot.panels,
-        "says": [*_curve_words(material), *_spring_words(material), *_network_words(material)],
+        "says": [*_curve_words(material), *_unsettled_words(material), *_network_words(material)],
         "halves": halves,
         "lost": [row for row in rows if row.get("why", WITHOUT) != WITHOUT],
         "equation": equation,
@@ -125,17 +125,18 @@ def _curve_words(material: Material) -> Iterator[str]:
         yield f"Its {word} does not follow the field."
     elif share == 1.0 and kept:
         yield (
-            f"Curves are drawn without what the iron keeps, up to {percent(kept, 2)} of the field: behind a field that "
-            f"falls the {word} stays larger, behind a field that rises it stays smaller, so measured rows lie on both "
-            "sides of a curve."
+            f"Curves are drawn without what the iron keeps, up to {percent_text(kept, 2)} of the field: behind a field "
+            f"that falls the {word} stays larger, behind a field that rises it stays smaller, so measured rows lie on "
+            "both sides of a curve."
         )
     elif share == 1.0:
         yield f"In settled fields its {word} goes one way with the field at every slip, so each {word} has one field."
     else:
         at = " and ".join(material.slip.of(slip, 2) for slip in turn.slips)
+        turned = percent_text(1.0 - share, 2)
         yield (
-            f"Where the field grows, the {word} should grow too. Along {percent(1.0 - share, 2)} of the curves over "
-            f"the field it turns back: most at a slip of {at}, by {material.effort.of(turn.back, 2)} between "
+            f"Where the field grows, the {word} should grow too. Along {turned} of the curves over the field "
+            f"it turns back: most at a slip of {at}, by {material.effort.of(turn.back, 2)} between "
             f"{material.field.bare(turn.fields[0], 3)} and {material.field.of(turn.fields[1], 3)}. Two fields give one "
             f"{word} there, and an exported inverse takes the field nearest to zero."
         )
@@ -150,14 +151,12 @@ def _curve_words(material: Material) -> Iterator[str]:
         yield f"Nearly all rows have the field {at}: between these fields the curves are the model’s guess."
 
 
-def _spring_words(material: Material) -> Iterator[str]:
-    """What the curves leave out of a model with a spring whose travel is summed up from the slip."""
-    stages = slip_stages(material.models[material.recommended].structure.dynamics)
-    if any("x" in stage.outputs for stage in stages):
-        yield (
-            "Curves are drawn without the spring: a slip that lasts has no travel that is known. Measured rows have "
-            "one, so they lie beside a curve."
-        )
+def _unsettled_words(material: Material) -> Iterator[str]:
+    """What the curves leave out: of a spring, say, whose travel is summed up from the slip."""
+    for stage in slip_stages(material.models[material.recommended].structure.dynamics):
+        left_out = getattr(stage, "unsettled", "")
+        if left_out:
+            yield f"Curves are drawn without {left_out}, so they lie beside a curve."
 
 
 def _network_words(material: Material) -> Iterator[str]:
@@ -169,16 +168,13 @@ def _network_words(material: Material) -> Iterator[str]:
     if model.correction is None or not kept:
         return
 
-    def rms(values: Array) -> float:
-        held_out = values[material.rows.test]
-        return float(np.sqrt(np.mean(held_out**2)))
-
-    added = model.added(data.elements, data.clock, data.extras, exactly=False)
-    residual = data.effort - material.rows.predicted[material.recommended]
-    effort = rms(data.effort)
+    test = material.rows.test
+    added = model.added(data.elements, data.clock, data.extras, exactly=False)[test]
+    residual = material.rows.residual(material.recommended)[test]
+    effort = rms(data.effort[test])
     share = rms(added) / effort if effort else 0.0
     yield (
-        f"The network adds {material.effort.of(rms(added))} RMS, {percent(share, 2)} of the "
+        f"The network adds {material.effort.of(rms(added))} RMS, {percent_text(share, 2)} of the "
         f"{material.word}, and never more than {material.effort.of(model.correction.limit)}. Without the network the "
         f"law errs by {material.effort.of(rms(residual + added))} on the rows held out, with the network by "
         f"{material.effort.of(rms(residual))}."

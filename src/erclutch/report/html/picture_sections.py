@@ -8,7 +8,7 @@ import numpy as np
 
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.model_stages import remembers_slip
-from erclutch.report.numbers.number_text import brief, count, number, percent
+from erclutch.report.numbers.number_text import brief, count, number, percent_text
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.error_map_plot import describe_error_map, worst_cell
 from erclutch.report.plots.flow_curves_plot import flow_panels
@@ -32,7 +32,7 @@ def _error_map(material: Material) -> dict[str, Any]:
     blind = max(cells.blind_share for cells in material.error_maps)
     holes = "Every row held out lies in a cell that training rows reach."
     if blind:
-        holes = f"{percent(blind, 2)} of the rows held out lie in cells without a training row (crossed)."
+        holes = f"{percent_text(blind, 2)} of the rows held out lie in cells without a training row (crossed)."
     grids: list[dict[str, Any]] = []  # for the readout under the pointer
     units = [brief(scale.unit) for scale in (material.field, material.slip, material.effort)]
     for cells in material.error_maps:
@@ -138,7 +138,7 @@ def _loops(material: Material) -> dict[str, Any] | None:
     else:
         lead = (
             f"Over {count(areas.periods)} periods held out at a steady field, the loops of {material.word} over slip "
-            f"fill {percent(areas.measured, 2)} of the boxes around them"
+            f"fill {percent_text(areas.measured, 2)} of the boxes around them"
         )
         if areas.measured < _NARROW:
             lead += ", next to nothing: they show no memory of the motion."
@@ -151,7 +151,7 @@ def _loops(material: Material) -> dict[str, Any] | None:
         else:
             shares: list[str] = []
             for name, share in areas.drawn.items():
-                shares.append(f"{material.titles[name]} draws {percent(max(share, 0.0), 2)}")
+                shares.append(f"{material.titles[name]} draws {percent_text(max(share, 0.0), 2)}")
             lead += f"; of that area {' and '.join(shares)}."
     return {"figures": panels, "models": models, "lead": lead}
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import PurePath
 from typing import Any
 
+from erclutch.errors import TYPED
 from erclutch.fit.comparison import Settings
 from erclutch.models.model_titles import id_of
 from erclutch.report.html.section import Section
@@ -69,9 +70,6 @@ def setting_text(value: Any) -> str:
     return str(value)
 
 
-_SHORT = {"e1": "E1", "e2": "E2", "e": "E", "t": "T", "begin": "from", "end": "until"}
-
-
 def command_of(body: Mapping[str, Any]) -> str:
     """The command that gives the run again from its logs; empty where it was not made by ``erclutch fit``."""
     if body["reading"] is None:
@@ -87,7 +85,7 @@ def command_of(body: Mapping[str, Any]) -> str:
             logs.append(file)
     reading: list[str] = []
     for key, value in body["reading"].items():
-        name = _SHORT.get(str(key), str(key).replace("_", "-"))
+        name = TYPED.get(str(key), str(key).replace("_", "-"))
         reading += _option(name, value)
 
     recalibration: Mapping[str, Any] | None = body.get("recalibration")

@@ -24,7 +24,7 @@ from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import safe_json
 from erclutch.report.html.traces_section import TRACES
 from erclutch.report.html.verdict_section import RANKING, VERDICT
-from erclutch.report.numbers.number_text import capital, count, number, percent, span
+from erclutch.report.numbers.number_text import capital, count, number, percent_text, span
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.paper_style import placed
 from erclutch.report.plots.svg_painter import svg
@@ -245,5 +245,5 @@ def templates(first: Path | None = None) -> Any:
     )
     made.filters["svg"] = svg
     made.filters["capital"] = capital
-    made.globals.update(count=count, number=number, percent=percent, span=span)
+    made.globals.update(count=count, number=number, percent_text=percent_text, span=span)
     return made

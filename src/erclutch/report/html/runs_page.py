@@ -14,7 +14,7 @@ from erclutch.report.html.report_page import headings, page
 from erclutch.report.html.section import Section
 from erclutch.report.html.traces_section import TRACES
 from erclutch.report.numbers.model_stages import APART, MODEL
-from erclutch.report.numbers.number_text import Scale, count, number, percent, span
+from erclutch.report.numbers.number_text import Scale, count, number, percent_text, span
 from erclutch.report.numbers.paired_runs import Contender, Pairing, apart, changes
 from erclutch.report.numbers.run_material import Material, Role
 from erclutch.report.plots.paper_style import placed
@@ -34,7 +34,7 @@ def sentence(pairing: Pairing, scale: Scale) -> str:
         if other.more is None or other.share is None:
             continue
         more = other.more
-        size = f"{scale.of(abs(more.value))} ({percent(abs(other.share.value), 2)})"
+        size = f"{scale.of(abs(more.value))} ({percent_text(abs(other.share.value), 2)})"
         if other.model == first.model:  # the table below names the model
             one = other.label
             base = first.label

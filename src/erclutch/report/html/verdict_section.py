@@ -20,11 +20,12 @@ from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.section import Section
 from erclutch.report.html.symbols import plain_symbol
+from erclutch.report.numbers.model_stages import is_law
 from erclutch.report.numbers.number_text import (
     capital,
     count,
     number,
-    percent,
+    percent_text,
     r2_text,
     share_span,
     span,
@@ -54,7 +55,7 @@ def _fill(material: Material) -> dict[str, Any]:
     mine = test["rmse"][0]
     theirs = plain and material.run.entry(plain)["test"]["rmse"][0]
     if plain and mine and theirs and mine < theirs:
-        less = percent(1 - mine / theirs, 2)
+        less = percent_text(1 - mine / theirs, 2)
         against = (
             f"{material.titles[plain]}, the plainest model here, errs by {effort.of(theirs)}: "
             f"this one by {less} less."
@@ -73,7 +74,7 @@ def _fill(material: Material) -> dict[str, Any]:
     facts.append((over, error, f"95 % band {effort.band(test['rmse'])}"))
     share, low, high = test["share"]
     of_spread = "of the standard deviation, all rows" if matters else "of the standard deviation"
-    facts.append((of_spread, percent(share), f"{share_span(_or_nan(low), _or_nan(high))} %"))
+    facts.append((of_spread, percent_text(share), f"{share_span(_or_nan(low), _or_nan(high))} %"))
     if not matters:
         texts = [r2_text(_or_nan(figure), 4).replace("-", "−") for figure in test["r2"]]
         r2, *ends = texts
@@ -88,10 +89,10 @@ def _fill(material: Material) -> dict[str, Any]:
             "model": material.title,
             "recommended": standing_of_run(body).word == "recommended",
             "error": effort.of(rest.rmse if matters else test["rmse"][0]),
-            "share": percent(rest.share if matters else test["share"][0]),
+            "share": percent_text(rest.share if matters else test["share"][0]),
             "word": material.word,
             "over_all": error if matters else "",
-            "at_rest": percent(rest.held_out, 2),
+            "at_rest": percent_text(rest.held_out, 2),
         },
         "why": choice(material),
         "facts": facts,
@@ -228,14 +229,17 @@ def worries(material: Material) -> list[str]:
         )
     rest = _rest(material)
     if rest.held_out >= MANY_AT_REST and rest.moving:
+        held_out = percent_text(rest.held_out, 2)
         sentences.append(
-            f"{percent(rest.held_out, 2)} of the rows held out are at rest ({percent(rest.training, 2)} of the "
-            f"training rows). Over those in motion the RMSE is {material.effort.of(rest.rmse)}."
+            f"{held_out} of the rows held out are at rest ({percent_text(rest.training, 2)} of the training rows). "
+            f"Over those in motion the RMSE is {material.effort.of(rest.rmse)}."
         )
     if train is not None and test is not None and test >= 1.25 * train:
+        on_those_held_out = percent_text(test, 2)
         sentences.append(
-            f"The error is {percent(train, 2)} of the standard deviation on the training rows and {percent(test, 2)} "
-            "on those held out: the two parts of the log differ, or the model has learnt its rows by heart."
+            f"The error is {percent_text(train, 2)} of the standard deviation on the training rows and "
+            f"{on_those_held_out} on those held out: the two parts of the log differ, or the model has learnt its rows "
+            "by heart."
         )
 
     # What is special about the errors: bouts, a bias.
@@ -250,7 +254,7 @@ def worries(material: Material) -> list[str]:
     bias = entry["test"]["bias"]
     rmse = entry["test"]["rmse"][0]
     if bias is not None and rmse is not None and abs(bias) >= 0.25 * rmse > 0.0:
-        share = percent(abs(bias) / rmse, 2)
+        share = percent_text(abs(bias) / rmse, 2)
         sentences.append(
             f"The mean error is {material.effort.of(bias, 2)}, {share} of the RMSE: a drift or an offset."
         )
@@ -295,7 +299,7 @@ def next_steps(material: Material) -> list[dict[str, str]]:
             "keep away from it."
         )
         # The command is a wing's. It needs a law of the run, a field and a motion: else there is none to give.
-        has_law = any(not entry["fit"]["weights"] for entry in body["ranking"])
+        has_law = any(map(is_law, body["ranking"]))
         has_motion = not material.without_field and not material.rows.data.in_no_time
         command = ""
         if has_law and has_motion and "excite" in names("erclutch.commands"):

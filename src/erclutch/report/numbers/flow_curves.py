@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from erclutch.models.model import Model
 from erclutch.report.numbers.correlation import period_of
-from erclutch.report.numbers.model_stages import specification_of
+from erclutch.report.numbers.model_stages import is_law, specification_of
 from erclutch.report.numbers.switching import step_response
 from erclutch.runs.run_rows import RunRows
 from erclutch.signals.array import Array, largest_of_windows
@@ -89,7 +89,7 @@ def law_names(body: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of the laws of a run, each with its best stages, best first."""
     best: dict[str, str] = {}
     for entry in body["ranking"]:
-        if not entry["fit"]["weights"]:
+        if is_law(entry):
             law = specification_of(entry).partition("+")[0]
             best.setdefault(law, entry["name"])
     return tuple(best.values())

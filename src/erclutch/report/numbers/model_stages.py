@@ -31,6 +31,11 @@ class StageGain:
     added: tuple[str, ...]
 
 
+def is_law(entry: Mapping[str, Any]) -> bool:
+    """Whether a model is a law alone, from its entry in run.json: networks have weights."""
+    return not entry["fit"]["weights"]
+
+
 def stage_names(entry: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of the stages of a model, from its entry in run.json."""
     _law, *parts = specification_of(entry).split("+")

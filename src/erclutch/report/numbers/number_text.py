@@ -60,7 +60,7 @@ def r2_text(value: float, places: int = 3) -> str:
     return "below -1000" if value <= -1000.0 else f"{value:z.{places}f}"
 
 
-def percent(value: float | None, digits: int = 3) -> str:
+def percent_text(value: float | None, digits: int = 3) -> str:
     """A share as per cent."""
     return "–" if value is None else f"{number(100.0 * value, digits)}{_TIGHT}%"
 

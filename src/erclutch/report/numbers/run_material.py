@@ -32,7 +32,7 @@ from erclutch.report.numbers.flow_curves import (
     rare_fields,
     waited,
 )
-from erclutch.report.numbers.model_stages import remembers_slip, specification_of
+from erclutch.report.numbers.model_stages import is_law, remembers_slip, specification_of
 from erclutch.report.numbers.number_text import Scale, effort_word, scale_for
 from erclutch.report.numbers.parity import Distribution, distributions
 from erclutch.report.numbers.switching import (
@@ -140,13 +140,12 @@ class Material:
         """
         own = self.run.entry(self.recommended)
         own_law = specification_of(own).partition("+")[0]
-        has_network = bool(own["fit"]["weights"])
         for entry in self.body["ranking"]:
             name = str(entry["name"])
-            is_law = not entry["fit"]["weights"]
-            of_another_kind = has_network or specification_of(entry).partition("+")[0] != own_law
+            another_law = specification_of(entry).partition("+")[0] != own_law
+            of_another_kind = not is_law(own) or another_law
             scored = entry["test"]["rmse"][0] is not None
-            if is_law and of_another_kind and scored and name != self.recommended:
+            if is_law(entry) and of_another_kind and scored and name != self.recommended:
                 return name
         return None
 
@@ -277,8 +276,7 @@ class Material:
         """Models whose loops are shown: the recommended one, and the best law that does not remember the slip."""
         shown: dict[str, Role] = {self.recommended: "recommended"}
         for entry in self.body["ranking"]:
-            is_law = not entry["fit"]["weights"]
-            if is_law and not remembers_slip(entry):
+            if is_law(entry) and not remembers_slip(entry):
                 shown.setdefault(entry["name"], "baseline")
                 break
         return shown

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from erclutch.report.numbers.error_map import ErrorMap
-from erclutch.report.numbers.number_text import count, percent
+from erclutch.report.numbers.number_text import count, percent_text
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.plot_description import Axis, Cells, Panel, Plot, PlotTable
 from erclutch.signals.array import Array
@@ -108,7 +108,7 @@ def _panels(
     about_errors = (
         f"RMSE on the rows held out over field and slip {name}. {worst_cell(material, cells)}"
     )
-    empty = percent(cells.empty_share, 2)
+    empty = percent_text(cells.empty_share, 2)
     about_training = f"Training rows over field and slip {name}; {empty} of the cells hold none."
     size = _LOW if len(material.error_maps) > 1 else _HIGH
     return (

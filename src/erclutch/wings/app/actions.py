@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlencode
 
+from erclutch.errors import TYPED
 from erclutch.logs.mapping import NONE
 from erclutch.wings.app.workspace import WorkspaceError, plain_name
 
@@ -210,6 +211,8 @@ def chosen_of(form: Mapping[str, str]) -> Chosen:
     return Chosen(device, columns, texts)
 
 
+#: What a run calls options of the command line.
+_IN_PYTHON = {typed: name for name, typed in TYPED.items()}
 #: A window in time belongs to the log that it was given for.
 _OF_ONE_LOG = ("from", "until", "skip")
 
@@ -223,7 +226,7 @@ def query_of(run: Mapping[str, Any], *, of_another_log: bool = False) -> str:
         # The mapping may have changed since.
         if option == "map" or (of_another_log and option in _OF_ONE_LOG):
             continue
-        value = reading.get({"from": "begin", "until": "end"}.get(option, option), "")
+        value = reading.get(_IN_PYTHON.get(option, option), "")
         form[option] = value
         if option in _OF_EACH_SIGNAL:
             form[option] = f"{_BETWEEN} ".join(value)

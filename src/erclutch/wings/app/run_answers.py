@@ -11,7 +11,7 @@ from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import FileResponse, RedirectResponse, Response
 
-from erclutch.report.numbers.number_text import percent
+from erclutch.report.numbers.number_text import percent_text
 from erclutch.runs.run_about import RunAbout, about_with, kept_about, write_about
 from erclutch.wings.app import actions
 from erclutch.wings.app.desk import ALONE, Desk, Form, in_short, quoted
@@ -236,5 +236,5 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
     error = chosen["test"]["rmse"][0]
     share = chosen["test"]["share"][0]
     if error is not None and share is not None:
-        row["error"] = f"{error:.3g} {in_short(body['units']['effort'])} ({percent(share)})"
+        row["error"] = f"{error:.3g} {in_short(body['units']['effort'])} ({percent_text(share)})"
     return row

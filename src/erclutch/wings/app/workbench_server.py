@@ -20,7 +20,7 @@ from starlette.routing import Route
 
 from erclutch.errors import ErclutchError, listed
 from erclutch.models.model_titles import title_of
-from erclutch.report.numbers.number_text import percent
+from erclutch.report.numbers.number_text import percent_text
 from erclutch.runs.run_about import kept_about
 from erclutch.wings.app import actions, workspace
 from erclutch.wings.app.desk import ALONE, Answer, Form, address, last_line
@@ -192,7 +192,7 @@ class Workbench(LogAnswers, RunAnswers):
         fitted: list[tuple[str, str]] = []
         for name in sorted(shares, key=shares.__getitem__):
             share = job.fitted[name]
-            fitted.append((title_of(name), "" if share is None else percent(share, 2)))
+            fitted.append((title_of(name), "" if share is None else percent_text(share, 2)))
         return JSONResponse(
             {
                 "state": job.state,

@@ -162,7 +162,7 @@ def _step(name: str, why: str) -> Generator[None, None, None]:
 def _sum_up(material: Material, comparison: Comparison) -> None:
     """The ranking, and what it means in plain words."""
     from erclutch.cli import ranking_table
-    from erclutch.report.numbers.number_text import percent, plain
+    from erclutch.report.numbers.number_text import percent_text, plain
     from erclutch.signals.units import amount
 
     screen = terminal.console()
@@ -183,7 +183,7 @@ def _sum_up(material: Material, comparison: Comparison) -> None:
     error = in_words(chosen["test"]["rmse"][0])
     words = (
         f"Recommended: {comparison.called(chosen['name'])}. On rows that it has not seen it errs by {error}, "
-        f"{percent(chosen['test']['share'][0], 2)} of the torque's standard deviation"
+        f"{percent_text(chosen['test']['share'][0], 2)} of the torque's standard deviation"
     )
     if textbook != chosen["name"]:
         theirs = material.run.entry(textbook)["test"]["rmse"][0]
