@@ -33,7 +33,8 @@ if __name__ == "__main__":
 import numpy as np
 
 from erclutch.fit.candidate import Fitted
-from erclutch.fit.choice.validation import LeftOut, chosen, counted_parameters, parts_of_training
+from erclutch.fit.choice.parts_left_out import LeftOut, parts_of_training
+from erclutch.fit.choice.validation import chosen, counted_parameters
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.kinds.law_alone import KIND
 from erclutch.fit.laws.fit_law import fit_structure
@@ -121,10 +122,10 @@ def parts_with_low_pair(train: Dataset) -> LeftOut | None:
 
 #: Of each rule the function that made it, and what stands in its place.
 BEFORE: dict[str, tuple[str, Any]] = {
-    "no-field": ("has_no_field", lambda train, start, stop: False),
-    "ties": ("burdens_of", parameters_of),
-    "alike": ("_ALIKE", 0.0),
-    "low-pair": ("parts_of_training", parts_with_low_pair),
+    "no-field": ("parts_left_out.has_no_field", lambda train, start, stop: False),
+    "ties": ("validation.burdens_of", parameters_of),
+    "alike": ("validation._ALIKE", 0.0),
+    "low-pair": ("validation.parts_of_training", parts_with_low_pair),
 }
 
 
@@ -151,7 +152,7 @@ def judged(data: Dataset, word: str, rule: str) -> tuple[float, float]:
         errors[model.name] = float(np.sqrt(np.mean(left**2)))
     now = chosen(train, fitted, list(errors), seed=0)
     name, other = BEFORE[rule]
-    with mock.patch(f"erclutch.fit.choice.validation.{name}", other):
+    with mock.patch(f"erclutch.fit.choice.{name}", other):
         before = chosen(train, fitted, list(errors), seed=0)
     assert now is not None
     assert before is not None

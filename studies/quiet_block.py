@@ -25,7 +25,8 @@ if __name__ == "__main__":
 import numpy as np
 
 from erclutch.fit.candidate import Fitted, kinds
-from erclutch.fit.choice.validation import LeftOut, chosen
+from erclutch.fit.choice.parts_left_out import LeftOut
+from erclutch.fit.choice.validation import chosen
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.logs.dataset import Dataset

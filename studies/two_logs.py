@@ -34,7 +34,8 @@ from scipy.signal import lfilter
 
 from erclutch.fit.candidate import Fitted, kinds
 from erclutch.fit.choice import validation
-from erclutch.fit.choice.validation import LeftOut, chosen
+from erclutch.fit.choice.parts_left_out import LeftOut
+from erclutch.fit.choice.validation import chosen
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.logs import read

@@ -10,8 +10,8 @@ import pytest
 from erclutch.errors import CheckError
 from erclutch.fit.checks.data_check import check
 from erclutch.fit.choice.ladder import grown
+from erclutch.fit.choice.parts_left_out import parts_of_training
 from erclutch.fit.choice.points_left_out import fields_left_out, points_left_out
-from erclutch.fit.choice.validation import parts_of_training
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.training_range import range_of
 from erclutch.logs import recording_from_arrays

@@ -12,15 +12,14 @@ import pytest
 from erclutch.arithmetic.dual import partial_of, value_of
 from erclutch.fit.candidate import Fitted, kinds
 from erclutch.fit.choice.ladder import grown
+from erclutch.fit.choice.parts_left_out import LeftOut, parts_of_training
 from erclutch.fit.choice.ranking import unknown_start
 from erclutch.fit.choice.rungs import folds_of
 from erclutch.fit.choice.validation import (
-    LeftOut,
     burdens_of,
     chosen,
     in_question,
     part_weights,
-    parts_of_training,
 )
 from erclutch.fit.choice.worth import worth_their_freedom
 from erclutch.fit.comparison import Settings, compare

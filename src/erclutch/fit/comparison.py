@@ -226,7 +226,10 @@ def _compared(
     course.begin()
     sound = [entry.name for entry in entries if entry.sound]
     choice = chosen(train, fitted, sound, settings.seed, course.told)
-    entries = with_bands(data, test, entries, None if choice is None else choice.at_new_fields)
+    if choice is None:
+        entries = with_bands(data, test, entries)
+    else:
+        entries = with_bands(data, test, entries, choice.at_new_fields, choice.growth)
     best, recommended = recommend(
         scores={entry.name: entry.test for entry in entries},
         excesses={entry.name: entry.excess for entry in entries},

@@ -4,9 +4,10 @@ The rows of a cell of `models.band` give its half widths: quantiles of measured 
 and Shafer 2005, doi 10.1007/b106715, chapter 4.5). Neighbouring rows are alike: large errors come in clumps, which
 count as one row each, and a cell needs enough of them, else it borrows from the cells around it. The model was fitted
 to the same rows, so errors are widened as Akaike's final prediction error says for that many parameters (1970,
-doi 10.1007/BF02506337). Errors of several logs are those without the logs of the same motion (`left_out_logs`); each
-log then counts the same, however long (Dunn, Wasserman and Ramdas 2023, doi 10.1080/01621459.2022.2060112), and a cell
-needs several. `studies/bands.py` tries all this on fresh logs of a known source.
+doi 10.1007/BF02506337), or as refits without parts of the rows have shown. Errors of several logs are those without the
+logs of the same motion (`left_out_logs`); each log then counts the same, however long (Dunn, Wasserman and Ramdas 2023,
+doi 10.1080/01621459.2022.2060112), and a cell needs several. `studies/bands.py` tries all this on fresh logs of a known
+source.
 """
 
 from __future__ import annotations
@@ -85,6 +86,7 @@ def calibrated(
     errors: Sequence[Array],
     parameters: Sequence[int],
     unseen: Sequence[Array | None] | None = None,
+    growth: Sequence[float] | None = None,
 ) -> list[tuple[Band, float] | None]:
     """The band of each model and the width of its plain band; None where an error is not finite.
 
@@ -94,6 +96,7 @@ def calibrated(
         errors: measured less estimated effort of each model, each (n,).
         parameters: number of parameters of each model.
         unseen: of each model the errors on the training rows as new logs, shape (m,); None: they are not known.
+        growth: how many times larger each model's errors were on training rows new to a fit; None: not tried.
     """
     fields = [element.field for element in data.elements]
     slips = [element.slip for element in data.elements]
@@ -119,8 +122,9 @@ def calibrated(
 
     results: list[tuple[Band, float] | None] = []
     unseen = unseen or [None] * len(errors)
+    growth = growth or [1.0] * len(errors)
     block = LONG * block_rows(data.period * every)  # rows of a block
-    for error, count, new in zip(errors, parameters, unseen, strict=True):
+    for error, count, new, larger in zip(errors, parameters, unseen, growth, strict=True):
         if not np.all(np.isfinite(error)):
             results.append(None)
             continue
@@ -130,6 +134,8 @@ def calibrated(
             # Errors are larger on new rows than on those that so many parameters were fitted to; by sqrt(3) at most.
             independent = max(seen.size / correlated_rows(seen), 2.0 * count, 1.0)
             wider = float(np.sqrt((independent + count) / (independent - count)))
+            # Of a model that was fitted anew without parts of the rows it is known how much larger.
+            wider = max(wider, larger)
             log_of_row = None
         else:  # errors on new logs need no widening, and logs count in place of rows
             rows = new

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -149,7 +150,8 @@ def with_bands(
     data: Dataset,
     test: NDArray[np.bool_],
     entries: Sequence[RankedModel],
-    at_new_fields: Mapping[str, NewFieldErrors] | None = None,
+    at_new_fields: Mapping[str, NewFieldErrors] = MappingProxyType({}),
+    growth: Mapping[str, float] = MappingProxyType({}),
 ) -> list[RankedModel]:
     """The models with bands that are calibrated on the training rows and judged on those held out.
 
@@ -159,11 +161,13 @@ def with_bands(
         entries: the models.
         at_new_fields: by name, errors on the training rows by fits without the field of a row; the bands of
             these models then have widths of their own at fields between and beyond those of the training rows.
+        growth: by name, how many times larger the errors are on rows that a fit has not seen.
     """
     errors = [data.effort - entry.predicted for entry in entries]
     parameters = [entry.outcome.parameters for entry in entries]
     unseen = [entry.outcome.unseen for entry in entries]
-    bands = calibrated(data, ~test, errors, parameters, unseen)
+    larger = [growth.get(entry.name, 1.0) for entry in entries]
+    bands = calibrated(data, ~test, errors, parameters, unseen, larger)
     train = data.take(~test)
     held_out: list[NDArray[np.intp]] = []  # of each log
     for start, stop in data.source_rows:
@@ -178,7 +182,7 @@ def with_bands(
         if entry.outcome.unseen is not None:
             band = with_haste(band, train, entry.outcome.unseen)
             band = wide_next_to_standstill(band, train, entry.outcome.unseen)
-        if at_new_fields and entry.name in at_new_fields:
+        if entry.name in at_new_fields:
             new = at_new_fields[entry.name]
             band = wider_at_new_fields(band, train, new.usual, new.in_doubt)
         outcome: Any = entry.outcome

@@ -15,11 +15,10 @@ import numpy as np
 from erclutch.errors import CheckError
 from erclutch.fit.bands.new_fields import NewFieldErrors
 from erclutch.fit.candidate import Fitted
-from erclutch.fit.choice.points_left_out import fields_left_out, points_left_out
+from erclutch.fit.choice.parts_left_out import LeftOut, parts_of_training
 from erclutch.fit.choice.scoring import BandedFigure, Score, excess, recommend, score
 from erclutch.fit.choice.turned_down import what_speaks_against
 from erclutch.fit.choice.worth import loses, worth_their_freedom
-from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, groups_of
 from erclutch.fit.solver.one_thread import one_thread
 from erclutch.fit.solver.outcome import AnyOutcome
 from erclutch.logs.dataset import Dataset
@@ -27,10 +26,6 @@ from erclutch.logs.held_out import time_folds
 from erclutch.models.stages import slip_stages
 from erclutch.signals.array import Array, Mask, rms
 
-_BLOCKS = 4  # of one log in time
-_GROUPS = 4  # fields, motions or logs, at most
-_FEWEST_ROWS = 50  # of a block
-_LEFT = 0.2  # of the rows: that many are left at least where one of two logs is left out
 #: Models are in question whose error on the training rows is at most so many times the least of their kind.
 _NEAR = 1.4
 _MOST = 3  # of a kind
@@ -39,35 +34,6 @@ _MOST_LAWS = 5  # where whole fields or motions tell their forms apart
 _ALIKE = 0.005
 #: The measure of a part is no smaller than this share of the largest least error on any part.
 _AT_REST = 0.1
-#: Of blocks of one log in time a freer model may lose so much on some, as a share of what it gains on others.
-_LOST = 0.25
-
-
-@dataclass(frozen=True)
-class LeftOut:
-    """Parts of the training rows that are left out in turn.
-
-    Attributes:
-        words: what they are, for people.
-        masks: one a part, over the training rows.
-        further: whether they go beyond the rows that are left: other fields, other motions.
-        fields: how many of the parts, the first ones, are whole fields.
-        lowest: how many of the parts, the first ones, are at no field. They make bands and choose no model: no log can
-            have less than no field, so nothing like a fit without these rows will be asked for.
-        in_time: whether they are blocks of one log in time, which are alike but for how much happens in each.
-    """
-
-    words: str
-    masks: Sequence[Mask]
-    further: bool
-    fields: int = 0
-    lowest: int = 0
-    in_time: bool = False
-
-    @property
-    def may_lose(self) -> float:
-        """What a freer model may lose on some parts, as a share of what it gains on others."""
-        return _LOST if self.in_time else 0.0
 
 
 @dataclass(frozen=True)
@@ -81,6 +47,8 @@ class Choice:
         at_new_fields: errors of each model in question on all training rows by fits without the field of a row; none
             where no whole fields were left out.
         against: why each of the other models that may be recommended is not, the end of a sentence about it.
+        growth: how many times larger the errors of each model in question are on rows that a fit has not seen, where
+            rows alike were left out; none where whole fields, motions or logs were, of which the bands know otherwise.
     """
 
     recommended: str
@@ -88,6 +56,7 @@ class Choice:
     errors: Mapping[str, BandedFigure]
     at_new_fields: Mapping[str, NewFieldErrors]
     against: Mapping[str, str]
+    growth: Mapping[str, float]
 
 
 def cross_validated(train: Dataset, fitted: Fitted, blocks: int) -> tuple[float, ...]:
@@ -99,73 +68,6 @@ def cross_validated(train: Dataset, fitted: Fitted, blocks: int) -> tuple[float,
         error: Array = train.effort - outcome.model.predict(train)
         errors.append(rms(error[block]))
     return tuple(errors)
-
-
-def parts_of_training(train: Dataset) -> LeftOut | None:
-    """What is left out in turn; None for rows too few to leave any out."""
-    if train.in_no_time:
-        at_fields, lowest = fields_left_out(train)
-        if at_fields:
-            fields = len(at_fields)
-            return LeftOut("whole fields", at_fields, further=True, fields=fields, lowest=lowest)
-        return LeftOut("points all over", points_left_out(train), further=False)
-    logs = groups_of(train)
-    masks: list[Mask] = []
-    words: list[str] = []
-    fields = lowest = 0
-    if len(set(logs.field)) >= FEWEST_GROUPS:
-        # Rows without a field come first and stand alone: a mask that they shared with others would choose a model.
-        at_no_field = [has_no_field(train, start, stop) for start, stop in logs.rows]
-        for wanted in (True, False):
-            of_kind = [log for log, is_at_none in enumerate(at_no_field) if is_at_none == wanted]
-            rows = [logs.rows[log] for log in of_kind]
-            fields_of_rows = [logs.field[log] for log in of_kind]
-            if of_kind:
-                masks += _masks(train, rows, fields_of_rows)
-        lowest = int(any(at_no_field))
-        words.append("whole fields")
-        fields = len(masks)
-    if len(set(logs.motion)) >= FEWEST_GROUPS:
-        masks += _masks(train, logs.rows, logs.motion)
-        words.append("whole motions")
-    if masks:
-        return LeftOut(" and ".join(words), masks, further=True, fields=fields, lowest=lowest)
-    # Of two logs of two motions, neither too short to be fitted alone, a further log is asked for. Two logs at a field
-    # each say nothing of each other's field, so blocks in time are left out there.
-    count = len(logs.rows)
-    two_motions = count == 2 and len(set(logs.motion)) == 2 and len(set(logs.field)) == 1
-    if two_motions:
-        shorter = min(stop - start for start, stop in logs.rows)
-        two_motions = shorter >= max(_LEFT * train.rows, _BLOCKS * _FEWEST_ROWS)
-    if count >= FEWEST_GROUPS or two_motions:
-        of_logs = _masks(train, logs.rows, range(count))
-        return LeftOut("whole logs", list(of_logs), further=False)
-    if train.rows < _BLOCKS * _FEWEST_ROWS:
-        return None
-    return LeftOut(
-        f"{_BLOCKS} blocks in time", time_folds(train, _BLOCKS), further=False, in_time=count == 1
-    )
-
-
-def has_no_field(train: Dataset, start: int, stop: int) -> bool:
-    """Whether some rows have no field, in any element."""
-    fields = [np.abs(element.field) for element in train.elements]
-    largest = max(float(field.max()) for field in fields)
-    largest_of_rows = max(float(field[start:stop].max()) for field in fields)
-    return largest_of_rows <= STEADY * largest
-
-
-def _masks(
-    train: Dataset, rows: Sequence[tuple[int, int]], numbers: Sequence[int]
-) -> Iterator[Mask]:
-    """Masks of groups of logs by their numbers; neighbours share a mask where there are many."""
-    different = np.array(sorted(set(numbers)))
-    count = min(different.size, _GROUPS)
-    for neighbours in np.array_split(different, count):
-        mask = np.zeros(train.rows, np.bool_)
-        for (start, stop), number in zip(rows, numbers, strict=True):
-            mask[start:stop] |= number in neighbours
-        yield mask
 
 
 def chosen(
@@ -247,14 +149,33 @@ def chosen(
                 in_doubt[mask] = _largest_in_doubt(by_name[name], train, mask, usual[mask])
             at_new_fields[name] = NewFieldErrors(usual, in_doubt)
     if len(allowed) < 2:
-        return Choice(recommended, "", {}, at_new_fields, {})
+        return Choice(recommended, "", {}, at_new_fields, {}, {})
 
     seen = asked | {name: own[parts.lowest :] for name, own in given_up.items()}
     others = {f.outcome.name: f.outcome.freedom for f in allowed if f.outcome.name != recommended}
     against = what_speaks_against(
         others, seen, {name: freedom[name] for name in worth}, train.units.effort
     )
-    return Choice(recommended, parts.words, rmse, at_new_fields, against)
+    growth: dict[str, float] = {}
+    if parts.alike:
+        for name, own in (usable | given_up).items():
+            seen_by_fit: Array = train.effort - outcomes[name].model.predict(train)
+            growth[name] = growth_of_errors(own, [seen_by_fit[mask] for mask in parts.masks])
+    return Choice(recommended, parts.words, rmse, at_new_fields, against, growth)
+
+
+def growth_of_errors(unseen: Sequence[Array], seen: Sequence[Array]) -> float:
+    """How many times larger a model's errors are on rows that its fit has not seen: of the parts the one in the middle.
+
+    A model of many numbers follows its rows and errs by far more beside them. The part in the middle counts, since one
+    part may be unlike all others: what its rows ask for, no fit without them could know.
+
+    Args:
+        unseen: errors on each part by a fit without it, in their order; the last parts may lack.
+        seen: errors on the same parts by the fit to all.
+    """
+    times = [rms(far) / rms(near) for far, near in zip(unseen, seen, strict=False) if near.any()]
+    return float(np.median(times)) if times else 1.0
 
 
 def _largest_in_doubt(fitted: Fitted, train: Dataset, part: Mask, error: Array) -> Array:

@@ -94,9 +94,10 @@ def from_stamps(stamps: Array, same: Mask, *, column: str, hint: float | None = 
     away = np.abs(stamps - regular.grid)  # s, shape (n,)
     if not uniform and _is_steady(stamps, regular):
         late = float(np.percentile(away, 99))
+        where = " between the gaps" if gaps else ""
         notes.append(
             f"stamps of {column} come up to {late:.2g} s early or late about a steady {period:.6g} s, and no row is "
-            "missing: put on the regular grid"
+            f"missing{where}: put on the regular grid"
         )
         stamps = regular.grid
         uniform = True
