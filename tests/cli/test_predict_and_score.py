@@ -496,6 +496,8 @@ def test_a_sheet_of_points_with_a_stage_is_predicted_scored_reported_and_exporte
         *("fit", "sheet.csv", "--time", "none", "--models", "bingham", "--out", "run"), cwd=tmp_path
     )
     assert "Its specification: bingham+sides" in fitted
+    # The rows have no time, so no seconds and no rate are told of them.
+    assert fitted.startswith("sheet.csv: 36 points of a table\n")
     good("predict", "sheet.csv", "--run", "run", "--band", "--out", "predicted.csv", cwd=tmp_path)
     predicted = pd.read_csv(tmp_path / "predicted.csv", comment="#")
     assert np.sqrt(np.mean((predicted["effort [N]"] - force) ** 2)) < 8.0  # twice the noise

@@ -9,7 +9,8 @@ import pytest
 
 from erclutch.fit.log_groups import rate_of
 from erclutch.fit.pace import motion_held_out, other_motion, told, two_motions
-from erclutch.logs.dataset import IN_NO_TIME, Dataset, joined
+from erclutch.logs.clock.timing import of_points
+from erclutch.logs.dataset import Dataset, joined
 from erclutch.signals.array import Array, rms
 from erclutch.signals.clock import Clock, Span
 from erclutch.signals.device import Element, Units
@@ -28,6 +29,8 @@ def sine(hertz: float, size: float = 3.0, name: str = "log") -> Dataset:
 
 
 LOGS = [sine(1.0, name="a"), sine(2.0, name="b")]
+#: What is noted on rows that are points of a table.
+OF_POINTS = of_points(10, 1.0).notes
 KNOWN = joined(LOGS)
 
 
@@ -63,7 +66,7 @@ def test_two_motions_are_said_to_tell_too_little_of_a_third() -> None:
     assert not two_motions(joined([LOGS[0], LOGS[0]]))
     assert not two_motions(joined([*LOGS, sine(4.0, name="c")]))
     assert not two_motions(KNOWN.take(np.arange(KNOWN.rows) < LOGS[0].rows))
-    assert not two_motions(replace(KNOWN, notes=(IN_NO_TIME,)))
+    assert not two_motions(replace(KNOWN, notes=OF_POINTS))
 
 
 def test_of_several_logs_the_furthest_is_named() -> None:
@@ -78,7 +81,7 @@ def test_a_log_at_rest_has_no_pace() -> None:
 
 
 def test_points_of_a_table_do_not_move() -> None:
-    assert other_motion(KNOWN, replace(sine(7.0), notes=(IN_NO_TIME,))) == []
+    assert other_motion(KNOWN, replace(sine(7.0), notes=OF_POINTS)) == []
 
 
 def test_a_fit_says_it_of_logs_that_it_holds_out_whole() -> None:

@@ -126,6 +126,8 @@ def recording_lines(
         most: half of the notes that are shown.
         made: notes on the rows that were made of the logs; those of the logs are among them, and are shown once.
     """
+    from erclutch.logs.clock.timing import in_no_time
+
     name = recordings[0].name
     if len(recordings) > 1:
         name = f"{len(recordings)} logs, {name} ... {recordings[-1].name}"
@@ -135,7 +137,10 @@ def recording_lines(
     rate = " and ".join(f"{1 / period:.6g} Hz" for period in periods[:3])
     cuts = sum(len(recording.segments) - 1 for recording in recordings)
     gaps = f", {cuts} gap{'s' if cuts > 1 else ''}" if cuts else ""
-    lines = [f"{name}: {rows:,} rows, {seconds:.4g} s at {rate}{gaps}"]
+    extent = f"{rows:,} rows, {seconds:.4g} s at {rate}{gaps}"
+    if in_no_time(note for recording in recordings for note in recording.notes):
+        extent = f"{rows:,} points of a table"
+    lines = [f"{name}: {extent}"]
 
     origins = {recording.origin for recording in recordings}
     by_computer = sorted(origins - MEASURED)

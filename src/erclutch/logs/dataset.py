@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, SettingError, keywords_checked
-from erclutch.logs.clock.timing import IN_NO_TIME
+from erclutch.logs.clock.timing import in_no_time
 from erclutch.logs.field_between_logs import CourseOfLog, require_one_field
 from erclutch.logs.speed_of_position import speed_of
 from erclutch.signals.array import Array, Mask, rms
@@ -90,7 +90,7 @@ class Dataset(Shown):
     @property
     def in_no_time(self) -> bool:
         """Whether rows of any log are points of a table, none after another."""
-        return any(note.startswith(IN_NO_TIME) for note in self.notes)
+        return in_no_time(self.notes)
 
     @property
     def duration(self) -> float:

@@ -5,7 +5,7 @@ That of rows with stamps is made in `erclutch.logs.clock.time_stamps`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,7 +17,7 @@ LATEST = 1e12  # s: no clock counts more, not even one that began in the year 1
 MINIMUM_ROWS = 10
 PAUSE = 11.0  # long steps between two stretches whose clock began anew
 #: How the note of rows begins that are points of a table: none comes after another in time.
-IN_NO_TIME = "the rows are written"
+_IN_NO_TIME = "the rows are written"
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,11 @@ def from_rate(rows: int, period: float, breaks: Sequence[int] = ()) -> LogClock:
     )
 
 
+def in_no_time(notes: Iterable[str]) -> bool:
+    """Whether the notes of a log say that its rows are points of a table."""
+    return any(note.startswith(_IN_NO_TIME) for note in notes)
+
+
 def of_points(rows: int, period: float) -> LogClock:
     """A clock for rows that are points of a table, which do not follow each other in time.
 
@@ -86,7 +91,7 @@ def of_points(rows: int, period: float) -> LogClock:
         TimingError: too few rows.
     """
     require_rows(rows)
-    note = f"{IN_NO_TIME} {period:g} s apart: a lag or a rate of change means nothing (--rate if they are a log)"
+    note = f"{_IN_NO_TIME} {period:g} s apart: a lag or a rate of change means nothing (--rate if they are a log)"
     return LogClock(
         time=np.arange(rows, dtype=np.float64) * period,
         period=period,
