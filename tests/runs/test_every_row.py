@@ -275,7 +275,11 @@ def test_damaged_sums_are_refused(tmp_path: Path, fitted: tuple[RowsOfLogs, Comp
     with pytest.raises(RunError, match="has the sums of other models"):
         kept.sums(3, 1)
     path = tmp_path / FOLDER / "part-1.npz"
-    path.write_bytes(path.read_bytes()[:500])
+    own = path.read_bytes()
+    path.write_bytes((tmp_path / FOLDER / "part-0.npz").read_bytes())
+    with pytest.raises(RunError, match=r"part-1\.npz: has the sums of other rows"):
+        kept.sums(3, len(MODELS))
+    path.write_bytes(own[:500])
     with pytest.raises(RunError, match=r"part-1\.npz: cannot be read"):
         kept.sums(3, len(MODELS))
 

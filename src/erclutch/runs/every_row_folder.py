@@ -46,6 +46,7 @@ class KeptParts:
         # Lists for tuples, as they come back from the file.
         of_plan = json.loads(json.dumps(asdict(plan)))
         body = {"kind": f"{KIND}: plan", "schema": SCHEMA, **of_plan}
+        self._digest = digest_of(body)
         if (folder / "plan.json").is_file():
             if _plan_body(folder) != body:
                 raise RunError(
@@ -57,14 +58,14 @@ class KeptParts:
         except OSError as error:
             raise self._unwritable(folder, error) from error
         with whole_file(folder / "plan.json", self._unwritable) as unfinished:
-            write_json(unfinished, {**body, "digest": digest_of(body)})
+            write_json(unfinished, {**body, "digest": self._digest})
 
     def keep(self, number: int, sums: PartSums) -> None:
         """Keep the sums of a part."""
         arrays = {name: getattr(sums, name) for name in PartSums.__dataclass_fields__}
         part = self._folder / f"part-{number}.npz"
         with whole_file(part, self._unwritable) as unfinished, unfinished.open("wb") as file:
-            np.savez(file, **arrays)
+            np.savez(file, of=self._mark(number), **arrays)
 
     def sums(self, parts: int, models: int) -> dict[int, PartSums]:
         """The sums that are kept, by the part's number below ``parts``.
@@ -79,6 +80,7 @@ class KeptParts:
                 continue
             try:
                 with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+                    is_its_own = arrays["of"].tolist() == self._mark(number).tolist()
                     of_part = PartSums(
                         **{name: arrays[name] for name in PartSums.__dataclass_fields__}
                     )
@@ -86,12 +88,20 @@ class KeptParts:
                 raise RunError(
                     f"cannot be read: {error}", where=str(path), remedy="Delete this file"
                 ) from error
+            if not is_its_own:
+                raise RunError(
+                    "has the sums of other rows", where=str(path), remedy="Delete this file"
+                )
             if len(of_part.square) != models:
                 raise RunError(
                     "has the sums of other models", where=str(path), remedy="Delete this file"
                 )
             sums[number] = of_part
         return sums
+
+    def _mark(self, number: int) -> Any:
+        """What tells the file of a part from those of other parts and plans."""
+        return np.array(f"{self._digest} {number}")
 
     def _unwritable(self, path: Path, error: OSError) -> RunError:
         problem = f"what is scored cannot be kept: {error.strerror or error}"
