@@ -65,6 +65,18 @@ def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     return mask
 
 
+def held_out_as_told(test: tuple[str, ...]) -> float | tuple[str, ...]:
+    """A share as a number, also where it is written in per cent; patterns of names as they are."""
+    if len(test) != 1:
+        return test
+    (word,) = test
+    try:
+        number = float(word.removesuffix("%"))
+    except ValueError:
+        return test
+    return number / 100.0 if word.endswith("%") else number
+
+
 def _share_of_each_log(dataset: Dataset, share: float) -> Mask:
     """The last rows of each log or of its levels; of levels without a gap a part of each; of points some all over."""
     mask = np.zeros(dataset.rows, np.bool_)

@@ -117,11 +117,26 @@ def test_a_log_is_read_again_with_each_zero_and_scale_of_its_run() -> None:
     assert chosen.keywords() == f", {mapping!r}"
 
 
+def test_a_log_is_read_again_by_the_pattern_rate_and_inputs_of_its_run() -> None:
+    read_by = {
+        "name_pattern": "test-{field}A",
+        "decimal": ",",
+        "resample": "1 kHz",
+        "input": ["accel", "jerk"],
+    }
+    run = {"device": "single", "reading": read_by}
+    chosen = actions.chosen_of(dict(parse_qsl(actions.query_of(run))))
+    words = ["--input", "accel", "--input", "jerk", "--name-pattern", "test-{field}A"]
+    assert chosen.words() == [*words, "--decimal", ",", "--resample", "1 kHz"]
+    assert "input=['accel', 'jerk'], name_pattern='test-{field}A'" in chosen.keywords()
+    assert "decimal=',', resample='1 kHz'" in chosen.keywords()
+
+
 def test_the_fit_in_python_holds_out_what_the_command_holds_out() -> None:
     form = {"test": "20%", "seed": "7", "lag": "none"}
     python = actions.fit_in_python(form, ["log.csv"], "run")
     assert "Settings(lag='none', test=0.2, seed=7)" in python
-    assert "Settings(test='day*')" in actions.fit_in_python({"test": "day*"}, ["log.csv"], "run")
+    assert "Settings(test=('day*',))" in actions.fit_in_python({"test": "day*"}, ["log.csv"], "run")
     assert "Settings()" in actions.fit_in_python({"test": "0.3"}, ["log.csv"], "run")
 
 

@@ -95,14 +95,14 @@ def fit(
         reading: How to read the log.
     """
     from erclutch.fit.comparison import Settings
+    from erclutch.logs.held_out import held_out_as_told
     from erclutch.runs.tasks import tasks_on
     from erclutch.runs.written_run import may_write, run_to_dict, write_run
 
     began = time.perf_counter()
     require_counts(workers, seed, blocks)
     if resume:
-        _resumed(out, reading, cluster, workers, json)
-        return
+        return _resumed(out, reading, cluster, workers, json)
     if out is not None:
         may_write(out, force)
     elif final or force:
@@ -111,7 +111,7 @@ def fit(
     settings = Settings(
         models=model_names(models),
         lag=lag,
-        test=_held_out(test),
+        test=held_out_as_told(test),
         blocks=blocks,
         friction=friction,
         offset=offset,
@@ -244,18 +244,6 @@ def model_names(words: Sequence[str]) -> tuple[str, ...]:
     for word in words:
         names += word.replace(",", " ").split()
     return tuple(names)
-
-
-def _held_out(test: tuple[str, ...]) -> float | tuple[str, ...]:
-    """A share as a number, also where it is written in per cent; patterns of names as they are."""
-    if len(test) != 1:
-        return test
-    (word,) = test
-    try:
-        number = float(word.removesuffix("%"))
-    except ValueError:
-        return test
-    return number / 100.0 if word.endswith("%") else number
 
 
 def print_comparison(

@@ -54,15 +54,19 @@ READING: tuple[tuple[str, str, str], ...] = (
     ("constant", "a signal that was constant; of several signals with ; between", "field=0.5 A"),
     ("scale", "what a sensor in volts means; of several with ; between", "effort=2.5 N*m/V"),
     ("zero", "what a column reads where its signal is zero; of several likewise", "effort=2048"),
+    ("input", "a further column that networks take; several with ; between", "accel"),
     ("variable", "which recording of a file that holds several", "all"),
     ("from", "take the log from this time on", "2s"),
     ("until", "take it up to this time", "60s"),
     ("skip", "leave out so much at the start", "2s"),
     ("invalid", "what to do with missing values: error or drop", "drop"),
+    ("name-pattern", "numbers in the name of the file", "test-{field}A"),
+    ("decimal", "decimal mark of numbers that may be read in two ways", ","),
+    ("resample", "bring the log to another sampling rate", "1 kHz"),
     ("map", "read it as this mapping file says, which another log may have", "LOG.csv.toml"),
 )
-#: Options of these that a command takes once for each signal; a form has one line for them all, and this between.
-_OF_EACH_SIGNAL = ("constant", "scale", "zero")
+#: Options of these that a command takes several times; a form has one line for them all, and this between.
+_SEVERAL = ("constant", "scale", "zero", "input")
 _BETWEEN = ";"
 #: What a form says of a fit: option, label, what it means, its default.
 FITTING: tuple[tuple[str, str, str, str], ...] = (
@@ -154,7 +158,7 @@ class Chosen:
         columns: dict[str, Any] = dict(self.columns)
         plain = {key: texts.pop(key) for key in ("rate", "lead") if key in texts}
         pairs: dict[str, dict[str, str]] = {}
-        for key in _OF_EACH_SIGNAL:
+        for key in ("constant", "scale", "zero"):
             for each in _each(key, texts.pop(key, "")):
                 name, _, text = each.partition("=")
                 pairs.setdefault(f"{key}s", {})[name] = text
@@ -169,6 +173,10 @@ class Chosen:
             "device": self.device if self.device != "single" else None,
             "variable": texts.get("variable"),
             "invalid": texts.get("invalid"),
+            "input": _each("input", texts.get("input", "")) or None,
+            "name_pattern": texts.get("name-pattern"),
+            "decimal": texts.get("decimal"),
+            "resample": texts.get("resample"),
             "mapping_file": texts.get("map"),
             "begin": texts.get("from"),
             "end": texts.get("until"),
@@ -226,17 +234,17 @@ def query_of(run: Mapping[str, Any], *, of_another_log: bool = False) -> str:
         # The mapping may have changed since.
         if option == "map" or (of_another_log and option in _OF_ONE_LOG):
             continue
-        value = reading.get(_IN_PYTHON.get(option, option), "")
+        value = reading.get(_IN_PYTHON.get(option, option.replace("-", "_")), "")
         form[option] = value
-        if option in _OF_EACH_SIGNAL:
+        if option in _SEVERAL:
             form[option] = f"{_BETWEEN} ".join(value)
     filled_in = {key: str(value) for key, value in form.items() if value}
     return urlencode({"device": device, **filled_in})
 
 
 def _each(option: str, text: str) -> list[str]:
-    """The values of an option in a line of a form: one, or of some options one for each signal."""
-    if option not in _OF_EACH_SIGNAL:
+    """The values of an option in a line of a form: one, or of some options several."""
+    if option not in _SEVERAL:
         return [text]
     return [each.strip() for each in text.split(_BETWEEN) if each.strip()]
 
@@ -301,6 +309,8 @@ def _models(form: Mapping[str, str]) -> list[str]:
 
 def fit_in_python(form: Mapping[str, str], logs: Sequence[str], run: str) -> str:
     """The same in Python."""
+    from erclutch.logs.held_out import held_out_as_told
+
     chosen = chosen_of(form)
     models = _models(form)
     lag = _text(form.get("lag", ""))
@@ -312,7 +322,7 @@ def fit_in_python(form: Mapping[str, str], logs: Sequence[str], run: str) -> str
     usual = {option: default for option, _, _, default in FITTING}
     test = _text(form.get("test", "")) or usual["test"]
     if test != usual["test"]:
-        settings.append(f"test={_held_out_in_python(test)}")
+        settings.append(f"test={held_out_as_told((test,))!r}")
     seed = _text(form.get("seed", "")) or usual["seed"]
     if seed != usual["seed"]:
         settings.append(f"seed={seed}")
@@ -329,15 +339,6 @@ def fit_in_python(form: Mapping[str, str], logs: Sequence[str], run: str) -> str
         f"erclutch.write_run({run!r}, comparison, logs)",
     ]
     return "\n".join(lines) + "\n"
-
-
-def _held_out_in_python(text: str) -> str:
-    """What is held out: a share as a number, also where it is written in per cent; a pattern of names as a text."""
-    try:
-        number = float(text.removesuffix("%"))
-    except ValueError:
-        return repr(text)
-    return f"{number / 100.0 if text.endswith('%') else number:g}"
 
 
 def shown(words: Sequence[str]) -> str:
