@@ -29,9 +29,10 @@ from erclutch.report.html.provenance_section import command_of
 from erclutch.report.html.report_file import may_write_report
 from erclutch.report.html.report_page import SECTIONS, report_html, write_report
 from erclutch.report.html.verdict_section import choice, next_steps
-from erclutch.report.numbers.run_material import Material, badge_of, material_of
+from erclutch.report.numbers.run_material import Material, material_of
 from erclutch.report.plots.svg_painter import ticks as round_ticks
 from erclutch.runs.run_folder import read_run
+from erclutch.signals.origins import badge_of
 from tests.support.command import good
 
 
@@ -207,11 +208,12 @@ def test_names_cannot_become_code(tmp_path: Path, kept_run: Path) -> None:
         (["TWIN"], "TWIN"),
         (["SYNTHETIC", "SYNTHETIC"], "SYNTHETIC"),
         ([""], "RECORDING"),
+        (["", "RECORDING", "HARDWARE"], "RECORDING"),
         (["", "TWIN"], "MIXED"),
     ],
 )
 def test_the_badge_comes_from_the_logs(origins: list[str], badge: str) -> None:
-    assert badge_of({"logs": [{"origin": origin} for origin in origins]}) == badge
+    assert badge_of(origins) == badge
 
 
 def test_a_synthetic_run_says_so(html: str) -> None:

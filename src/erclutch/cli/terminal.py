@@ -18,6 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from erclutch.errors import printable
+from erclutch.signals.origins import MEASURED
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -29,8 +30,6 @@ if TYPE_CHECKING:
 _BROAD = 100  # columns of a screen that has room for an interval and its bound in one line
 #: Begins a line that tells how far a command is; see `progress`.
 PROGRESS = "erclutch progress: "
-#: Origins of a log that was measured; all others were made by a computer.
-MEASURED = frozenset({"", "RECORDING", "HARDWARE"})
 
 
 def table(

@@ -20,6 +20,7 @@ from erclutch.models.model_titles import id_of, title_of
 from erclutch.report.numbers.number_text import capital, number, unit_text
 from erclutch.report.plots.plot_description import Axis, Line, Mark, Panel, Plot, PlotTable
 from erclutch.signals.array import Array
+from erclutch.signals.origins import RECORDING, badge_of
 from erclutch.signals.recording import TEMPERATURE
 
 if TYPE_CHECKING:
@@ -194,10 +195,8 @@ def estimates_as_frame(estimates: Sequence[Estimate]) -> DataFrame:
 
 def badge_of_origins(origins: Sequence[str]) -> str:
     """The word that all logs say of themselves, such as TWIN; MIXED where they differ, "" for measurements."""
-    different = set(origins)
-    if len(different) > 1:
-        return "MIXED"
-    return next(iter(different), "")
+    badge = badge_of(origins)
+    return "" if badge == RECORDING else badge
 
 
 def _extent(columns: Mapping[str, tuple[Array, str]]) -> DataFrame:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import signal
 from dataclasses import replace
@@ -246,6 +247,14 @@ def test_a_fleet_of_too_few_devices_says_why_its_columns_are_empty(fleet: Fleet)
 def test_a_fleet_is_drawn_in_a_notebook(fleet: Fleet) -> None:
     """It ended in a KeyError: matplotlib had no look for the intervals."""
     assert len(fleet.plot()) == len(fleet.stands_for)
+
+
+def test_a_fleet_of_measured_and_computed_logs_is_called_mixed(fleet: Fleet) -> None:
+    for origins, badge in ((("", "TWIN"), "MIXED"), (("",), "RECORDING"), (("TWIN",), "TWIN")):
+        page = fleet_html(replace(fleet, origins=origins))
+        shown = re.search(r'class="badge[^"]*"[^>]*>\s*(\w+)', page)
+        assert shown is not None
+        assert shown[1] == badge
 
 
 @pytest.mark.slow

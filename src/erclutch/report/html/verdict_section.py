@@ -33,6 +33,7 @@ from erclutch.report.numbers.number_text import (
 from erclutch.report.numbers.run_material import Material
 from erclutch.runs.every_row_folder import read_every_row
 from erclutch.signals.array import rms
+from erclutch.signals.origins import MIXED, RECORDING
 
 _FEW_INDEPENDENT = 0.02
 #: How a finding asks for a memory of the slip (`fit.history`).
@@ -258,7 +259,7 @@ def worries(material: Material) -> list[str]:
         sentences.append(
             f"The mean error is {material.effort.of(bias, 2)}, {share} of the RMSE: a drift or an offset."
         )
-    if material.badge in ("TWIN", "SYNTHETIC"):
+    if material.badge not in (RECORDING, MIXED):
         sentences.append(
             "The data were made by a computer. What the figures say of a real device is a guess."
         )

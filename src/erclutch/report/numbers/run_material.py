@@ -47,6 +47,7 @@ from erclutch.runs.run_folder import Run
 from erclutch.runs.run_rows import RunRows, read_rows
 from erclutch.runs.written_run import run_to_dict
 from erclutch.signals.array import Array
+from erclutch.signals.origins import RECORDING, badge_of
 
 if TYPE_CHECKING:
     from erclutch.fit.comparison import Comparison
@@ -73,14 +74,6 @@ def shown_models(body: Mapping[str, Any]) -> dict[str, Role]:
     for role, name in picks:
         shown.setdefault(name, role)
     return shown
-
-
-def badge_of(body: Mapping[str, Any]) -> str:
-    """TWIN, SYNTHETIC, RECORDING, or MIXED where logs of several origins went in."""
-    origins = {str(log["origin"]) for log in body["logs"]}
-    if len(origins) > 1:
-        return "MIXED"
-    return origins.pop() or "RECORDING"
 
 
 BADGE_MEANS = {
@@ -157,12 +150,12 @@ class Material:
     @cached_property
     def badge(self) -> str:
         """Where the data come from, in a word."""
-        return badge_of(self.body)
+        return badge_of(str(log["origin"]) for log in self.body["logs"])
 
     @property
     def print_badge(self) -> str:
         """The badge of a figure that stands alone; empty for a recording."""
-        return "" if self.badge == "RECORDING" else self.badge
+        return "" if self.badge == RECORDING else self.badge
 
     @property
     def badge_means(self) -> str:

@@ -27,7 +27,7 @@ class Fleet(Shown):
         digest: SHA-256 of the rows of both tables, sorted.
         taken: devices that were done by an earlier start.
         over: what the devices are ordered by.
-        origins: labels of logs that a computer made, such as TWIN.
+        origins: labels of the logs, such as TWIN; "" of one that was measured.
         warned: devices whose logs look like those of several, with how.
     """
 

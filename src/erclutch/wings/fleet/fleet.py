@@ -193,7 +193,7 @@ def _fill(
     tables = tables_of([done[task.name] for task in tasks], over, baseline)
     origins: set[str] = set()
     for device in done.values():
-        origins |= {log["origin"] for log in device.get("run", {}).get("logs", ())} - {""}
+        origins |= {log["origin"] for log in device.get("run", {}).get("logs", ())}
     fleet = Fleet(
         folder,
         tables.parameters,

@@ -13,6 +13,7 @@ from erclutch.report.html.section import Section
 from erclutch.report.numbers.number_text import count, number, span
 from erclutch.report.numbers.run_material import BADGE_MEANS
 from erclutch.report.plots.paper_style import placed
+from erclutch.signals.origins import badge_of
 from erclutch.wings.fleet.fitted_fleet import Fleet
 from erclutch.wings.fleet.fleet_charts import fleet_panels, named
 from erclutch.wings.fleet.fleet_statistics import FEWEST, FleetSeries
@@ -98,7 +99,7 @@ def fleet_html(fleet: Fleet) -> str:
         "mixed": mixed(series, fleet.over),
         "others": sorted({row["model"] for row in fleet.fits if row["model"]} - {fleet.model}),
     }
-    badge = fleet.origins[0] if fleet.origins else "RECORDING"
+    badge = badge_of(fleet.origins)
     means = BADGE_MEANS.get(badge, "Made by a computer, not a measurement.")
     heading = f"{count(fleet.devices)} logs or devices"
     line = f"{fleet.model or 'no model'}, {count(len(fleet.fits))} fits, table {fleet.digest[:12]}"

@@ -14,6 +14,7 @@ from erclutch.cli.commands.fit import MODELS, ModelNames, model_names, require_c
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.cli.quantities import SHARE
 from erclutch.errors import CheckError, ErclutchError, LogError, require
+from erclutch.signals.origins import MEASURED
 
 if TYPE_CHECKING:
     from erclutch.signals.recording import Recording
@@ -166,7 +167,7 @@ def _print(fleet: Fleet) -> None:
     from erclutch.wings.fleet.fleet_charts import named
     from erclutch.wings.fleet.fleet_page import beyond, mixed, not_compared, too_few, trend_of
 
-    if artificial := sorted({*fleet.origins} - terminal.MEASURED):
+    if artificial := sorted({*fleet.origins} - MEASURED):
         terminal.tell(f"{' and '.join(artificial)} data: made by a computer, not a measurement")
     done = f", {fleet.taken} of them by an earlier start" if fleet.taken else ""
     terminal.tell(f"{fleet.devices} logs or devices{done}; {len(fleet.failed)} failed")

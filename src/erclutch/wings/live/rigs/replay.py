@@ -19,9 +19,9 @@ def _chosen(asked: AskedRig) -> tuple[ServedRig, LoopProgram]:
     """The recording as a rig, and its commands as the program."""
     import numpy as np
 
-    from erclutch.cli import terminal
     from erclutch.signals.channels import NamedChannels
     from erclutch.signals.device import EFFORT_OF, Units
+    from erclutch.signals.origins import MEASURED
     from erclutch.signals.units import UNKNOWN
     from erclutch.wings.live.command_line.chosen_rig import PERIOD
     from erclutch.wings.live.offered_programs import recorded
@@ -62,7 +62,7 @@ def _chosen(asked: AskedRig) -> tuple[ServedRig, LoopProgram]:
         motor="motor_torque" in log.signals,
         sensor=EFFORT_OF[device] in log.signals,
     )
-    origin = "RECORDING" if log.origin in terminal.MEASURED else f"RECORDING of {log.origin}"
+    origin = "RECORDING" if log.origin in MEASURED else f"RECORDING of {log.origin}"
     spec = {"kind": "replay", "angles": str(file), "period": PERIOD, "single": single}
     return ServedRig(log.name, origin, spec, named), recorded(commands)
 
