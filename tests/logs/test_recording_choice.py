@@ -159,3 +159,12 @@ def test_the_command_for_one_recording_of_several_answers_what_is_asked_about_it
     assert "--variable" in last
     command = shlex.split(last.removeprefix("What settles it: erclutch "))
     assert good(*command, cwd=tmp_path).splitlines()[-1].startswith("Understood.")
+
+
+@pytest.mark.slow
+def test_without_a_log_the_recording_nearest_to_one_is_named(tmp_path: Path) -> None:
+    # Nothing in any recording is called like an effort.
+    nearest = [{key: value for key, value in row.items() if "torque" not in key} for row in ROWS]
+    path = written(tmp_path, settings=RESULTS[:20], short=nearest[:30], rows=nearest)
+    with pytest.raises(LogError, match="Choose one, such as --variable rows, or"):
+        table_of_log(path, ColumnMap(), None)

@@ -249,10 +249,15 @@ class Plan:
         """Whether all but the field and the effort was found, or is one of several columns."""
         return self._has_all_but("field", "effort", "T")
 
+    @property
+    def signals_in_sight(self) -> set[str]:
+        """Names of the signals that are read from a column, or may be read from any of several."""
+        in_question = {each.signal for each in self.questions if each.kind is SeveralColumnsError}
+        return self.signals_with_columns | in_question
+
     def _has_all_but(self, *spared: str) -> bool:
         """Whether each signal that the device needs was found, but for those spared."""
-        known = {each.signal for each in self.signals if each.column}
-        known |= {each.signal for each in self.questions if each.kind is SeveralColumnsError}
+        known = self.signals_in_sight
         for group in NEEDS[self.device]:
             is_spared = any((signal,) in group for signal in spared)
             is_met = any(not known.isdisjoint(option) for option in group)

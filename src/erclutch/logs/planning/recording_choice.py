@@ -21,7 +21,7 @@ from erclutch.logs.columns.levels_in_names import fields_told_by
 from erclutch.logs.log_file import read_table, readable_tables, recordings_of_file
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
-from erclutch.logs.planning.whole_plan import plan_if_any, plans_of_logs
+from erclutch.logs.planning.whole_plan import nearest_to_a_log, plan_if_any, plans_of_logs
 from erclutch.logs.readers.found_recordings import JOINT
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
@@ -266,7 +266,12 @@ def table_of_log(
         found = choice.rule(file)
         if found is not None:
             return found
-    raise unchosen
+    nearest = nearest_to_a_log(tables, told, device) or names[0]
+    if nearest == names[0]:
+        raise unchosen
+    # The first recording is often a sheet of settings or results.
+    remedy = f"Choose one, such as --variable {shlex.quote(nearest)}, or --variable all"
+    raise LogError(unchosen.problem, remedy=remedy, where=unchosen.where)
 
 
 def logs_among(

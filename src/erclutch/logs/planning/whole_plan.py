@@ -9,7 +9,7 @@ Nothing is converted here: `erclutch.logs.applied.apply` does what the plan says
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -350,6 +350,19 @@ def plans_of_logs(
         if as_for_a_fit is not None and as_for_a_fit.is_of_a_log:
             with_effort[name] = plan
     return with_effort or with_motion
+
+
+def nearest_to_a_log(
+    tables: Mapping[str, Table], told: ColumnMap, device: DeviceName | None
+) -> str:
+    """The name of the table that holds most of what a device needs, and of those the most rows; "" of no tables."""
+
+    def nearness(name: str) -> tuple[int, int]:
+        plan = plan_if_any(tables[name], told, device)
+        in_sight = 0 if plan is None else len(plan.signals_in_sight)
+        return in_sight, tables[name].rows
+
+    return max(tables, key=nearness, default="")
 
 
 def is_log(table: Table) -> bool:
