@@ -10,7 +10,7 @@ import pytest
 
 from erclutch.errors import RunError, SettingError
 from erclutch.export.monotone import monotone_share, worst_turn
-from erclutch.report.html.model_section import MODEL, why_not_measured
+from erclutch.report.html.model_section import MODEL, few_fields, why_not_measured
 from erclutch.report.html.parameters_section import negative_gains
 from erclutch.report.html.report_page import report_html
 from erclutch.report.html.verdict_section import RANKING, VERDICT, worries
@@ -69,6 +69,17 @@ def test_a_part_that_the_fit_is_best_without_is_not_needed_and_no_worry(material
     assert filled["halves"][0][0]["mark"] == "not needed"
     assert filled["lost"] == []
     assert not any("not measured" in worry for worry in worries(changed))
+
+
+def test_the_fields_of_a_pair_are_those_of_the_element_that_has_most(material: Material) -> None:
+    """A report said that a pair whose second clutch swept its field had nearly all rows at two fields."""
+    data = material.rows.data
+    (element,) = data.elements
+    levels = replace(element, field=np.where(np.arange(data.rows) % 2, 500.0, 0.0))
+    sweep = replace(element, field=np.linspace(0.0, 2000.0, data.rows))
+    for elements, fields in (((levels, levels), [0.0, 500.0]), ((levels, sweep), [])):
+        rows = replace(material.rows, data=replace(data, elements=elements))
+        assert few_fields(replace(material, rows=rows)).tolist() == fields
 
 
 def test_a_spring_that_pushes_along_is_told_with_the_way_out() -> None:

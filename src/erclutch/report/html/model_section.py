@@ -17,7 +17,7 @@ from erclutch.report.numbers.flow_curves import dwelled_fields
 from erclutch.report.numbers.number_text import Scale, percent_text
 from erclutch.report.numbers.run_material import Material
 from erclutch.report.plots.model_plot import describe_model
-from erclutch.signals.array import largest_size, rms
+from erclutch.signals.array import Array, largest_size, rms
 
 #: Why a constant is zero: its part of the model is not there, so nothing was to be measured.
 WITHOUT = "the fit is best without this part"
@@ -87,8 +87,7 @@ def why_not_measured(material: Material, number: Mapping[str, Any]) -> str:
     name, at_bound = number["name"], number["at_bound"]
     if not at_bound and number["low"] is not None and number["high"] is not None:
         return ""
-    fields = [dwelled_fields(np.abs(e.field)) for e in material.rows.data.elements]
-    few = max(fields, key=lambda dwelled: dwelled.size if dwelled.size else np.inf)
+    few = few_fields(material)
     if name in _FIELD_NUMBERS and 0 < few.size < _FIELDS_FOR_A_CURVE:
         at = " and ".join(material.field.of(float(field), 2) for field in few)
         plural = "s" if few.size > 1 else ""
@@ -98,6 +97,15 @@ def why_not_measured(material: Material, number: Mapping[str, Any]) -> str:
     if at_bound:
         return f"the fit is best at the {at_bound} end of the range that is searched"
     return "other constants do the same on these rows"
+
+
+def few_fields(material: Material) -> Array:
+    """The few fields at which nearly all rows are, shape (k,); empty where a field takes many values.
+
+    Elements of a pair have one law: the element with the most fields counts.
+    """
+    fields = [dwelled_fields(np.abs(element.field)) for element in material.rows.data.elements]
+    return max(fields, key=lambda dwelled: dwelled.size or np.inf)
 
 
 def _curve_words(material: Material) -> Iterator[str]:
@@ -145,9 +153,9 @@ def _curve_words(material: Material) -> Iterator[str]:
             f"Inside the ranges of field and slip the settled model reaches {material.effort.of(turn.farthest)}; the "
             f"largest {word} of the log is {material.effort.of(measured)}. Beyond what was measured the model guesses."
         )
-    dwelled = dwelled_fields(np.abs(material.rows.data.elements[0].field))
-    if 1 < dwelled.size < _FIELDS_FOR_A_CURVE:
-        at = " and ".join(material.field.of(float(field), 2) for field in dwelled)
+    few = few_fields(material)
+    if 1 < few.size < _FIELDS_FOR_A_CURVE:
+        at = " and ".join(material.field.of(float(field), 2) for field in few)
         yield f"Nearly all rows have the field {at}: between these fields the curves are the model’s guess."
 
 
