@@ -254,11 +254,37 @@ def test_what_is_said_of_a_log_is_kept_beside_it(
     space.keep_about("a.csv", said)
     assert (space.about("a.csv"), space.about("b.csv")) == (said, RunAbout())
     assert (space.logs(), space.results()) == ([], [])
-    (space.folder / ".erclutch-about.json").write_text("[]")
-    assert space.about("a.csv") == RunAbout()
     monkeypatch.setenv("HOME", str(tmp_path))
     assert shown_folder(space.folder) == os.path.join("~", "bench")
     assert shown_folder(Path("/elsewhere")) == "/elsewhere"
+
+
+@pytest.mark.slow
+def test_what_was_damaged_of_what_is_said_of_logs_takes_nothing_else_along(tmp_path: Path) -> None:
+    space = Workspace(tmp_path)
+    said = about_with(RunAbout(), device="Brake 7", note="new oil")
+    space.keep_about("a.csv", said)
+    file = space.folder / ".erclutch-about.json"
+    for other in (
+        5,
+        "title",
+        None,
+        [],
+        {"date": "soon"},
+        {"note": "\x1b"},
+        {"more": 1},
+        {"note": []},
+    ):
+        file.write_text(json.dumps({**json.loads(file.read_text()), "b.csv": other}))
+        assert space.about("b.csv").date == ""  # it was a fault of the app
+        space.keep_about("c.csv", RunAbout(note="dry"))
+        assert space.about("a.csv") == said  # it was lost
+    for text in ("[]", "{", '{"a.csv": {}, "a.csv": {}}'):
+        file.write_text(text)
+        assert space.about("a.csv") == RunAbout()
+        with pytest.raises(WorkspaceError, match="cannot be understood"):
+            space.keep_about("c.csv", said)
+        assert file.read_text() == text
 
 
 def test_a_sequence_to_log_next_is_a_result_and_no_log(tmp_path: Path) -> None:

@@ -19,10 +19,11 @@ import pytest
 from rich.console import Console
 
 import erclutch
-from erclutch.errors import SettingError
+from erclutch.errors import RunError, SettingError
 from erclutch.fit.laws.fit_law import fit_structure
 from erclutch.logs import read_table
 from erclutch.logs.dataset import build_dataset
+from erclutch.logs.log_reader import LEARN_REPORT
 from erclutch.models.laws import law_from_name
 from erclutch.models.structure import Structure
 from erclutch.signals.channels import channels_of
@@ -395,6 +396,18 @@ def test_the_wait_behind_a_trip_takes_no_time_from_the_next_round(
     assert code == 0
     assert "round 2: " in told.getvalue()
     assert "ended: 4 s are logged" in told.getvalue()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[" * 100_000, '{"rounds": [], "rounds": []}', '{"rounds": [5]}', '{"rounds": [{"file": 1}]}'],
+)
+def test_a_report_of_rounds_that_was_damaged_is_refused(tmp_path: Path, text: str) -> None:
+    """One that is nested deep ended in a traceback, and of two lists of rounds the last was taken in silence."""
+    (tmp_path / LEARN_REPORT).write_text(text, encoding="utf-8")
+    limits = TableLimits("single", 1.0, 0.0, 1000.0)
+    with pytest.raises(RunError, match="is no report of rounds"):
+        learning._take_again(LearningRounds(limits, 0, 0.0), tmp_path, "single")
 
 
 def test_after_a_trip_the_round_waits_until_somebody_runs_the_loop() -> None:

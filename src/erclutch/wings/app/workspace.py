@@ -15,11 +15,11 @@ from collections.abc import AsyncIterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from dataclasses import fields as dataclass_fields
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from erclutch.errors import ErclutchError, printable
 from erclutch.files import whole_file
-from erclutch.files.given_files import small_json
+from erclutch.files.given_files import plain_words, small_json
 from erclutch.files.places import put_beside, put_new
 from erclutch.runs.run_about import RunAbout, about_with
 
@@ -280,17 +280,32 @@ class Workspace:
         return sorted(entry.name for entry in ending_so if entry.is_file())
 
     def about(self, log: str) -> RunAbout:
-        """What was said of a log."""
-        return about_with(RunAbout(), **self._abouts().get(log, {}))
+        """What was said of a log; nothing where the file was changed into what nobody can have said."""
+        known = [each.name for each in dataclass_fields(RunAbout)]
+        with contextlib.suppress(OSError, ValueError, ErclutchError):
+            said = self._abouts().get(log)
+            if isinstance(said, dict):
+                texts = cast("dict[str, Any]", said)
+                return about_with(
+                    RunAbout(), **{key: str(texts[key]) for key in known if key in texts}
+                )
+        return RunAbout()
 
     def keep_about(self, log: str, about: RunAbout) -> None:
         """Keep what is said of a log.
 
         Raises:
-            WorkspaceError: the folder cannot be written.
+            WorkspaceError: the folder cannot be written; or the file with what was said of other logs was damaged, and
+                would be lost.
         """
         said = {name: text for name, text in asdict(about).items() if text}
-        every = {**self._abouts(), log: said}
+        try:
+            every = {**self._abouts(), log: said}
+        except (OSError, ValueError) as error:
+            problem = f"{_ABOUT}, which holds what was said of all logs, cannot be understood: {plain_words(error)}"
+            raise WorkspaceError(
+                problem, where=log, remedy="Mend this file, or remove it and say it again"
+            ) from error
         try:
             with whole_file(self.folder / _ABOUT) as partial:
                 partial.write_text(
@@ -302,15 +317,19 @@ class Workspace:
                 problem, where=log, remedy="Check the folder's permissions"
             ) from error
 
-    def _abouts(self) -> dict[str, dict[str, str]]:
-        with contextlib.suppress(OSError, ValueError, AttributeError):
+    def _abouts(self) -> dict[str, Any]:
+        """What was said of each log, as its file has it.
+
+        Raises:
+            OSError, ValueError: the file cannot be read, or is no object of JSON.
+        """
+        try:
             body: Any = small_json(self.folder / _ABOUT)
-            known = [each.name for each in dataclass_fields(RunAbout)]
-            abouts: dict[str, dict[str, str]] = {}
-            for log, said in body.items():
-                abouts[log] = {key: str(said[key]) for key in known if key in said}
-            return abouts
-        return {}
+        except FileNotFoundError:
+            return {}
+        if not isinstance(body, dict):
+            raise ValueError("it is no object of JSON")
+        return cast("dict[str, Any]", body)
 
     def state(self, name: str) -> tuple[object, ...]:
         """Changes when a log changes, or what says how it is read."""

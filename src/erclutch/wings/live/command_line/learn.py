@@ -18,7 +18,7 @@ from cyclopts import Parameter
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import ErclutchError, RunError, SettingError
 from erclutch.files import whole_file
-from erclutch.files.given_files import plain_words, small_file
+from erclutch.files.given_files import plain_words, small_json
 from erclutch.signals.percent import percent
 from erclutch.wings.live.command_line.live_options import LEARN
 
@@ -357,7 +357,7 @@ def _take_again(rounds: LearningRounds, folder: Path, device: Any) -> None:
 
     path = folder / LEARN_REPORT
     try:
-        body = json_text.loads(small_file(path))
+        body = small_json(path)
         entries = [(str(entry["file"]), str(entry["tripped"])) for entry in body["rounds"]]
     except (OSError, ValueError, TypeError, KeyError) as error:
         why = plain_words(error) if isinstance(error, OSError) else "is no report of rounds"
