@@ -30,6 +30,7 @@ from erclutch.logs.readers.cells import (
 from erclutch.logs.readers.dialect import lines_of
 from erclutch.logs.readers.found_recordings import ALL, choose
 from erclutch.logs.readers.header_pairs import header_pairs
+from erclutch.logs.readers.remarks_between_rows import without_remarks
 from erclutch.logs.readers.side_by_side import read_side_by_side
 from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import decode
@@ -86,7 +87,10 @@ def _read(source: LogSource) -> Table:
             if below is not None:
                 return below
             if len(tables) < 2:
-                raise
+                table = _without_remarks(source)
+                if table is None:
+                    raise
+                return table
         else:
             # A column that cannot be read may be that of a second table below.
             tables = dict(_tables_in(source.data)) if table.unreadable else {}
@@ -116,6 +120,19 @@ def _read(source: LogSource) -> Table:
         above = lines_of(decode(source.data))[: first.line - 1]
         table = with_stated_units(table, header_pairs(above))
     note = f"recording read from {name}, 1 of {len(tables)} tables of the text"
+    return replace(table, notes=(note, *table.notes))
+
+
+def _without_remarks(source: LogSource) -> Table | None:
+    """The table of a text that holds a logger's remarks among its rows; None where it does not, or is no table so."""
+    without = without_remarks(decode(source.data))
+    if without is None:
+        return None
+    text, note = without
+    try:
+        table = read_text(replace(source, data=text.encode("utf-8")))
+    except LogError:  # the error of the file as it is says more, and of its own lines
+        return None
     return replace(table, notes=(note, *table.notes))
 
 
