@@ -77,6 +77,17 @@ def test_a_damaged_cache_is_made_again(tmp_path: Path, damage: bytes) -> None:
     assert terms_of("casson", "single") == before
 
 
+def test_an_equation_of_which_a_letter_changed_in_the_cache_is_made_again(tmp_path: Path) -> None:
+    """The report printed another equation, in silence."""
+    before = terms_of("casson", "single")
+    (kept,) = (tmp_path / "cache").iterdir()
+    whole = kept.read_text(encoding="utf-8")
+    kept.write_text(whole.replace("<mi>w</mi>", "<mi>v</mi>", 1), encoding="utf-8")
+    assert kept.read_text(encoding="utf-8") != whole
+    forget()
+    assert terms_of("casson", "single") == before
+
+
 def test_no_cache_can_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("ERCLUTCH_CACHE", str(tmp_path / "file"))

@@ -22,6 +22,7 @@ from erclutch.errors import RunError
 from erclutch.files import cache_folder
 from erclutch.files.given_files import small_json
 from erclutch.models.laws import Law, law_from_name
+from erclutch.models.model_file import digest_of, keeps_digest
 from erclutch.models.stages import slip_stages
 from erclutch.report.plots.paper_style import placed
 from erclutch.signals.device import DeviceName
@@ -72,15 +73,16 @@ def _kept_terms(digest: str, make: Callable[[], list[str]]) -> tuple[Markup, ...
     terms: list[str] | None = None
     with contextlib.suppress(OSError, ValueError):
         read: object = small_json(kept)
-        if isinstance(read, list) and all(
-            isinstance(term, str) for term in cast("list[object]", read)
-        ):
-            terms = cast("list[str]", read)
+        # A disk that changed a letter would print another equation.
+        if isinstance(read, dict) and keeps_digest(cast("dict[str, Any]", read)):
+            terms = cast("dict[str, list[str]]", read).get("terms")
     if terms is None:
         terms = make()
         # A cache that cannot be written costs a second the next time, no more.
         with contextlib.suppress(RunError), placed(kept) as unfinished:
-            unfinished.write_text(json.dumps(terms), encoding="utf-8")
+            body = {"terms": terms}
+            text = json.dumps({**body, "digest": digest_of(body)})
+            unfinished.write_text(text, encoding="utf-8")
     return tuple(map(Markup, terms))
 
 
