@@ -106,6 +106,8 @@ def test_a_log_without_a_field_is_told_of_none(without_field: Material) -> None:
 def test_points_have_no_seconds_and_no_rest(points: Material) -> None:
     page = report_html(points)
     assert "125 points of a table" in page
+    assert "point of the table" in page
+    assert "time [s]" not in page
     assert "are at rest" not in page
     assert "whose field has stayed" not in page
     assert "the rows are points of a table, none after another in time" in page

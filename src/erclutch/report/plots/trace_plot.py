@@ -84,6 +84,8 @@ def describe_trace(
 
     counted = f" from {start_of_log:.2f} s" if start_of_log else ""
     x = Axis.over(f"time{counted}", "s", time)
+    if rows.data.in_no_time:
+        x = Axis.over("point of the table", "", time / rows.data.period)
     y = Axis(material.word, material.effort.unit)
     panels = [
         Panel(x, y, efforts, f"Measured and estimated {material.word}.", share=2.2),
