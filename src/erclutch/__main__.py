@@ -4,6 +4,7 @@ import atexit
 import os
 import signal
 import sys
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 #: Matrices are small here: more threads of BLAS would wait for each other, and take CPU time from all else meanwhile.
@@ -30,6 +31,16 @@ def main() -> int:
         code = 130
     except SystemExit as ended:  # by another signal
         code = ended.code
+    except Exception as error:
+        torn = _torn_bytecode(error)
+        if torn is None:
+            raise
+        with suppress(OSError):
+            os.unlink(torn)  # Python makes it again
+        problem = "Python's copy of a module is not whole, as a full disk leaves it"
+        remedy = "Make room on that disk, remove this file if it is still there, and give the command again"
+        sys.stderr.write(f"error: {torn}: {problem}. {remedy}.\n")
+        code = 2
     _end_at_once(code)
     # Python ends itself by the signal, whatever the code, where an interrupt came while it made a named tuple or a
     # dataclass, as it does for many modules that are imported. It forgets the interrupt when it makes the next one.
@@ -37,6 +48,21 @@ def main() -> int:
     # The answer is complete: what a plug-in prints as the program ends is no part of it.
     sys.stdout = sys.stderr
     return code
+
+
+def _torn_bytecode(error: Exception) -> str | None:
+    """The compiled module that Python could not read, if that is the error.
+
+    Python 3.11 and earlier releases of 3.12 and 3.13 write such a file on a full disk as far as it goes, without a
+    word, and each command that needs the module would end in a traceback from then on.
+    """
+    last = error.__traceback__
+    while last is not None and last.tb_next is not None:
+        last = last.tb_next
+    if last is None or last.tb_frame.f_code.co_name != "_compile_bytecode":
+        return None
+    place: object = last.tb_frame.f_locals.get("bytecode_path")
+    return place if isinstance(place, str) and place.endswith(".pyc") else None
 
 
 def _end_at_once(code: int) -> None:
