@@ -48,7 +48,8 @@ def without_remarks(text: str) -> tuple[str, str] | None:
     if any(counts[place + 1] <= counts[place - 1] for place in remarks):
         return None
 
-    kept = [line for place, line in enumerate(lines) if place not in set(remarks)]
+    left_out = {*remarks}
+    kept = [line for place, line in enumerate(lines) if place not in left_out]
     told = [f"'{lines[place].strip()[:_LONGEST_TOLD]}' (line {place + 1})" for place in remarks]
     one_or_more = "a line" if len(remarks) == 1 else f"{len(remarks)} lines"
     note = f"{one_or_more} among the rows without a number left out: {listed(told, _MOST_TOLD)}"
