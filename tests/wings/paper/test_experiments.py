@@ -228,7 +228,7 @@ def test_the_kept_points_are_plain_json(threads: TaskPool, tmp_path: Path) -> No
         RECIPE, threads, Points(tmp_path / "p.jsonl", {}), 1, silent, neurons=(1,), restarts=1
     )
     body = json.loads((tmp_path / "p.jsonl").read_text())
-    assert set(body) == {"settings", "key", "value"}
+    assert set(body) == {"settings", "key", "value", "digest"}
 
 
 def test_the_list_of_experiments_is_json_too(tmp_path: Path) -> None:
