@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from erclutch.errors import LogError, MappingError, placed
-from erclutch.logs import map_over, read_table
+from erclutch.logs import map_over, table_of_log
 from erclutch.logs.applied import apply, clocked_runs
 from erclutch.logs.clock.timing import LogClock
 from erclutch.logs.columns.seen_columns import seen_columns
@@ -160,14 +160,15 @@ def align(
         b: the log whose columns are brought to them.
         on: the column of that signal: one name for both, or A's and B's; by default the only name that both have.
         near: about what B's clock shows more than A's, in s, where several offsets fit equally well.
-        times: for A and for B what is not guessed of its time, such as ``{"rate": 1000}``.
+        times: for A and for B what is not guessed of its time, such as ``{"rate": 1000}``; of a file that holds several
+            recordings which is meant (``{"variable": "Run 2"}``), where more than one is a log of a device, or none.
 
     Raises:
         LogError: a log cannot be read, nothing correlates, or several offsets fit equally well.
         MappingError: no such column.
     """
-    table_a, map_a = _opened(a)
-    table_b, map_b = _opened(b)
+    table_a, map_a = _opened(a, times[0])
+    table_b, map_b = _opened(b, times[1])
     if table_a.digest == table_b.digest:
         raise LogError(
             "both are the same log", where=table_b.name, remedy="Give two logs of one experiment"
@@ -175,15 +176,14 @@ def align(
     if table_a.name == table_b.name:
         table_a = replace(table_a, name=f"{table_a.name} A")
         table_b = replace(table_b, name=f"{table_b.name} B")
-    maps = map_over(times[0], map_a), map_over(times[1], map_b)
     names = (on,) if isinstance(on, str) else on
-    return align_tables(table_a, table_b, names, maps=maps, near=near)
+    return align_tables(table_a, table_b, names, maps=(map_a, map_b), near=near)
 
 
-def _opened(log: str | Path | DataFrame) -> tuple[Table, ColumnMap]:
-    """A log's table, and what the mapping beside its file says."""
-    mapping = file_mapping(log)
-    return read_table(log, variable=mapping.variable), mapping
+def _opened(log: str | Path | DataFrame, said: Mapping[str, Any] | None) -> tuple[Table, ColumnMap]:
+    """A log's table, and what is known of it: what was said goes over the mapping beside its file."""
+    known = map_over(said, file_mapping(log))
+    return table_of_log(log, known, None, known.variable), known
 
 
 def align_tables(

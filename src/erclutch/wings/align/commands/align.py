@@ -35,6 +35,7 @@ def align(
     picture: Path | None = None,
     time: _Names = (),
     rate: _Names = (),
+    variable: _Names = (),
     force: Annotated[bool, Parameter(negative=())] = False,
 ) -> None:
     """Find offset and drift between the clocks of two logs of one experiment, and write both as one log.
@@ -52,6 +53,7 @@ def align(
         picture: File for the picture: .png, .svg or .pdf, with its numbers beside it as CSV. Default: OUT-clocks.png.
         time: Time column of both logs, or that of A and that of B.
         rate: Sampling rate in Hz in place of a time column, of both logs or of A and of B.
+        variable: Which recording of a file that holds several, of both logs or of A and of B; none: that file has one.
         force: Replace files that are there.
     """
     image = picture or out.with_name(f"{out.stem}-clocks.png")
@@ -69,14 +71,14 @@ def align(
             where=str(image),
             remedy="Give --picture a name that ends in .png, .svg or .pdf",
         )
-    if len(time) > 2 or len(rate) > 2:
-        raise SettingError(
-            "more than two values", where="--time, --rate", remedy="Give one for both logs, or two"
-        )
+    for option, values in (("--time", time), ("--rate", rate), ("--variable", variable)):
+        if len(values) > 2:
+            remedy = "Give one for both logs, or two"
+            raise SettingError("more than two values", where=option, remedy=remedy)
     may_write_file(image, force, "picture")
     may_write_file(numbers, force, "picture")
 
-    logs = aligned(a, b, on, near, time, rate)
+    logs = aligned(a, b, on, near, time, rate, variable)
     from erclutch.report.plots.matplotlib_painter import save_plot
     from erclutch.wings.align.clocks_plot import describe_clocks
 
@@ -99,6 +101,7 @@ def aligned(
     near: str | None,
     time: tuple[str, ...] = (),
     rate: tuple[str, ...] = (),
+    variable: tuple[str, ...] = (),
 ) -> AlignedLogs:
     """Two log files as one log.
 
@@ -106,18 +109,21 @@ def aligned(
         LogError, MappingError: a log cannot be read, or their clocks cannot be matched.
     """
     from erclutch.logs.keywords import SECONDS, number_of
+    from erclutch.logs.mapping import NONE
     from erclutch.wings.align.aligned_logs import align as aligned_logs
 
     def own(option: tuple[str, ...], log: int) -> str:
         """A log's value of an option; a single value is for both."""
         return option[min(log, len(option) - 1)]
 
-    times: list[dict[str, str]] = [{}, {}]  # what is said of A's time, and of B's
+    times: list[dict[str, str]] = [{}, {}]  # what is said of A, and of B
     for log, known in enumerate(times):
         if time:
             known["time"] = own(time, log)
         if rate:
             known["rate"] = own(rate, log)
+        if variable and own(variable, log) != NONE:
+            known["variable"] = own(variable, log)
     about = None if near is None else number_of("near", near, SECONDS, "2.5s or --near=-7ms")
     with terminal.progress("matching clocks"):
         return aligned_logs(a, b, on, near=about, times=times)
