@@ -32,6 +32,8 @@ def test_parts_without_an_error_or_without_a_refit_do_not_count() -> None:
     seen = [np.zeros(5), np.full(5, 0.1), np.full(5, 0.1)]
     assert growth_of_errors([np.ones(5), np.full(5, 0.2)], seen) == pytest.approx(2.0)
     assert growth_of_errors([], seen) == 1.0
+    # Its square is zero: it ended in a division by zero.
+    assert growth_of_errors([np.ones(5)], [np.full(5, 1e-200)]) == 1.0
 
 
 @pytest.mark.slow

@@ -79,8 +79,9 @@ def misused(error: CycloptsError) -> str:
         # Before the first unused word stands a value, and before the value its option: --scale a=1 b=2.
         place = words.index(unused[0]) if unused and unused[0] in words else 0
         option = words[place - 2] if place >= 2 else ""
-        remedy = f"Write {option} in front of each value" if option in _REPEATED else help_of_it
-        remedy = _target_without_option(words, error) or remedy
+        remedy = _target_without_option(words, error) or help_of_it
+        if option in _REPEATED:
+            remedy = f"Write {option} in front of each value"
         listed = ", ".join(map(repr, unused))
         return shown(f"{listed}: more than the command takes. {remedy.rstrip('.')}.")
     if (

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-_MOST = (
-    1000.0  # a share: how far above that a figure lies says nothing, and may take a line of digits
-)
+#: A share: how far above it a figure lies says nothing, and may take a line of digits.
+_MOST = 1000.0
 
 
 def percent(share: float, places: int = 0, *, sign: bool = False) -> str:

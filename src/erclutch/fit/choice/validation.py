@@ -174,7 +174,11 @@ def growth_of_errors(unseen: Sequence[Array], seen: Sequence[Array]) -> float:
         unseen: errors on each part by a fit without it, in their order; the last parts may lack.
         seen: errors on the same parts by the fit to all.
     """
-    times = [rms(far) / rms(near) for far, near in zip(unseen, seen, strict=False) if near.any()]
+    times: list[float] = []
+    for far, near in zip(unseen, seen, strict=False):
+        error_of_the_fit = rms(near)
+        if error_of_the_fit > 0.0:  # squares of the smallest errors are zero too
+            times.append(rms(far) / error_of_the_fit)
     return float(np.median(times)) if times else 1.0
 
 
