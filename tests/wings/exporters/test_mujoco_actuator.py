@@ -19,6 +19,8 @@ from erclutch.export import ExportOptions, export_model  # noqa: E402
 from erclutch.models.law_model import TorqueModel  # noqa: E402
 from erclutch.wings.exporters.mujoco_actuator import Actuator  # noqa: E402
 
+HINGE, USER = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtBias.mjBIAS_USER
+
 
 class Compiled:
     """Answers with what it was given; counts its resets."""
@@ -58,6 +60,8 @@ class Scene:
         self.opt = SimpleNamespace(timestep=timestep)
         self.actuator = self.joint = lambda name: SimpleNamespace(id=places[name])
         self.jnt_qposadr = self.jnt_dofadr = [0, 2]
+        self.jnt_type = [HINGE, HINGE]
+        self.actuator_biastype = [USER] * 5
 
 
 def made(period: float | None, *, positions: bool = False, model: Any = None) -> Actuator:
@@ -162,6 +166,8 @@ def test_names_become_places(positions: bool) -> None:
         joint=lambda name: SimpleNamespace(id=places[name]),
         jnt_qposadr=[7, 3],
         jnt_dofadr=[6, 2],
+        jnt_type=[HINGE, HINGE],
+        actuator_biastype=[USER] * 5,
     )
 
     def of(period: float | None) -> Any:
@@ -189,6 +195,35 @@ def test_names_become_places(positions: bool) -> None:
     assert of(0.01 / (1.0 + 0.9e-6)) is not None
     with pytest.raises(ValueError, match=r"the timestep .* is longer than the model"):
         of(0.01 / (1.0 + 1.1e-5))
+
+
+SCENE = """<mujoco><worldbody><body><joint name="{joint}" type="{kind}"/>
+<geom type="sphere" size="0.1"/></body><body><joint name="other" type="hinge"/><geom type="sphere" size="0.1"/></body>
+</worldbody><actuator><general name="field" joint="other"/>
+<general name="effort" joint="other" gainprm="0" biastype="{bias}"/></actuator></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "bias", "told"),
+    [
+        ("hinge", "none", "the actuator 'effort' has no biastype=\"user\""),
+        ("slide", "affine", "the actuator 'effort' has no biastype=\"user\""),
+        ("ball", "user", "the joint 'x' has more than one degree of freedom"),
+        ("free", "user", "the joint 'x' has more than one degree of freedom"),
+        ("slide", "user", ""),
+        ("hinge", "user", ""),
+    ],
+)
+def test_a_device_that_would_read_or_give_nothing_is_refused(
+    kind: str, bias: str, told: str
+) -> None:
+    model = mujoco.MjModel.from_xml_string(SCENE.format(joint="x", kind=kind, bias=bias))
+    names: Any = {"fields": ["field"], "joints": ["x"], "positions": False, "further": 0}
+    if told:
+        with pytest.raises(ValueError, match=told):
+            Actuator(Compiled, model, "effort", **names, period=None)
+    else:
+        Actuator(Compiled, model, "effort", **names, period=None)
 
 
 # --- real exports in real simulations ---------------------------------------------------------------------------------

@@ -24,6 +24,8 @@ import mujoco
 
 #: Name under which the exports of a program share their devices, in the module mujoco itself.
 _SHARED = "_erclutch_devices"
+#: The module again: its stubs do not know its enumerations.
+_KINDS: Any = mujoco
 
 
 class Devices:
@@ -89,6 +91,24 @@ class DataMemory:
         self.samples = self.flags = 0
 
 
+def _check_asked(model: Any, effort: str) -> None:
+    """MuJoCo asks nobody for the force of another kind of actuator: the device would have no effect."""
+    if model.actuator_biastype[model.actuator(effort).id] != _KINDS.mjtBias.mjBIAS_USER:
+        raise ValueError(
+            f'the actuator {effort!r} has no biastype="user", so that MuJoCo would never ask for its force: '
+            'write biastype="user" gainprm="0" there'
+        )
+
+
+def _check_joint(model: Any, name: str) -> None:
+    """Of a ball or a free joint the first of several numbers would be read."""
+    hinge_or_slide = _KINDS.mjtJoint.mjJNT_HINGE, _KINDS.mjtJoint.mjJNT_SLIDE
+    if model.jnt_type[model.joint(name).id] not in hinge_or_slide:
+        raise ValueError(
+            f"the joint {name!r} has more than one degree of freedom: name a joint of type hinge or slide"
+        )
+
+
 class Actuator:
     """One device in one MjModel.
 
@@ -108,7 +128,8 @@ class Actuator:
 
     Raises:
         KeyError: no actuator or joint of a name.
-        ValueError: the simulation's step is longer than the period; or, when it is entered, its actuator has a device.
+        ValueError: the simulation's step is longer than the period; MuJoCo would never ask for the actuator's force; a
+            joint has more than one degree of freedom; or, when it is entered, its actuator has a device.
     """
 
     def __init__(
@@ -131,6 +152,9 @@ class Actuator:
         self.effort = effort
         self.model = model  # held, so that its id stays its own
         self.key = id(model), int(model.actuator(effort).id)
+        _check_asked(model, effort)
+        for name in joints:
+            _check_joint(model, name)
         self.further = [0.0] * further
         self._load, self._period = load, period
         self._fields = [int(model.actuator(name).id) for name in fields]
