@@ -93,7 +93,8 @@ class DataMemory:
 
 def _check_asked(model: Any, effort: str) -> None:
     """MuJoCo asks nobody for the force of another kind of actuator: the device would have no effect."""
-    if model.actuator_biastype[model.actuator(effort).id] != _KINDS.mjtBias.mjBIAS_USER:
+    bias = int(model.actuator_biastype[model.actuator(effort).id])
+    if bias != int(_KINDS.mjtBias.mjBIAS_USER):
         raise ValueError(
             f'the actuator {effort!r} has no biastype="user", so that MuJoCo would never ask for its force: '
             'write biastype="user" gainprm="0" there'
@@ -102,8 +103,8 @@ def _check_asked(model: Any, effort: str) -> None:
 
 def _check_joint(model: Any, name: str) -> None:
     """Of a ball or a free joint the first of several numbers would be read."""
-    hinge_or_slide = _KINDS.mjtJoint.mjJNT_HINGE, _KINDS.mjtJoint.mjJNT_SLIDE
-    if model.jnt_type[model.joint(name).id] not in hinge_or_slide:
+    kind = int(model.jnt_type[model.joint(name).id])
+    if kind not in (int(_KINDS.mjtJoint.mjJNT_HINGE), int(_KINDS.mjtJoint.mjJNT_SLIDE)):
         raise ValueError(
             f"the joint {name!r} has more than one degree of freedom: name a joint of type hinge or slide"
         )
