@@ -155,7 +155,7 @@ def test_more_names_than_values_in_a_row_are_told(tmp_path: Path) -> None:
         tmp_path / "a.csv",
         "time, drive_pos, drive_torque, test_pos, test_torque, sensor\n" + rows + "\n",
     )
-    assert plan.questions  # a name that fell apart at a comma would move the others
+    assert plan.doubts  # a name that fell apart at a comma would move the others
     assert any("names 6 columns, the rows have 3 cells" in note for note in plan.notes)
 
 

@@ -63,6 +63,7 @@ class Table:
         row_names: what the first column of texts calls each row, where a file has few rows; empty for others.
         sweeps: number of the sweep of each row, shape (n,), where columns of several sweeps stood beside each other and
             their rows stand one after another now; None where none did.
+        unsure_names: why the names of the columns may be those of others; "" for names that stand over their columns.
         made: columns that stand in no file: differences of two that do, as ``n_in - n_out``.
     """
 
@@ -87,6 +88,7 @@ class Table:
     words: Mapping[str, WordColumn] = field(default_factory=dict[str, WordColumn])
     row_names: tuple[str, ...] = ()
     sweeps: NDArray[np.intp] | None = None
+    unsure_names: str = ""
     made: tuple[str, ...] = ()
 
     @property

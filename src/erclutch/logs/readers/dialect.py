@@ -22,6 +22,12 @@ from erclutch.logs.readers.header_lines import (
     with_lines_above,
 )
 from erclutch.logs.readers.header_pairs import header_pairs
+from erclutch.logs.readers.names_and_cells import (
+    FIRST_NAMES,
+    keep_empty_cells,
+    width_of_names,
+    without_a_header,
+)
 from erclutch.logs.readers.stated_units import units_of_a_comment, units_of_a_list
 
 #: Characters looked at: they hold any header block seen so far, and cost a few milliseconds.
@@ -61,6 +67,7 @@ class Dialect:
         metadata: the ``Key: value`` lines above the header.
         notes: sentences on names and headers.
         usual: cells of most rows, where the header names more columns, which few rows fill; 0 elsewhere.
+        unsure_names: see `Table`.
     """
 
     delimiter: str | None
@@ -74,6 +81,7 @@ class Dialect:
     notes: tuple[str, ...] = ()
     thousands: str = ""
     usual: int = 0
+    unsure_names: str = ""
 
     def is_row(self, line: str) -> bool:
         """Whether a line has numbers where the rows have numbers."""
@@ -277,7 +285,7 @@ def _with_header(
     usual_width = Counter(map(len, data)).most_common(1)[0][0]
     width = max(len(first_row), usual_width)
     usual = 0
-    named = _width_of_names(lines[:first], marks)
+    named = width_of_names(lines[:first], marks)
     if named > width + 1 and any(len(marks.cells(line)) == named for line in below):
         # Columns at the end are filled in few rows, and the other rows are short.
         usual = width
@@ -303,8 +311,8 @@ def _with_header(
     if header is None:
         if above:
             _refuse_bad_first_row(above[-1], places[-1], marks, width)
-        header = Header([""] * (width - rows.trailing), None, 0)
-        notes.append(_said_of_no_names(above, marks, rows))
+        header, said = without_a_header(above, marks, rows)
+        notes.append(said)
     headed = with_headings(header, above, marks)
     header = with_lines_above(header, above, marks) if headed is header else headed
     names, own_units, renamed = name_columns(header.labels, header.units)
@@ -322,6 +330,9 @@ def _with_header(
         more = f" and {len(prose) - 1} more" if len(prose) > 1 else ""
         notes.append(f"text above the table skipped: {first_words!r}{more}")
 
+    # Names for fewer cells than there are names may have lost their cells anywhere.
+    unsure_names = notes[-1] if notes and notes[-1].endswith(FIRST_NAMES) else ""
+
     # A name may stand over an empty column.
     numeric = [*_numeric_columns(data, marks), *[False] * len(names)]
     return Dialect(
@@ -335,6 +346,7 @@ def _with_header(
         metadata=metadata,
         notes=(*notes, *renamed, *by_legend),
         usual=usual,
+        unsure_names=unsure_names,
     )
 
 
@@ -365,51 +377,15 @@ def _header_above(
             units = header.units and header.units[:-1]
             header = replace(header, labels=header.labels[:-1], units=units)
         return header, []
-    if not above or not _keep_empty_cells(below, marks, rows.width):
+    if not above or not keep_empty_cells(below, marks, rows.width):
         return None, []
     # The line above may have more names than the rows have cells.
     labels = marks.cells(above[-1])[:cells]
-    more = _width_of_names(above, marks) - cells
+    more = width_of_names(above, marks) - cells
     if more <= 0 or not all(labels):
         return None, []
     note = f"the last {more} names above the rows stand over no cells: left out"
     return Header(labels, None, 1), [note]
-
-
-def _said_of_no_names(above: Sequence[str], marks: Marks, rows: RowsBelow) -> str:
-    """What is said of rows without names; a line above them may have names for more or fewer cells than they have."""
-    cells = rows.width - rows.trailing
-    called = f"the columns are called c1 .. c{cells}"
-    named = _width_of_names(above, marks)
-    are_too_few = named < rows.width < 2 * named
-    are_too_many = cells < named < 2 * rows.width
-    if named > 2 and (are_too_few or are_too_many):
-        return (
-            f"the line above the rows names {named} columns, the rows have {cells} cells: {called}"
-        )
-    return f"no header row: {called}"
-
-
-def _keep_empty_cells(rows: Sequence[str], marks: Marks, width: int) -> bool:
-    """Whether all rows have as many cells, and one inside of them is empty throughout: none is passed over."""
-    if marks.delimiter is None or width < 3:
-        return False
-    cells = [marks.cells(row) for row in rows]
-    if any(len(row) != width for row in cells):
-        return False
-    inside = range(1, width - 2)
-    return any(all(not row[place] for row in cells) for place in inside)
-
-
-def _width_of_names(above: Sequence[str], marks: Marks) -> int:
-    """Cells of the line right above the rows, where each is a name but perhaps the last; 0 for another line."""
-    line = next((line for line in reversed(above) if line.strip()), "")
-    if marks.delimiter is None or is_comment(line):
-        return 0
-    cells = marks.cells(line)
-    if len(cells) < 2 or not all(cells[:-1]):
-        return 0
-    return 0 if any(map(marks.is_number, cells)) else len(cells)
 
 
 def _refuse_bad_first_row(line: str, index: int, marks: Marks, width: int) -> None:

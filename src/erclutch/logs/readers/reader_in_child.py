@@ -35,6 +35,7 @@ _TEXTS = (
     "unreadable",
     "hollow",
     "row_names",
+    "unsure_names",
 )
 _CHILD = "erclutch.logs.readers.reader_in_child"  # the module that a child runs
 

@@ -199,6 +199,7 @@ def table_of_rows(
         breaks=blocks_in(body),
         words=held.words,
         row_names=held.row_names,
+        unsure_names=dialect.unsure_names,
     )
     texts = [*dialect.metadata.items(), *texts_below(below)]
     return with_told_units(with_stated_units(table, dialect.metadata), texts)

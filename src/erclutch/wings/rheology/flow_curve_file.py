@@ -287,6 +287,9 @@ def _planned(
         speeds, *rows = turned.columns
         shear_rate = f"{speeds} {factors[0]}"
         stress = [f"{row} {factors[1]}" for row in rows]
+    if table.unsure_names and not (shear_rate and stress):
+        remedy = 'Give both columns: --shear-rate "NAME [1/s]" --stress "NAME [Pa]"'
+        raise MappingError(table.unsure_names, where=table.name, remedy=remedy)
     try:
         return table, plan_of(table, shear_rate, stress)
     except MappingError as error:
