@@ -64,6 +64,20 @@ def test_a_meaning_has_room_on_a_narrow_screen(
     assert "0 - 284.7" in "\n".join(body), "the ends of an interval stay in one line"
 
 
+@pytest.mark.parametrize("unit", ["?", "?/?", "?*s/?"])
+def test_a_constant_of_unknown_units_says_so(unit: str) -> None:
+    value = Estimate("eta", "viscous effort per slip", unit, 0.2, 0.1, 0.3, None)
+    row = printed(estimates("Parameters", [value]), 150)[4]
+    assert row.split()[-2:] == ["as", "logged"]
+
+
+def test_an_interval_of_one_number_is_told_by_its_bound_alone() -> None:
+    value = Estimate("K", "viscous effort", "N", 0.0, 0.0, 0.0, "lower")
+    row = printed(estimates("Parameters", [value]), 150)[4]
+    assert "at its lower bound" in row
+    assert " - " not in row
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "said"),

@@ -110,9 +110,14 @@ def number(value: float, digits: int = 4, *, zeros: bool = False) -> str:
 
 def with_unit(name: str, unit: str) -> str:
     """A heading with its unit in brackets; unknown units say so."""
-    if unit == "":
-        return name
-    return f"{name} [{'as logged' if unit == '?' else unit}]"
+    return f"{name} [{unit_text(unit)}]" if unit else name
+
+
+def unit_text(unit: str) -> str:
+    """A unit, "as logged" where any part of it is unknown."""
+    from erclutch.signals.units import UNKNOWN
+
+    return "as logged" if UNKNOWN in unit else unit
 
 
 def recording_lines(
@@ -189,13 +194,21 @@ def estimates(title: str, values: Sequence[Estimate]) -> Table:
     rows: list[list[str]] = []
     for estimate in values:
         parts: list[str] = []
-        if math.isfinite(estimate.high - estimate.low):
+        a_range = math.isfinite(estimate.high - estimate.low)
+        at_one_number = estimate.low == estimate.high and estimate.at_bound
+        if a_range and not at_one_number:
             parts.append(f"{number(estimate.low)} - {number(estimate.high)}")
         if estimate.at_bound:
             parts.append(f"at its {estimate.at_bound} bound")
         interval = between.join(parts) or "not identified"
         rows.append(
-            [estimate.name, estimate.meaning, number(estimate.value), interval, estimate.unit]
+            [
+                estimate.name,
+                estimate.meaning,
+                number(estimate.value),
+                interval,
+                unit_text(estimate.unit),
+            ]
         )
     made = table(title, ["", "meaning", "value", "95 % interval", "unit"], rows, left=2)
     made.columns[4].justify = "left"

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from erclutch.signals.units import UNKNOWN
+
 #: A space at which no line breaks, between a number and its unit.
 _TIGHT = "\u00a0"
 _UNKNOWN = "as logged"
@@ -89,9 +91,9 @@ def interval(estimate: Mapping[str, Any], factor: float) -> tuple[str, bool]:
 
 def unit_text(unit: str) -> str:
     """A unit as printed."""
-    if unit == "?":
+    if UNKNOWN in unit:
         return f"units {_UNKNOWN}"
-    return unit.replace("*", "·").replace("^2", "²").replace("^", "").replace("?", f"({_UNKNOWN})")
+    return unit.replace("*", "·").replace("^2", "²").replace("^", "")
 
 
 def brief(unit: str) -> str:
