@@ -162,4 +162,4 @@ def test_names_over_rows_without_an_empty_cell_may_have_lost_one(tmp_path: Path)
         for time, way, force in zip(TIMES, WAYS, FORCES, strict=True)
     ]
     path.write_text(_stand(rows), encoding="utf-8")
-    assert next(iter(read_table(path).columns)) == "c1"
+    assert "names 8 columns, the rows have 5 cells" in read_table(path).unsure_names
