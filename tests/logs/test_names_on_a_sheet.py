@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +11,7 @@ import numpy as np
 import pytest
 from openpyxl import Workbook
 
-from erclutch.logs import Table
+from erclutch.logs import ColumnMap, Table, plan_of
 from erclutch.logs.readers.names_on_a_sheet import named_by
 from erclutch.logs.readers.spreadsheet import find
 
@@ -48,7 +50,7 @@ def test_the_names_may_stand_anywhere_on_a_sheet_in_front(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     "other",
     [
-        [NAMES[:2]],  # a name less
+        [NAMES[:1]],  # a remark
         [[*NAMES, "Strom [A]"]],
         [NAMES, ["gemessen am", "Montag", "frueh"]],
         [["x", "x", "y"]],
@@ -60,6 +62,31 @@ def test_a_sheet_that_says_something_else_names_nothing(
 ) -> None:
     path = _workbook(tmp_path / "a.xlsx", {"Werte": NUMBERS, "Notiz": other})
     assert [*find(str(path), "Werte").columns] == ["c1", "c2", "c3"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("names", "wanted"),
+    [
+        (NAMES[:2], "--field none --effort c3 --slip 'Drehzahl [rad/s]' --time 'Zeit [s]'"),
+        (
+            ["t (s)", "omega (rad/s)", "Corriente [A]", "Tension [V]"],
+            "--effort c5 --field 'Corriente [A]' --slip 'omega [rad/s]' --time 't [s]'",
+        ),
+    ],
+)
+def test_fewer_names_than_columns_are_asked_about_with_what_is_left_over(
+    tmp_path: Path, names: list[str], wanted: str
+) -> None:
+    current = np.repeat([0.0, 0.5, 1.0, 0.25], 15)
+    torque = (0.2 + 3.0 * current) * np.tanh(4.0 * SPEED)
+    others = [] if len(names) == 2 else [current, 12.0 - 0.3 * current]
+    rows = np.column_stack([SPAN, SPEED, *others, torque]).tolist()
+    path = _workbook(tmp_path / "a.xlsx", {"Werte": rows, "Namen": [names]})
+    table = replace(find(str(path), None), path="a.xlsx")
+    plan = plan_of(table, ColumnMap())
+    assert "rows have" in table.unsure_names
+    assert shlex.join(shlex.split(plan.command())[3:]) == wanted
 
 
 def test_two_sheets_of_names_are_one_too_many(tmp_path: Path) -> None:

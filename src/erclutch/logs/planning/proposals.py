@@ -299,9 +299,11 @@ def _column_option(
         position = _position_instead(seen, taken, likely, partners)
         if position:
             return f"--position {shell_word(seen.table.label(position))}"
-    if not likely and signal == "effort" and len(free) == 1:
+    nameless = [column for column in free if is_given_by_place(column.name)]
+    left_over = nameless if len(nameless) == 1 else free
+    if not likely and signal == "effort" and len(left_over) == 1:
         # The column that is left over, where neither its name nor its unit tells what it is.
-        (last,) = free
+        (last,) = left_over
         spoken = last.spoken
         is_named = spoken.may_be or spoken.within or spoken.is_accounted or spoken.says(_NOT_FIRST)
         is_something = last.unit or is_named or not_measured(last, "effort")

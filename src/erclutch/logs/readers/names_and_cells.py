@@ -9,6 +9,8 @@ from erclutch.logs.readers.header_lines import Header, RowsBelow
 
 #: How a note on more names than cells ends.
 FIRST_NAMES = ": the columns are called by the first of these names, which may be those of others"
+#: How a note on fewer names than cells ends, where the first columns are called by them.
+FIRST_COLUMNS = ": the first columns are called by these names, which may be those of others"
 
 
 def without_a_header(above: Sequence[str], marks: Marks, rows: RowsBelow) -> tuple[Header, str]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from erclutch.logs.columns.labels import is_given_by_place, name_columns
+from erclutch.logs.readers.names_and_cells import FIRST_COLUMNS
 from erclutch.logs.table import Table
 
 _MOST_OTHERS = 4  # sheets: each of them has to be read for its names
@@ -16,7 +17,8 @@ def named_by(table: Table, book: Any, sheet: str) -> Table:
     """The table with the names that another sheet has for its columns; as it is where it has names of its own.
 
     One sheet alone may give them: it holds one row of as many texts as the table has columns, two or more, and nothing
-    besides.
+    besides. Of fewer texts, as many as half of the columns at least, each is unsure: the last columns may have no name,
+    or others.
 
     Args:
         table: of a sheet.
@@ -31,19 +33,28 @@ def named_by(table: Table, book: Any, sheet: str) -> Table:
     for other in others:
         labels = _only_row_of_texts(book.get_sheet_by_name(other))
         # One text alone may be a remark.
-        if len(labels) == len(table.columns) > 1:
+        if len(labels) > 1 and len(labels) <= len(table.columns) <= 2 * len(labels):
             rows_of_names.append((other, labels))
     if len(rows_of_names) != 1:
         return table
     namer, labels = rows_of_names[0]
-    names, units, notes = name_columns(labels)
+    told = f"names of the columns are those of sheet {namer}"
+    unsure_names = ""
+    without_names = [*table.columns][len(labels) :]
+    if without_names:
+        counts = (
+            f"sheet {namer} names {len(labels)} columns, the rows have {len(table.columns)} cells"
+        )
+        told = unsure_names = f"{counts}{FIRST_COLUMNS}"
+    names, units, notes = name_columns([*labels, *without_names])
     renamed = dict(zip(table.columns, names, strict=True))
     return replace(
         table,
         columns={renamed[old]: values for old, values in table.columns.items()},
         units=dict(zip(names, units, strict=True)),
         numbers={renamed.get(old, old): place for old, place in table.numbers.items()},
-        notes=(*table.notes, f"names of the columns are those of sheet {namer}", *notes),
+        notes=(*table.notes, told, *notes),
+        unsure_names=unsure_names,
     )
 
 
