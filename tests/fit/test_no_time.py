@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from erclutch.errors import SettingError
-from erclutch.fit.bands.prediction_bands import calibrated, pieces
+from erclutch.fit.bands.band_pieces import kind_of_pieces, pieces
+from erclutch.fit.bands.prediction_bands import calibrated
 from erclutch.fit.comparison import Settings, compare
 from erclutch.fit.history import history
 from erclutch.logs import recording_from_arrays
@@ -103,3 +104,4 @@ def test_a_band_of_points_is_told_by_points_and_not_by_seconds() -> None:
     data = swept(2)
     held = hold_out(data, 0.3)
     assert [name for name, _ in pieces(data, held)] == [f"{held.sum()} points"]
+    assert kind_of_pieces(data) == ""

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.fit.bands.prediction_bands import calibrated, pieces
+from erclutch.fit.bands.band_pieces import pieces
+from erclutch.fit.bands.prediction_bands import calibrated
 from erclutch.fit.candidate import Fitted
 from erclutch.fit.checks.data_check import check, steady_command
 from erclutch.fit.checks.sensor_check import sensor_findings

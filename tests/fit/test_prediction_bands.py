@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from erclutch.fit.bands.prediction_bands import LEVEL, calibrated, coverage, judged, pieces
+from erclutch.fit.bands.band_pieces import kind_of_pieces, pieces
+from erclutch.fit.bands.prediction_bands import LEVEL, calibrated, coverage, judged
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs.dataset import Dataset
 from erclutch.models.adaptive_band import (
@@ -161,10 +162,32 @@ def test_pieces_are_seconds_of_one_log_and_logs_of_several() -> None:
         ("the second from 1.7 s on", 1000),
         ("the second from 2.7 s on", 500),
     ]
+    assert kind_of_pieces(data) == "second"
     two = replace(data, sources=("a", "b"), source_rows=((0, 1000), (1000, 3200)))
+    assert kind_of_pieces(two) == "log"
     assert [(name, at.size) for name, at in pieces(two, held | True)] == [("a", 1000), ("b", 2200)]
     short = [(name, at.size) for name, at in pieces(two, held)]
     assert short == [("a", 300), ("b", 2200)]  # and a short log may be the worst
+
+
+@pytest.mark.parametrize(
+    ("period", "kind", "rows"),
+    [
+        (0.05, "second", 20),
+        (0.05001, "second", 20),
+        (0.1, "2 s", 20),
+        (1.0, "20 s", 20),
+        (3.0, "100 s", 34),
+    ],
+)
+def test_a_piece_has_rows_enough_to_tell_a_share(period: float, kind: str, rows: int) -> None:
+    data, _, _ = _rows(np.random.default_rng(5), 400)
+    clock = Clock(period * np.arange(400.0), (Span(0, 400, period),))
+    slow = replace(data, clock=clock)
+    assert kind_of_pieces(slow) == kind
+    first, at = pieces(slow, np.arange(400) >= 0)[0]
+    assert first.startswith(f"the {kind} from 0")
+    assert at.size == rows
 
 
 BAND = Band(0.95, 0.01, 1.0, (0.0, 1.0), (-1.0, 1.0), (), (), (1.0, 1.0), (1.0, 1.0))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from erclutch.errors import MappingError, SettingError, keywords_checked
 from erclutch.logs.clock.timing import in_no_time
 from erclutch.logs.field_between_logs import CourseOfLog, require_one_field
-from erclutch.logs.speed_of_position import speed_of
+from erclutch.logs.speed_of_position import note_of, speed_of
 from erclutch.signals.array import Array, Mask, rms
 from erclutch.signals.clock import Clock, Span, cut_spans, stretches
 from erclutch.signals.device import (
@@ -360,7 +360,7 @@ def dataset_of(log: Recording, device: DeviceName, derivative: Derivative) -> Da
             signals[speed], how = speed_of(signals[position], clock, derivative)
             unit = units.get(position, UNKNOWN)
             units[speed] = UNKNOWN if unit in ("", UNKNOWN) else f"{unit}/s"
-            notes.append(f"{speed} <- {position} by the {how}")
+            notes.append(note_of(speed, position, how))
     if derivative != Derivative() and signals.keys() == log.signals.keys():
         notes.append("the filter of speeds that was asked for plays no part: each speed is logged")
 

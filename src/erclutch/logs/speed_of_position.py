@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock, Span
+from erclutch.signals.device import SPEED_OF
 from erclutch.signals.speed import Derivative, differentiate
 
 
@@ -37,3 +40,14 @@ def speed_of(position: Array, clock: Clock, derivative: Derivative) -> tuple[Arr
         speed,
         f"{how}, in {len(others)} of {len(clock.spans)} segments by the central one: few rows stand there",
     )
+
+
+def note_of(speed: str, position: str, how: str) -> str:
+    """What the user is told of a speed that was made of a position."""
+    return f"{speed} <- {position} by the {how}"
+
+
+def is_of_position(notes: Iterable[str]) -> bool:
+    """Whether the notes of a log say that a speed was made of a position."""
+    begins = tuple(note_of(speed, position, "") for position, speed in SPEED_OF.items())
+    return any(note.startswith(begins) for note in notes)

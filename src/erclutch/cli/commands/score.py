@@ -46,8 +46,8 @@ def score(
     """Score the kept models of runs on logs that were not there when they were fitted, best first.
 
     The table gives the RMSE with its 95 % band, its share of the standard deviation, the share of rows in which the
-    model guesses, and what its prediction band holds: of all rows, and of the worst second (of several logs: the worst
-    log). Lines below say where the models guess.
+    model guesses, and what its prediction band holds: of all rows, and of the worst second (a longer stretch where a
+    second has few rows; of several logs the worst log). Lines below say where the models guess.
 
     Args:
         logs: One log or several of the run's device; a folder stands for the logs in it.
@@ -164,13 +164,13 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
     """The figures of all models; what is needed less goes where the screen is narrow."""
     number = terminal.number
     rmse = terminal.with_unit("RMSE", data.units.effort)
-    worst = "worst second" if len(data.sources) == 1 else "worst log"
+    worst = _worst(data)
     marks = ["  " if each.recommended_at is None else "* " for each in scores]
     titles = [f"{mark}{each.title}" for mark, each in zip(marks, scores, strict=True)]
     columns: dict[str, list[str]] = {"model": titles}
     if runs > 1:
         columns["run"] = [str(each.run) for each in scores]
-    for heading in (rmse, "95 % band", "of std", "guessed", "inside", worst):
+    for heading in filter(None, (rmse, "95 % band", "of std", "guessed", "inside", worst)):
         columns[heading] = []
     for each in scores:
         score = each.score
@@ -180,14 +180,23 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
         columns["of std"].append(percent(score.figures.share.value, 1))
         columns["guessed"].append(percent(score.guessed, 1))
         columns["inside"].append("no band" if score.held is None else percent(score.held.share, 1))
-        columns[worst].append("" if score.held is None else percent(score.held.worst, 1))
+        if worst:
+            columns[worst].append("" if score.held is None else percent(score.held.worst, 1))
 
     whose = str(scores[0].run) if runs == 1 else f"{runs} runs"
     title = f"Models of {whose} on {data.rows:,} rows of {data.where}"
     if "* " in marks:
         title += " (* recommended)"
-    less_needed = ("95 % band", worst, "of std", "guessed")
+    less_needed = [name for name in ("95 % band", worst, "of std", "guessed") if name]
     return terminal.narrowed(title, columns, less_needed, terminal.console().width)
+
+
+def _worst(data: Dataset) -> str:
+    """The heading of what a band holds of its worst piece; "": points of a table have none."""
+    from erclutch.fit.bands.band_pieces import kind_of_pieces
+
+    kind = kind_of_pieces(data)
+    return f"worst {kind}" if kind else ""
 
 
 def _words_on(scores: Sequence[_Scored], data: Dataset, *, all_new: bool) -> list[str]:
@@ -212,11 +221,14 @@ def _words_on(scores: Sequence[_Scored], data: Dataset, *, all_new: bool) -> lis
                     "That is far more than on those rows. Lines below say where it guesses; if the device itself has "
                     f"changed, adapt the model: {command}"
                 )
-    worst = "second" if len(data.sources) == 1 else "log"
-    lines.append(
-        "guessed: rows unlike those that the model was fitted to; inside: rows in its band, which is made for 95 % of "
-        f"them; worst {worst}: the same of the {worst} that the band fits least."
-    )
+    meanings = [
+        "guessed: rows unlike those that the model was fitted to",
+        "inside: rows in its band, which is made for 95 % of them",
+    ]
+    if worst := _worst(data):
+        piece = worst.removeprefix("worst ")
+        meanings.append(f"{worst}: the same of the {piece} that the band fits least")
+    lines.append("; ".join(meanings) + ".")
     return lines
 
 

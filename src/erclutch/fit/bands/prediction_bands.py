@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.fit.bands.band_pieces import log_of, pieces
 from erclutch.fit.solver.intervals import correlated_rows
 from erclutch.fit.training_range import span_of
 from erclutch.logs.dataset import Dataset
@@ -104,7 +105,7 @@ def calibrated(
     field = np.abs(field)
     every = -(-int(train.sum()) // _MOST_ROWS)  # rounded up
     known = np.flatnonzero(train)[::every]
-    log = _log_of(data, known)
+    log = log_of(data, known)
 
     # Bands that differ in their settling time. One that hardly ever, or nearly always, calls the field switching
     # has too few rows for the widths of one of its parts.
@@ -170,11 +171,6 @@ def calibrated(
     return results
 
 
-def _log_of(data: Dataset, rows: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Number of the log of some rows."""
-    return np.searchsorted([stop for _, stop in data.source_rows], rows, side="right")
-
-
 def coverage(data: Dataset, ends: tuple[Array, Array], rows: Mask) -> Coverage:
     """What a band, low and high end each (n,), holds on some rows."""
     low, high = ends
@@ -190,30 +186,6 @@ def coverage(data: Dataset, ends: tuple[Array, Array], rows: Mask) -> Coverage:
         where=where,
         width=float(np.mean((high - low)[rows])),
     )
-
-
-def pieces(data: Dataset, rows: Mask) -> list[tuple[str, NDArray[np.intp]]]:
-    """Logs, or seconds where the rows are of one log, with the places of their rows; points have no seconds.
-
-    Seconds with less than half as many rows as usual are left out: they begin or end a stretch.
-    """
-    places = np.flatnonzero(rows)
-    log = _log_of(data, places)
-    if np.ptp(log):
-        logs: list[tuple[str, NDArray[np.intp]]] = []
-        for number in np.unique(log):
-            logs.append((str(data.sources[int(number)]), places[log == number]))
-        return logs
-
-    if data.in_no_time:
-        return [(f"{places.size} points", places)]
-    second = (np.arange(places.size) * data.period).astype(np.intp)
-    seconds: list[tuple[str, NDArray[np.intp]]] = []
-    for number in np.unique(second):
-        own = places[second == number]
-        seconds.append((f"the second from {data.clock.moment(int(own[0]))} on", own))
-    few = 0.5 * float(np.median([own.size for _, own in seconds]))
-    return [(name, own) for name, own in seconds if own.size >= few]
 
 
 def judged(

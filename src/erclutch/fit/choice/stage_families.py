@@ -8,6 +8,7 @@ from dataclasses import replace
 from erclutch import registry
 from erclutch.fit.checks.data_check import steady_command
 from erclutch.logs.dataset import Dataset
+from erclutch.logs.speed_of_position import is_of_position
 from erclutch.models.laws.yield_stress import CONSTANT
 from erclutch.models.stages import GROUP, NONE, needs_time, stage_named
 from erclutch.models.stages.stage import StageFamily
@@ -47,12 +48,13 @@ def feels(
     if train.in_no_time and needs_time(stage):
         return False
     own = _family_of(name)
-    of_two_ways = own is not None and (own.two_ways or name in own.apart)
-    # A slip that never turns does not show what differs between its two ways.
-    if of_two_ways and not any(
-        element.slip.min() < 0.0 < element.slip.max() for element in train.elements
-    ):
-        return False
+    turns = any(element.slip.min() < 0.0 < element.slip.max() for element in train.elements)
+    if own is not None and not turns:
+        # A slip that never turns does not show what differs between its two ways, and its travel is a time.
+        if own.two_ways or name in own.apart:
+            return False
+        if own.of_travel and not is_of_position(train.notes):
+            return False
     place = stage.place
     if place == "command":
         return not steady_command(train)

@@ -255,8 +255,10 @@ class StageFamily:
             beside the law's. A corner that hardly shows is a bend, which other stages say. 0: as other stages.
         two_ways: the ladder tries it only where the slip goes either way: it is of what differs between the ways, and
             of one way the law says the same.
-        apart: the same of some specifications of the ladder alone, each with the share of the error that it must take
-            off, as `striking` says.
+        of_travel: the ladder tries it only where the slip goes either way or was made of a logged position: else the
+            travel is a time, and what drifts would be called a spring.
+        apart: what `two_ways` says of some specifications of the ladder alone, each with the share of the error that it
+            must take off, as `striking` says.
     """
 
     make: Callable[[int, tuple[str, ...]], Stage]
@@ -271,6 +273,7 @@ class StageFamily:
     instead: str = ""
     striking: float = 0.0
     two_ways: bool = False
+    of_travel: bool = False
     apart: Mapping[str, float] = field(default_factory=dict[str, float])
 
 

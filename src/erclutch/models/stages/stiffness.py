@@ -111,4 +111,5 @@ STAGE = StageFamily(
     ladder=("stiffness",),
     forgets="tau_x",
     instead=SMOOTH_INERTIA,
+    of_travel=True,
 )
