@@ -10,6 +10,7 @@ import pytest
 from scipy.io import savemat
 
 from erclutch.logs import ColumnMap, plan_of, read, read_table
+from erclutch.logs.planning.nameless_columns import _CHANNEL
 from erclutch.signals.array import Array
 from tests.support.plans_of_columns import planned
 from tests.support.slow_params import slow_behind
@@ -247,3 +248,53 @@ def test_two_inputs_and_an_output_are_no_places_of_a_motion(tmp_path: Path) -> N
     np.savez(path, X=np.column_stack([SPEED, CURRENT]), y=FORCE)
     command = plan_of(read_table(path), ColumnMap()).command().replace('"', "")
     assert "--field X_2 --slip X_1 --effort y" in command
+
+
+TOLD_PLACE = PLACE + 0.01
+OPEN_LOOP = FRICTION.copy()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("columns", "wanted"),
+    [
+        (
+            {"time": TIME, "CH1in": TOLD_PLACE, "CH1out": PLACE, "CH1sig": FRICTION},
+            "--field none --position CH1out --effort CH1sig",
+        ),
+        (
+            {"time": TIME, "AI0_sig": FRICTION, "AI0_out": PLACE, "AI0_in": OPEN_LOOP},
+            "--field none --position AI0_out --effort AI0_sig",
+        ),
+        (
+            {"time": TIME, "ch2 input": SPEED * 1.02, "ch2 output": SPEED, "ch2 sig": FRICTION},
+            "--field none --slip 'ch2 output' --effort 'ch2 sig'",
+        ),
+        (
+            {"time": TIME, "Kanal 1": PLACE, "Kanal 3": FRICTION},
+            "--field none --position 'Kanal 1' --effort 'Kanal 3'",
+        ),
+    ],
+)
+def test_channels_of_a_loop_have_no_better_names(columns: dict[str, Array], wanted: str) -> None:
+    words = shlex.split(planned(columns).command())
+    assert shlex.join(words[3:]) == wanted
+
+
+def test_of_a_step_of_a_loop_no_position_is_told_from_a_speed() -> None:
+    step = np.repeat([0.0, 1.0, 0.0, 1.0], 1000)
+    answer = np.convolve(step, np.full(200, 0.005))[:4000]
+    columns = {"time": TIME, "CH1in": step, "CH1out": answer, "CH1sig": 5.0 * (step - answer)}
+    command = planned({**columns, "CH1sig": columns["CH1sig"] + 0.7 * answer}).command()
+    assert '"COLUMN' in command
+
+
+@pytest.mark.slow
+def test_a_word_behind_the_number_of_a_channel_is_a_name() -> None:
+    columns = {"time": TIME, "CH1 strain": PLACE, "CH2 oil": SPEED, "CH3 lamp": FRICTION}
+    assert "by the numbers alone" not in str(planned(columns).questions)
+
+
+def test_names_of_channels_take_linear_time() -> None:
+    for sign in ("[", " ", "_", "1"):
+        assert _CHANNEL.fullmatch("ch" + sign * 20_000) is None

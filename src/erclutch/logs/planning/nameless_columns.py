@@ -31,6 +31,14 @@ _NUMBER_BEHIND = re.compile(r"_?\d+$")
 _INPUTS = frozenset({"x", "input", "inputs", "feature", "features"})
 _OUTPUTS = frozenset({"y", "target", "targets", "output", "outputs", "label", "labels"})
 _COMMANDS = frozenset({"u"})
+#: Channels of a controller or a converter, as its program calls them: ``CH1in``, ``AI0_out``.
+_CHANNEL = re.compile(
+    r"(?:ch|chan|channel|kanal|ai|ao|adc|port)[ _]?\d{1,3}[ _]?(in|out|sig|signal|input|output)?",
+    re.IGNORECASE,
+)
+_PUT_IN = frozenset({"in", "input"})
+_FOLLOWS = 0.98  # correlation of what a loop is told, and of what comes of it
+_CLEARLY = 1.5  # times the other power, where a channel may be a position or a speed
 _MOST = 8  # columns: of more, numbers alone tell too little
 _DISSIPATES = 0.1  # power of an effort over a motion, over the product of their root mean squares
 _SURELY = 0.3  # the same, where the effort follows a field most of all
@@ -65,6 +73,11 @@ def propose_columns_without_names(draft: Draft) -> None:
         return
     taken = [*draft.taken, *_counting(draft)]
     free = [each.name for each in draft.seen.without(taken) if each.name not in table.made]
+    put_in = [name for name in free if _is_put_in(name)]
+    told = [name for name in put_in if _is_followed(table, name, free)]
+    if told != put_in:
+        return  # what a loop was told, or the field: a step that is followed slowly looks like both
+    free = [name for name in free if name not in told]
     options: dict[str, str] = {}
 
     time = _rising_steadily(table, free) if "time" in asked and len(free) > 2 else ""
@@ -98,6 +111,8 @@ def propose_columns_without_names(draft: Draft) -> None:
 
     moving = [name for name in free if name not in levels and np.ptp(table.columns[name]) > 0.0]
     roles = _roles(table, moving, stamps, field)
+    if told and not _is_clear(table, roles):
+        roles = _Roles()
     learnt = _of_learning([name for name in table.columns if name not in table.made])
     if not roles.effort or (learnt and roles.effort != learnt):
         _propose(draft, {"time": options["time"]} if time and not begins_anew else {})
@@ -198,8 +213,9 @@ def _counting(draft: Draft) -> list[str]:
 def _are_without_names(draft: Draft, clock: str) -> bool:
     """Whether a few columns beside the clock are numbered from 1, or from 0, on behind one word.
 
-    So a reader calls columns without a name, those of one array, and NumPy its arrays (``arr_0``). Columns that are
-    called after the axes of a drawing (x, y) beside those whose name says a signal are no better named.
+    So a reader calls columns without a name, those of one array, and NumPy its arrays (``arr_0``). What goes in and out
+    at numbered channels has no better names (``CH1in``). Columns that are called after the axes of a drawing (x, y)
+    beside those whose name says a signal are no better named.
     """
     table = draft.table
     counting = _counting(draft)
@@ -213,8 +229,33 @@ def _are_without_names(draft: Draft, clock: str) -> bool:
     numbers = [int(match[2]) for match in matches if match is not None]
     stems = {match[1] for match in matches if match is not None}
     has_no_unit = not any(table.units.get(name) for name in names)
+    if has_no_unit and all(_CHANNEL.fullmatch(name) for name in names):
+        return True
     are_counted = numbers in ([*range(1, len(names) + 1)], [*range(len(names))])
     return has_no_unit and ((len(stems) == 1 and are_counted) or bool(_of_learning(names)))
+
+
+def _is_put_in(name: str) -> bool:
+    """Whether a name is that of a channel at which something is put in: what a loop is told, or a field."""
+    channel = _CHANNEL.fullmatch(name)
+    return channel is not None and (channel[1] or "").lower() in _PUT_IN
+
+
+def _is_followed(table: Table, name: str, others: Sequence[str]) -> bool:
+    """Whether another column runs along with one, so that it is what a loop was told, and no signal."""
+    values = table.columns[name]
+    return any(_power(values, table.columns[other]) > _FOLLOWS for other in others if other != name)
+
+
+def _is_clear(table: Table, roles: _Roles) -> bool:
+    """Whether the power of the effort tells a position from a speed: a step of a loop looks like both."""
+    motion = roles.position or roles.slip
+    if not motion or not roles.effort:
+        return False
+    effort = table.columns[roles.effort]
+    along = abs(_power(effort, table.columns[motion]))
+    over_its_rate = abs(_power(effort, np.gradient(table.columns[motion])))
+    return max(along, over_its_rate) > _CLEARLY * min(along, over_its_rate)
 
 
 def _of_learning(names: Sequence[str]) -> str:
