@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from erclutch.cli.ranking_table import prediction
 from erclutch.errors import SettingError
 from erclutch.fit.bands.band_pieces import kind_of_pieces, pieces
 from erclutch.fit.bands.prediction_bands import calibrated
@@ -36,6 +37,14 @@ def test_no_lag_is_offered_and_a_line_says_why() -> None:
     comparison = compare(points(), Settings(models=("bingham",)))
     assert [entry.outcome.model.structure.dynamics for entry in comparison.entries] == ["none"]
     assert any("the rows are points of a table" in str(finding) for finding in comparison.findings)
+
+    # No point teaches the next one, and points have no piece that could be the worst.
+    (entry,) = comparison.entries
+    assert entry.band is not None
+    assert entry.band.with_sensor is None
+    said = prediction(entry, "N*m")[0]
+    assert "of the rows held out; mean width" in said
+    assert "sensor" not in said
 
 
 @pytest.mark.parametrize(

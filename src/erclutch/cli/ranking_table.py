@@ -116,9 +116,11 @@ def prediction(entry: RankedModel, unit: str) -> list[str]:
             if entry.band.plain
             else ""
         )
+        worst = ""
+        if held.worst < held.share:
+            worst = f" ({percent(held.worst, 1)} in {held.where})"
         of_band = (
-            f"Its 95 % prediction band holds {percent(held.share, 1)} of the rows held out "
-            f"({percent(held.worst, 1)} in {held.where}); "
+            f"Its 95 % prediction band holds {percent(held.share, 1)} of the rows held out{worst}; "
             f"mean width {amount(number(held.width, 3), unit)}{over}."
         )
         taught = entry.band.with_sensor

@@ -195,9 +195,9 @@ def with_bands(
 
 
 def with_sensor(data: Dataset, test: NDArray[np.bool_], entry: RankedModel) -> RankedModel:
-    """The model with what its band holds if a sensor teaches it."""
+    """The model with what its band holds if a sensor teaches it; no point of a table teaches the next one."""
     band = entry.outcome.model.band
-    if band is None or entry.band is None:
+    if band is None or entry.band is None or data.in_no_time:
         return entry
     with_its_sensor = judged(data, test, entry.predicted, band, entry.band.plain, sensor=True)
     return replace(entry, band=with_its_sensor)
