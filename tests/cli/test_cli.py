@@ -502,7 +502,10 @@ def rows_text(count: int = 200, replace: dict[tuple[int, int], str] | None = Non
     ("text", "words"),
     [
         ("", ["the file is empty", "Give a log"]),
-        (rows_text(replace={(50, 2): "stalled"}), ["line 52, column slip is 'stalled'", "Correct"]),
+        (
+            rows_text(replace={(50, 2): "stalled"}),
+            ["line 52, column slip is 'stalled'", "--invalid drop"],
+        ),
         (
             rows_text(replace={(k, 3): "nan" for k in range(50, 200, 5)}),
             ["column torque has 30 values missing", "row 51", "--invalid drop"],

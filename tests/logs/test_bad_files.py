@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from erclutch.errors import ErclutchError, LogError, TimingError
+from erclutch.errors import ErclutchError, LogError, MappingError, TimingError
 from erclutch.logs import read
 from tests.support.examples import examples
 
@@ -21,7 +21,7 @@ LINES = [f"{i / 1000},1,{i},{i * 2}\n" for i in range(20)]
 
 
 def error_of(path: Path) -> str:
-    with pytest.raises(LogError) as caught:
+    with pytest.raises((LogError, MappingError)) as caught:
         read(path)
     return str(caught.value)
 
@@ -46,8 +46,8 @@ def test_no_look_is_taken_into_a_file_of_the_system_that_has_no_size(tmp_path: P
         (HEAD + LINES[0], "log.csv: only 1 row of data, 10 are needed. Give a longer log."),
         (
             HEAD + "".join(LINES) + "0.02,1,stalled,4\n" + LINES[1],
-            "log.csv: line 22, column slip is 'stalled' where a number is expected, and it is called like the slip. "
-            'Correct its cells, or say what the slip is: --slip "NAME [unit]".',
+            "log.csv: line 22, column slip is 'stalled' where a number is expected. "
+            "Leave such rows out: --invalid drop; or correct them.",
         ),
         (
             HEAD + "".join(LINES) + "0.02,1,nan,4\n0.021,1,nan,4\n0.022,1,nan,4\n",
@@ -71,7 +71,8 @@ def test_no_look_is_taken_into_a_file_of_the_system_that_has_no_size(tmp_path: P
         ),
         (
             HEAD + "".join(LINES) + "0.02,1,2,3,4,5\n",
-            "log.csv: line 22 has 6 cells where 4 are expected (a decimal comma?). Correct or delete that line.",
+            "log.csv: line 22 has 6 cells where 4 are expected (a decimal comma?). "
+            "Leave such rows out: --invalid drop; or correct them.",
         ),
     ],
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.errors import LogError
+from erclutch.errors import LogError, MappingError
 from erclutch.logs import read, read_table
 
 TIME = np.arange(200) / 100
@@ -39,7 +39,7 @@ def test_rows_whose_reading_failed_are_left_out(tmp_path: Path, word: str, mark:
 
 @pytest.mark.parametrize("word", ["abc", "1.2.3", "ERR 5"])
 def test_other_texts_among_numbers_are_refused(tmp_path: Path, word: str) -> None:
-    with pytest.raises(LogError, match="where a number is expected"):
+    with pytest.raises((LogError, MappingError), match="where a number is expected"):
         read(written(tmp_path / "log.csv", word))
 
 

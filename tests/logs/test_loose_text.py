@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.errors import ErclutchError
-from erclutch.logs import read_table
+from erclutch.logs import read, read_table
 from erclutch.logs.readers.loose_text import with_a_line_of_names, without_brackets, without_matrix
 
 ROWS = np.column_stack(
@@ -123,7 +123,7 @@ def test_a_row_with_cells_that_no_name_stands_over_is_still_refused(tmp_path: Pa
     path = tmp_path / "stand.csv"
     path.write_text("\n".join(["time,speed,torque", *rows]))
     with pytest.raises(ErclutchError, match="line 27 has 6 cells where 3 are expected"):
-        read_table(path)
+        read(path)
 
 
 def test_a_row_that_lacks_a_number_of_the_others_is_still_refused(tmp_path: Path) -> None:

@@ -150,8 +150,11 @@ def wants_each(variable: str | None) -> bool:
 
 def tidied(table: Table) -> Table:
     """The table behind all rules; the same object where there is nothing to tidy."""
+    rows = table.columns
     for tidying in TIDYINGS:
         table = tidying.rule(table)
+    if table.torn and any(table.columns.get(name) is not values for name, values in rows.items()):
+        return replace(table, torn={})  # its rows may be others now
     return table
 
 

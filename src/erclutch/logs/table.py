@@ -56,6 +56,8 @@ class Table:
         damage: what the format does about damaged bytes, see `LogReader.tells_damage`.
         first_row: place in the file of the first row, counted from 0, where the table is a stretch of a longer log.
         unreadable: columns of the file that are no numbers, with what is wrong: whoever needs one of them says so.
+        torn: those of them of which a few cells are no numbers, shape (n,), NaN there.
+        torn_rows: what is wrong with rows that have more cells than there are columns, and NaN in each; "" for none.
         hollow: columns of the file that hold no number in any row, and were left out.
         path: of the file, as the user gave it; "" for a table that is not of a file.
         breaks: rows above which a text has a blank line or a comment, where these part its rows into a few blocks.
@@ -83,6 +85,8 @@ class Table:
     first_row: int = 0
     path: str = ""
     unreadable: Mapping[str, str] = field(default_factory=dict[str, str])
+    torn: Mapping[str, Array] = field(default_factory=dict[str, Array])
+    torn_rows: str = ""
     hollow: tuple[str, ...] = ()
     breaks: tuple[int, ...] = ()
     words: Mapping[str, WordColumn] = field(default_factory=dict[str, WordColumn])
@@ -144,6 +148,9 @@ class Table:
         Raises:
             MappingError: the table has no such column. LogError: its cells are no numbers.
         """
+        torn = self.torn.get(name)
+        if torn is not None and torn.size == self.rows:
+            return torn
         if name in self.unreadable:
             raise LogError(
                 self.unreadable[name], remedy="Correct its cells, or make a plan of this log"

@@ -34,8 +34,20 @@ def refuse_unreadable_signals(draft: Draft) -> None:
     Raises:
         LogError: there is such a column.
     """
+    for name, meant in unreadable_signals(draft).items():
+        remedy = (
+            f"Correct its cells, or say what the {meant} is: --{meant} {shell_word('NAME [unit]')}"
+        )
+        remedy += ", or --field none if it was not logged" if meant == "field" else ""
+        problem = f"{draft.table.unreadable[name]}, and it is called like the {meant}"
+        raise LogError(problem, remedy=remedy)
+
+
+def unreadable_signals(draft: Draft) -> dict[str, str]:
+    """Columns without numbers that are called like a signal, or like the time, which no other column may be."""
     table = draft.table
     told = draft.told
+    meant_by: dict[str, str] = {}
     settled = {*told.columns, *told.constants}
     if settled & {"slip", "position"}:
         settled |= {"slip", "position"}
@@ -44,17 +56,14 @@ def refuse_unreadable_signals(draft: Draft) -> None:
         wanted = {signal for signal in wanted if f"{{{signal}}}" not in told.name_pattern}
     timed = told.time is not None or told.rate is not None or table.clock is not None
 
-    for name, problem in table.unreadable.items():
+    for name in table.unreadable:
         meant = _meant_by(name, wanted, time=not timed)
         if not meant or any(
             _meant_by(other, {meant}, time=meant == "time") for other in table.columns
         ):
             continue
-        remedy = (
-            f"Correct its cells, or say what the {meant} is: --{meant} {shell_word('NAME [unit]')}"
-        )
-        remedy += ", or --field none if it was not logged" if meant == "field" else ""
-        raise LogError(f"{problem}, and it is called like the {meant}", remedy=remedy)
+        meant_by[name] = meant
+    return meant_by
 
 
 def _meant_by(name: str, signals: Iterable[str], *, time: bool) -> str:

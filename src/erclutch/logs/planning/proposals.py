@@ -112,7 +112,7 @@ def propose_answers(draft: Draft) -> None:
     in_no_order = draft.clock is not None and draft.clock.reason.endswith(IN_NO_ORDER)
     if in_no_order and any("--variable" in each for each in examples):
         examples.append("--time none")  # the rows of one part may be too few to tell it
-    if draft.told.invalid != "drop":
+    if draft.told.invalid != "drop" and "invalid" not in questions:
         needed = [*draft.taken, *(name for name in proposed if name in seen.columns)]
         if must_be_said(seen, needed):
             examples.append("--invalid drop")

@@ -98,6 +98,7 @@ from erclutch.logs.planning.stated_scales import (
     offer_stated_scales,
 )
 from erclutch.logs.planning.stated_slip import offer_a_stated_slip
+from erclutch.logs.planning.torn_columns import read_torn_columns
 from erclutch.logs.planning.twin_speeds import (
     doubt_a_speed_before_a_gear,
     doubt_one_of_twin_speeds,
@@ -134,6 +135,7 @@ class Step(NamedTuple):
 #: All rules of reading, in the order in which they are gone through.
 STEPS = (
     # What stands in the file.
+    Step("which columns with damaged cells are needed", read_torn_columns),
     Step("what two shafts differ by has a column", make_differences),
     Step("what each column says by name, unit and numbers", see_columns),
     # What the user said.

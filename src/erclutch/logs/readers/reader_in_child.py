@@ -36,6 +36,7 @@ _TEXTS = (
     "hollow",
     "row_names",
     "unsure_names",
+    "torn_rows",
 )
 _CHILD = "erclutch.logs.readers.reader_in_child"  # the module that a child runs
 

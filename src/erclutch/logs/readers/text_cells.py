@@ -27,7 +27,18 @@ BLANK = " \t\r\n"
 _MAY_BE_SIGNED = r"0[xX](?:[89a-fA-F][0-9a-fA-F]{3}|[89a-fA-F][0-9a-fA-F]{7})"
 #: A number, and a comment behind it.
 _REMARKED = r"^([+-]?[\d.,]+(?:[eE][+-]?\d+)?)\s+((?:#|//|%|!)\s*\D.*)$"
+_MOST_TORN = 0.1  # share of the cells of a column that a fault has damaged
+_MOST_TORN_ROWS = 0.01  # of a text: more of them may have decimal commas
+_FEWEST_ROWS = 20
 _LONGEST_NUMBER = 400  # characters of a cell
+
+
+class TornColumnError(LogError):
+    """A few cells of a column are no numbers: `numbers` has NaN there, shape (n,)."""
+
+    def __init__(self, problem: str, numbers: Array) -> None:
+        super().__init__(problem, remedy=CORRECT)
+        self.numbers = numbers
 
 
 def read_cells(
@@ -46,6 +57,7 @@ def read_cells(
 
     Raises:
         LogError: a text among numbers; its line is named.
+        TornColumnError: such texts stand in a few rows, and each has another sign than a number has, or no digit.
     """
     import pandas as pd
 
@@ -118,7 +130,33 @@ def read_cells(
     shown = str(texts.iloc[row])[:40]
     more = f" ({count} such cells)" if count > 1 else ""
     problem = f"line {line}, column {label} is '{shown}' where a number is expected{more}"
+    # Digits and marks alone may be a number in another way of writing.
+    no_numbers = texts[bad].str.contains(r"[^\d.,'\s+-]") | ~texts[bad].str.contains(r"\d")
+    if count <= _MOST_TORN * len(cells) and bool(no_numbers.all()):
+        raise TornColumnError(problem, values)
     raise LogError(problem, remedy=CORRECT)
+
+
+def without_torn_rows(body: str, dialect: Dialect) -> tuple[str, list[int], str]:
+    """The rows with empty cells in place of a few that have too many, which these are, and what is wrong.
+
+    Their first cells may be those of the columns, or of none: nothing tells which cell is one too many.
+    """
+    width = len(dialect.names) + dialect.trailing
+    lines = lines_of(body)
+    rows = [place for place, line in enumerate(lines) if line.strip(BLANK)]
+    torn: list[int] = []
+    for row, place in enumerate(rows):
+        if _is_too_long(cells_of(lines[place], dialect.delimiter), dialect):
+            torn.append(row)
+    are_few = len(torn) <= max(1, _MOST_TORN_ROWS * len(rows)) and len(rows) >= _FEWEST_ROWS
+    if not torn or not are_few or dialect.delimiter is None:
+        return body, [], ""
+    problem = _said_of_width(dialect.first + 1 + rows[torn[0]], lines[rows[torn[0]]], dialect)
+    more = f" ({len(torn)} such lines)" if len(torn) > 1 else ""
+    for row in torn:
+        lines[rows[row]] = dialect.delimiter * (width - 1)
+    return "\n".join(lines), torn, problem + more
 
 
 def long_rows(frame: pd.DataFrame, body: str, dialect: Dialect) -> list[str]:
@@ -183,21 +221,28 @@ def refuse_ragged(
     """Raise for the first row with too many cells or fewer than needed; look at the given rows only, or at all."""
     if rows == []:
         return
-    width = len(dialect.names) + dialect.trailing
     lines = _numbered_lines(body, dialect)
     if rows is not None:
         lines = [lines[row] for row in rows if row < len(lines)]
     for number, line in lines:
         cells = cells_of(line, dialect.delimiter)
-        beyond = [cell for cell in cells[width:] if cell]
-        if beyond and is_comment(beyond[0]):  # a remark on the row
-            beyond = []
-        # Behind a last column of text, more text is another remark on the row.
-        too_long = bool(beyond)
-        if too_long and not dialect.numeric[-1]:
-            too_long = any(is_number(cell, dialect.decimal) for cell in beyond)
-        if too_long or len(cells) < needed:
-            may_have_commas = too_long and dialect.delimiter == "," and dialect.decimal == "."
-            hint = " (a decimal comma?)" if may_have_commas else ""
-            problem = f"line {number} has {len(cells)} cells where {len(dialect.names)} are expected{hint}"
+        if _is_too_long(cells, dialect) or len(cells) < needed:
+            problem = _said_of_width(number, line, dialect)
             raise LogError(problem, remedy="Correct or delete that line")
+
+
+def _is_too_long(cells: Sequence[str], dialect: Dialect) -> bool:
+    """Whether a row has cells behind those of the columns, and they are no remark on it."""
+    beyond = [cell for cell in cells[len(dialect.names) + dialect.trailing :] if cell]
+    if not beyond or is_comment(beyond[0]):
+        return False
+    # Behind a last column of text, more text is another remark on the row.
+    return dialect.numeric[-1] or any(is_number(cell, dialect.decimal) for cell in beyond)
+
+
+def _said_of_width(number: int, line: str, dialect: Dialect) -> str:
+    """What is wrong with a line that has more cells than the columns, or fewer."""
+    cells = cells_of(line, dialect.delimiter)
+    may_have_commas = dialect.delimiter == "," and dialect.decimal == "."
+    hint = " (a decimal comma?)" if may_have_commas and _is_too_long(cells, dialect) else ""
+    return f"line {number} has {len(cells)} cells where {len(dialect.names)} are expected{hint}"

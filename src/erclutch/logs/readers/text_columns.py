@@ -17,7 +17,7 @@ from erclutch.logs.columns.word_columns import (
 from erclutch.logs.readers import dates
 from erclutch.logs.readers.dialect import Dialect
 from erclutch.logs.readers.list_cells import without_lists
-from erclutch.logs.readers.text_cells import CORRECT, read_cells
+from erclutch.logs.readers.text_cells import CORRECT, TornColumnError, read_cells
 from erclutch.logs.readers.unit_cells import units_beside
 from erclutch.signals.array import Array
 
@@ -35,6 +35,7 @@ class SortedColumns:
         constants: columns that are filled in their first row only.
         hollow: labels of empty columns.
         unreadable: what stands against a column, by its label.
+        torn: those of them of which a few cells are no numbers.
         clock: seconds since the first row, shape (rows,); None without dates or times of day.
         clock_name: of the columns that it is read from.
         units_behind: units that stand in a column of their own, by the label of the column before.
@@ -49,6 +50,7 @@ class SortedColumns:
     constants: dict[str, float]
     hollow: tuple[str, ...]
     unreadable: dict[str, str]
+    torn: dict[str, Array]
     clock: Array | None
     clock_name: str
     units_behind: dict[str, str]
@@ -74,6 +76,7 @@ def sorted_columns(frame: pd.DataFrame, body: str, dialect: Dialect) -> SortedCo
     hollow: list[str] = []
     texts: dict[str, pd.Series[Any]] = {}
     unreadable: dict[str, str] = {}
+    torn: dict[str, Array] = {}
     notes: list[str] = []
     for index, label in enumerate(dialect.names):
         cells = frame.iloc[:, index]
@@ -81,6 +84,8 @@ def sorted_columns(frame: pd.DataFrame, body: str, dialect: Dialect) -> SortedCo
             numbers, told_of_cells = read_cells(cells, index, body, dialect)
         except LogError as error:
             unreadable[label] = error.problem
+            if isinstance(error, TornColumnError):
+                torn[label] = error.numbers
             continue
         notes += told_of_cells
         if numbers is None:
@@ -128,6 +133,7 @@ def sorted_columns(frame: pd.DataFrame, body: str, dialect: Dialect) -> SortedCo
         constants=constants,
         hollow=tuple(hollow),
         unreadable=unreadable,
+        torn=torn,
         clock=clock,
         clock_name=clock_name,
         units_behind=units_behind,

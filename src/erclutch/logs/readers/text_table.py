@@ -26,7 +26,7 @@ from erclutch.logs.readers.header_pairs import sample_period
 from erclutch.logs.readers.numerals import TwoDecimalMarksError, grouped_by_blanks, ungrouped
 from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import ToldBytes, decode, hidden_character
-from erclutch.logs.readers.text_cells import have_ended, long_rows, refuse_ragged
+from erclutch.logs.readers.text_cells import have_ended, long_rows, refuse_ragged, without_torn_rows
 from erclutch.logs.readers.text_columns import sorted_columns
 from erclutch.logs.readers.text_put_right import put_right
 from erclutch.logs.readers.text_rows import blocks_in, rows_of_body
@@ -143,7 +143,7 @@ def table_of_rows(
     Raises:
         LogError: see `read_text`.
     """
-    frame = _parsed(body, dialect, source.told)
+    frame, body, torn, torn_rows = _parsed_without_torn_rows(body, dialect, source.told)
     notes = [*dialect.notes, *notes_above]
     if dialect.trailing:
         notes.append("each row ends in a delimiter: the empty last column is left out")
@@ -162,6 +162,7 @@ def table_of_rows(
         of_the_file = columns.keys() - {*held.of_lists} or {dialect.names[0]}
         last = max(of_the_file, key=dialect.names.index)
         empty = np.flatnonzero(np.isnan(columns[last])).tolist() if last in columns else []
+        empty = [row for row in empty if row not in {*torn}]
         needed = dialect.names.index(last) + 1
         if empty and have_ended(body, dialect, empty, len(frame)):
             needed = 0
@@ -170,7 +171,7 @@ def table_of_rows(
     # The lines above the rows say the units, and perhaps the time from row to row.
     units_of: dict[str, str | None] = {}
     for label, unit in zip(dialect.names, dialect.units, strict=True):
-        if label in columns or label in held.constants:
+        if label in columns or label in held.constants or label in held.torn:
             units_of[label] = unit or held.units_behind.get(label)
     units_of |= dict.fromkeys(held.of_lists)
     period = None
@@ -187,7 +188,7 @@ def table_of_rows(
         columns=columns,
         units=units_of,
         digest=source.digest,
-        numbers={label: place for place, label in places if label in columns},
+        numbers={name: place for place, name in places if name in columns or name in held.torn},
         sample_period=period,
         clock=held.clock,
         clock_name=held.clock_name,
@@ -195,6 +196,8 @@ def table_of_rows(
         metadata={**held.only_words, **dialect.metadata},
         notes=tuple(notes),
         unreadable=held.unreadable,
+        torn=held.torn,
+        torn_rows=torn_rows,
         hollow=held.hollow,
         breaks=blocks_in(body),
         words=held.words,
@@ -203,6 +206,22 @@ def table_of_rows(
     )
     texts = [*dialect.metadata.items(), *texts_below(below)]
     return with_told_units(with_stated_units(table, dialect.metadata), texts)
+
+
+def _parsed_without_torn_rows(
+    body: str, dialect: Dialect, told: Callable[[int, int], None]
+) -> tuple[pd.DataFrame, str, list[int], str]:
+    """All rows, their text, which few of them have too many cells and are empty in both, and what is wrong."""
+    try:
+        frame = _parsed(body, dialect, told)
+        if not frame.iloc[:, -1].notna().any():
+            return frame, body, [], ""
+    except LogError:
+        frame = None
+    without, torn, problem = without_torn_rows(body, dialect)
+    if not torn and frame is not None:
+        return frame, body, [], ""
+    return _parsed(without, dialect, told), without, torn, problem
 
 
 def _parsed(body: str, dialect: Dialect, told: Callable[[int, int], None]) -> pd.DataFrame:

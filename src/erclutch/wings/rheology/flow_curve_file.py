@@ -287,6 +287,8 @@ def _planned(
         speeds, *rows = turned.columns
         shear_rate = f"{speeds} {factors[0]}"
         stress = [f"{row} {factors[1]}" for row in rows]
+    if table.torn_rows:
+        raise LogError(table.torn_rows, where=table.name, remedy="Correct or delete that line")
     if table.unsure_names and not (shear_rate and stress):
         remedy = 'Give both columns: --shear-rate "NAME [1/s]" --stress "NAME [Pa]"'
         raise MappingError(table.unsure_names, where=table.name, remedy=remedy)
