@@ -75,3 +75,40 @@ def test_other_lines_stay(lines: list[str]) -> None:
 def test_a_word_between_two_recordings_is_no_remark(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="line 32 has 1 cells where 3 are expected"):
         read(written(tmp_path / "log.csv", *AGAIN))
+
+
+TURNED = [",".join(row.split(",")[::-1]) for row in ROWS]  # the time stands last
+COUNTED = [f"{row.split(',')[1]},{100 + k},{row.split(',')[2]}" for k, row in enumerate(ROWS)]
+
+
+@pytest.mark.parametrize("rows", [TURNED, COUNTED], ids=["time last", "a count in the middle"])
+@pytest.mark.parametrize("place", [1, 30])
+def test_any_column_may_count_on_past_a_remark(rows: list[str], place: int) -> None:
+    found = without_remarks(text(*rows[:place], "eoh", *rows[place:]))
+    assert found is not None
+    plain, note = found
+    assert plain.split() == text(*rows).split()
+    assert f"'eoh' (line {place + 2})" in note
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [row.rpartition(",")[0] for row in TURNED],  # nothing counts
+        [f"{row.rpartition(',')[0]},{k // 40}" for k, row in enumerate(TURNED)],  # a step or two
+        [f"{row.rpartition(',')[0]},{k % 31}" for k, row in enumerate(TURNED)],  # begins anew
+        [f"{row},on" if k else row for k, row in enumerate(TURNED[::-1])],  # falls
+    ],
+)
+def test_where_no_column_counts_on_a_word_may_part_two_recordings(rows: list[str]) -> None:
+    assert without_remarks(text(*rows[:31], "second", *rows[31:])) is None
+
+
+@pytest.mark.slow
+def test_a_remark_below_the_first_row_leaves_the_rows_as_they_are(tmp_path: Path) -> None:
+    names = "torque [N*m],speed [rad/s],time [s]"
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([names, TURNED[0], "begin of data", *TURNED[1:], ""]))
+    log = read(path)
+    assert log.rows == len(ROWS)
+    np.testing.assert_allclose(log.time, np.arange(60) / 100, atol=1e-9)
