@@ -42,6 +42,8 @@ ADAPTED = 128
 LARGEST_ANGLE = 1e6
 #: Share by which a measured period may be off the one that is meant.
 _SAME_PERIOD = 0.01
+#: In s: no loop that runs in real time is slower.
+_LONGEST_PERIOD = 10.0
 
 
 @keywords_checked
@@ -373,7 +375,13 @@ def _period(model: Model, options: ExportOptions) -> float | None:
     own = model.period
     past = model.past
     period = own if options.period is None else options.period
-    if period is not None and not (np.isfinite(period) and 1e-7 <= period <= 10.0):
+    if options.period is None and own is not None and own > _LONGEST_PERIOD:
+        raise ExportError(
+            f"its log has a row in {own:.4g} s, and no step is written for more than {_LONGEST_PERIOD:g} s",
+            where=model.name,
+            remedy=f"Give the period of the target, for example --period {_LONGEST_PERIOD:g}",
+        )
+    if period is not None and not (np.isfinite(period) and 1e-7 <= period <= _LONGEST_PERIOD):
         raise ExportError(f"a period of {period:g} s", remedy="Give one between 1e-7 s and 10 s")
     if period is None and (past or model.structure.dynamics != NONE or options.inputs == "angles"):
         raise ExportError(

@@ -158,6 +158,16 @@ def test_it_says_what_it_is(stage: Stage) -> None:
         assert len(stage.outputs_at(0.5, *numbers(stage).values())) == len(stage.gains)
 
 
+@stages
+@pytest.mark.parametrize("period", [1e-6, 1e-3, 0.1, 1.0, 26.0, 3600.0])
+def test_numbers_have_room_at_any_sampling_period(stage: Stage, period: float) -> None:
+    for shape in stage.parameters(period):
+        assert shape.lower < shape.upper, shape
+        if shape.usual is not None:
+            low, high = shape.usual
+            assert shape.lower <= low < high <= shape.upper, shape
+
+
 @pytest.mark.slow
 @stages
 def test_the_step_is_the_response(stage: Stage) -> None:

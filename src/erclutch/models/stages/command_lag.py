@@ -23,7 +23,7 @@ from erclutch.arithmetic.elementary import less_select
 from erclutch.arithmetic.recursion import recur, step_of, switched
 from erclutch.errors import ExportError
 from erclutch.models.laws.law import Dimension, ShapeParameter
-from erclutch.models.stages.stage import Memory, Place
+from erclutch.models.stages.stage import Memory, Place, longest_lag
 from erclutch.signals.array import Array
 from erclutch.signals.clock import Clock
 
@@ -69,7 +69,8 @@ class CommandLag:
         ]
         for name, what in meant.items():
             meaning = f"time constant of {what}"
-            numbers.append(ShapeParameter(name, meaning, 0.2 * period, 1.0, _TIME, "log"))
+            upper = longest_lag(period)
+            numbers.append(ShapeParameter(name, meaning, 0.2 * period, upper, _TIME, "log"))
         return tuple(numbers)
 
     def respond(

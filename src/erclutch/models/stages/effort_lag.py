@@ -19,7 +19,7 @@ import numpy as np
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.recursion import recur, step_of
 from erclutch.models.laws.law import Dimension, ShapeParameter
-from erclutch.models.stages.stage import Memory, Place, StageFamily
+from erclutch.models.stages.stage import Memory, Place, StageFamily, longest_lag
 from erclutch.signals.clock import Clock
 
 
@@ -40,7 +40,7 @@ class EffortLag:
             "tau_e",
             "time constant of the effort's lag",
             lower=0.05 * period,
-            upper=1.0,
+            upper=longest_lag(period),
             dimension=Dimension(time=1),
             scale="log",
             usual=(0.5 * period, 50.0 * period),

@@ -20,7 +20,7 @@ import numpy as np
 from erclutch.arithmetic.dual import pick, value_of
 from erclutch.arithmetic.recursion import follow, step_of
 from erclutch.models.laws.law import Dimension, ShapeParameter
-from erclutch.models.stages.stage import Memory, Place
+from erclutch.models.stages.stage import Memory, Place, longest_lag
 from erclutch.signals.clock import Clock
 
 
@@ -54,7 +54,7 @@ class Oscillator:
             f"tau_{self.letter}",
             "reciprocal of the natural angular frequency",
             lower=0.2 * period,
-            upper=1.0,
+            upper=longest_lag(period),
             dimension=Dimension(time=1),
             scale="log",
             usual=(0.5 * period, 50.0 * period),

@@ -16,6 +16,7 @@ from erclutch.models.stages.stage import Place, SlipAndStrength
 TRAVEL = Dimension(slip=1, time=1)
 #: Travels, over the reference slip in s, between which the states of a scan lie.
 _USUAL = (3.0, 600.0)  # sampling periods
+_LONGEST = 10.0  # s at the reference slip, and of a slow log what is usual
 
 
 @dataclass(frozen=True)
@@ -88,8 +89,9 @@ class SlipMemory:
 
 def travel(name: str, meaning: str, period: float) -> ShapeParameter:
     """A travel as a parameter."""
-    span = (_USUAL[0] * period, _USUAL[1] * period)
-    return ShapeParameter(name, meaning, 0.1 * period, 10.0, TRAVEL, "log", span)
+    shortest, longest = _USUAL[0] * period, _USUAL[1] * period
+    upper = max(_LONGEST, longest)
+    return ShapeParameter(name, meaning, 0.1 * period, upper, TRAVEL, "log", (shortest, longest))
 
 
 def travels(

@@ -277,6 +277,15 @@ class StageFamily:
     apart: Mapping[str, float] = field(default_factory=dict[str, float])
 
 
+#: Time constants are looked for up to a second, and in a slow log up to so many periods.
+_PERIODS_OF_A_LAG = 100.0
+
+
+def longest_lag(period: float) -> float:
+    """The largest time constant of a lag that is looked for, in s, at a sampling period in s."""
+    return max(1.0, _PERIODS_OF_A_LAG * period)
+
+
 def numbered(stem: str, number: int, *, ahead: bool = False) -> str:
     """The name of a stage of a family: the number 1 is left out, as the name alone stands for it."""
     return stem + (f"-{number}" if number != 1 else "") + ("/field" if ahead else "")

@@ -19,7 +19,7 @@ import numpy as np
 from erclutch.arithmetic.dual import pick
 from erclutch.arithmetic.recursion import recur, step_of
 from erclutch.models.laws.law import Dimension, ShapeParameter
-from erclutch.models.stages.stage import Memory, Place
+from erclutch.models.stages.stage import Memory, Place, longest_lag
 from erclutch.signals.clock import Clock
 
 
@@ -42,7 +42,7 @@ class TwoLags:
                 "tau_1",
                 "time constant of the quick lag",
                 0.2 * period,
-                1.0,
+                longest_lag(period),
                 Dimension(time=1),
                 "log",
                 usual,
