@@ -7,13 +7,17 @@ import os
 import subprocess
 import sys
 import sysconfig
+import tempfile
 import venv
-from dataclasses import dataclass
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import pytest
 
 from erclutch.registry import names
+from tests.support.warm_start import OF_OTHERS, WarmStart
 
 pytestmark = pytest.mark.slow
 ROOT = Path(__file__).resolve().parents[2]
@@ -31,9 +35,10 @@ OTHER_ORDER = ("ONNX Runtime", "GNU Octave")
 
 @dataclass(frozen=True)
 class Environment:
-    """A Python of its own."""
+    """A Python of its own; where it is warm, its commands start without the second that the start takes."""
 
     folder: Path
+    warm: WarmStart | None = None
 
     @property
     def python(self) -> Path:
@@ -52,6 +57,8 @@ class Environment:
             key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "COLUMNS")
         }
         command = [str(self.python), *map(str, words)]
+        if self.warm is not None and command[1:3] == ["-m", "erclutch"]:
+            command[:3] = [str(self.warm.folder / "erclutch")]
         return subprocess.run(
             command,
             cwd=cwd,
@@ -110,12 +117,24 @@ def fresh(folder: Path) -> Environment:
     return made
 
 
+@contextmanager
+def started(made: Environment) -> Iterator[Environment]:
+    """The environment with its Python warm: of erclutch and of its packages nothing is imported before a command."""
+    # Only the path of a short folder fits a socket.
+    with (
+        tempfile.TemporaryDirectory(prefix="erclutch-") as place,
+        WarmStart(Path(place), OF_OTHERS, made.python) as warm,
+    ):
+        yield replace(made, warm=warm)
+
+
 @pytest.fixture(scope="module")
-def environment(tmp_path_factory: pytest.TempPathFactory) -> Environment:
+def environment(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Environment]:
     """All examples, installed once for all tests."""
     made = fresh(tmp_path_factory.mktemp("plugins") / "env")
     made.install(*EXAMPLES)
-    return made
+    with started(made) as warm:
+        yield warm
 
 
 @pytest.fixture(scope="module")
@@ -246,16 +265,17 @@ def test_where_a_package_is_absent_one_line_says_what_to_install(
 ) -> None:
     exported = tmp_path / "exported"
     environment.erclutch("export", run, "--to", "arduino", "--out", exported)
-    bare = fresh(tmp_path / "bare")
-    said = bare.fails("export", run, "--out", tmp_path / "more")
-    assert "Install the package erclutch-law-robertson-stiff" in said
-    assert "Install the package erclutch-law-robertson-stiff" in bare.fails("verify", exported)
-    said = bare.fails("live", "--run", run / "models" / f"{MODEL}.json")
-    assert "Install the package erclutch-law-robertson-stiff" in said
-    bare.install(*(path for path in EXAMPLES if "law" in path.name))
-    assert "Install the package erclutch-stage-slew-rate" in bare.fails("verify", exported)
-    bare.install(*(path for path in EXAMPLES if "stage" in path.name))
-    assert "Install the package erclutch-target-arduino" in bare.fails("verify", exported)
+    with started(fresh(tmp_path / "bare")) as bare:
+        said = bare.fails("export", run, "--out", tmp_path / "more")
+        assert "Install the package erclutch-law-robertson-stiff" in said
+        said = bare.fails("verify", exported)
+        assert "Install the package erclutch-law-robertson-stiff" in said
+        said = bare.fails("live", "--run", run / "models" / f"{MODEL}.json")
+        assert "Install the package erclutch-law-robertson-stiff" in said
+        bare.install(*(path for path in EXAMPLES if "law" in path.name))
+        assert "Install the package erclutch-stage-slew-rate" in bare.fails("verify", exported)
+        bare.install(*(path for path in EXAMPLES if "stage" in path.name))
+        assert "Install the package erclutch-target-arduino" in bare.fails("verify", exported)
 
 
 _BROKEN = {
@@ -271,17 +291,23 @@ _BROKEN = {
 }
 
 
+@pytest.fixture(scope="module")
+def spoilt(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Environment]:
+    """An environment for one package, which a test writes."""
+    with started(fresh(tmp_path_factory.mktemp("spoilt") / "env")) as place:
+        yield place
+
+
 @pytest.mark.parametrize("case", _BROKEN)
-def test_what_fails_is_named(run: Path, tmp_path: Path, case: str) -> None:
+def test_what_fails_is_named(run: Path, tmp_path: Path, spoilt: Environment, case: str) -> None:
     kind, text, said = _BROKEN[case]
     value = (
         "erclutch_law_robertson_stiff" + {"laws": ":LAW", "stages": ":STAGE", "targets": ""}[kind]
     )
-    place = fresh(tmp_path / "place")
     # What pip would leave there, without the seconds of its build.
-    (place.site / "erclutch_law_robertson_stiff.py").write_text(text, encoding="utf-8")
-    info = place.site / "erclutch_law_robertson_stiff-0.2.0.dist-info"
-    info.mkdir()
+    (spoilt.site / "erclutch_law_robertson_stiff.py").write_text(text, encoding="utf-8")
+    info = spoilt.site / "erclutch_law_robertson_stiff-0.2.0.dist-info"
+    info.mkdir(exist_ok=True)
     (info / "METADATA").write_text(
         "Metadata-Version: 2.1\nName: erclutch-law-robertson-stiff\nVersion: 0.2.0\n"
     )
@@ -293,12 +319,12 @@ def test_what_fails_is_named(run: Path, tmp_path: Path, case: str) -> None:
         "targets": ("export", tmp_path / "own", "--to", "robertson-stiff"),
     }[kind]
     if kind == "targets":
-        place.erclutch(*fit, "bingham", "--lag", "none", "--out", tmp_path / "own")
-    line = place.fails(*words)
+        spoilt.erclutch(*fit, "bingham", "--lag", "none", "--out", tmp_path / "own")
+    line = spoilt.fails(*words)
     assert "'robertson-stiff' of erclutch-law-robertson-stiff 0.2.0" in line
     assert said in line
     assert "pip uninstall erclutch-law-robertson-stiff" in line
-    listed = place.run("-m", "erclutch", "laws", "--plugins").stdout.replace("\n", "")
+    listed = spoilt.run("-m", "erclutch", "laws", "--plugins").stdout.replace("\n", "")
     assert "erclutch-law-robertson-stiff 0.2.0" in listed
 
 
@@ -319,7 +345,7 @@ _COMMANDS = {
 
 
 @pytest.fixture(scope="module")
-def hasty(tmp_path_factory: pytest.TempPathFactory) -> Environment:
+def hasty(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Environment]:
     """An environment with a package in the state that pip would leave, whose module a test writes."""
     place = fresh(tmp_path_factory.mktemp("hasty") / "env")
     info = place.site / "erclutch_command_effort_table-0.2.0.dist-info"
@@ -329,7 +355,8 @@ def hasty(tmp_path_factory: pytest.TempPathFactory) -> Environment:
     )
     value = "erclutch_command_effort_table:effort_table"
     (info / "entry_points.txt").write_text(f"[erclutch.commands]\neffort-table = {value}\n")
-    return place
+    with started(place) as warm:
+        yield warm
 
 
 @pytest.mark.parametrize("case", _COMMANDS)
@@ -340,6 +367,6 @@ def test_a_command_that_fails_is_told_with_its_package(hasty: Environment, case:
     assert said in line
     assert "effort-table" in line
     assert "erclutch-command-effort-table 0.2.0" in line
-    page, laws = hasty.one_after_another(("--help",), ("laws",))
+    page = hasty.erclutch("--help")
     assert "effort-table" in page.partition("Of other packages")[2]
-    assert "hem" in laws
+    assert "hem" in hasty.erclutch("laws")

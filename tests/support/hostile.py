@@ -9,10 +9,11 @@ import resource
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 from queue import Empty, Queue
@@ -26,6 +27,7 @@ from erclutch.runs.cluster import WorkerLostError, finished, in_order, task_pool
 from tests.support.command import run
 from tests.support.damaged_text import damaged
 from tests.support.pace import within
+from tests.support.warm_start import OF_OTHERS, WarmStart
 
 #: Tries, and what did not hold.
 Outcome = tuple[int, list[str]]
@@ -35,7 +37,11 @@ RUNS = 20_000  # in one folder of the app; a disk takes minutes to make 10^6
 
 
 def bad_end(
-    words: Sequence[object], cwd: Path, environment: dict[str, str] | None = None, most: int = 0
+    words: Sequence[object],
+    cwd: Path,
+    environment: dict[str, str] | None = None,
+    most: int = 0,
+    program: Sequence[str] = (sys.executable, "-m", "erclutch"),
 ) -> str:
     """How a program of erclutch ended wrongly; "" where it did its work, or gave one error with a remedy.
 
@@ -44,13 +50,14 @@ def bad_end(
         cwd: folder that it runs in.
         environment: variables that differ.
         most: bytes that a file of it may have, as on a full disk; 0: no limit.
+        program: that takes the words; a warm one cannot have a limit.
     """
 
     def limit() -> None:
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
 
-    command = [sys.executable, "-m", "erclutch", *map(str, words)]
+    command = [*program, *map(str, words)]
     try:
         done = subprocess.run(
             command,
@@ -121,19 +128,36 @@ def mutated_exports(folder: Path) -> Outcome:
     assert run("export", "run", "--to", "c", "--out", "made", cwd=folder).code == 0
     rng, wrong, tries = np.random.default_rng(34), list[str](), 0
     files = sorted(path for path in (folder / "made").rglob("*") if path.is_file())
-    for place in files:
-        whole = place.read_bytes()
-        for _ in range(3):
-            place.write_bytes(damaged(whole, rng))
-            wrong.append(bad_end(("verify", "made"), folder))
-            tries += 1
-        place.write_bytes(whole)
+    with _warm_program() as program:
+        for place in files:
+            whole = place.read_bytes()
+            for _ in range(3):
+                place.write_bytes(damaged(whole, rng))
+                wrong.append(bad_end(("verify", "made"), folder, program=program))
+                tries += 1
+            place.write_bytes(whole)
     return tries, [each for each in wrong if each]
+
+
+@contextmanager
+def _warm_program() -> Iterator[list[str]]:
+    """`erclutch` without the second that its start takes; of erclutch itself nothing is imported before."""
+    # Only the path of a short folder fits a socket.
+    with (
+        tempfile.TemporaryDirectory(prefix="erclutch-") as place,
+        WarmStart(Path(place), OF_OTHERS) as warm,
+    ):
+        yield [str(warm.folder / "erclutch")]
 
 
 def broken_plug_ins(folder: Path) -> Outcome:
     """Packages whose entry points raise, end the program, print, or are of no use: other work goes on."""
-    write_synthetic_log(folder / "log.csv", seconds=0.25)  # so few rows pay for no stage
+    # A law without memory, with noise: no stage pays, and the search ends after one look at each.
+    slip = np.sin(np.arange(250) / 9.0)
+    effort = np.tanh(9.0 * slip) + slip + np.random.default_rng(0).normal(0.0, 0.1, slip.size)
+    rows = np.column_stack([np.arange(250) / 1000.0, slip, effort])
+    head = "time [s],slip [rad/s],torque [N*m]"
+    np.savetxt(folder / "log.csv", rows, "%.6g", ",", header=head, comments="")
     texts = {
         "raises": "1 / 0\n",
         "ends": "raise SystemExit(0)\n",
@@ -144,24 +168,28 @@ def broken_plug_ins(folder: Path) -> Outcome:
         "grammar": "def (:\n",
     }
     wrong, tries = list[str](), 0
-    for name, text in texts.items():
-        package = folder / name
-        about = package / f"{name}_plug-1.0.dist-info"
-        about.mkdir(parents=True)
-        (package / f"{name}_plug.py").write_text(text, encoding="utf-8")
-        (about / "METADATA").write_text(
-            f"Metadata-Version: 2.1\nName: {name}-plug\nVersion: 1.0\n", encoding="utf-8"
-        )
-        groups = ("laws", "readers", "stages", "targets", "commands", "rigs")
-        points = "".join(f"[erclutch.{group}]\n{name} = {name}_plug:THING\n" for group in groups)
-        (about / "entry_points.txt").write_text(points, encoding="utf-8")
-        path = os.pathsep.join([str(package), *(entry for entry in sys.path if entry)])
-        # A fit that searches for stages looks at those of all packages.
-        for words in (("laws", "--plugins"), (*FIT, "auto", "--out", f"run-{name}"), ("--help",)):
-            wrong.append(bad_end(words, folder, {"PYTHONPATH": path}))
-            tries += 1
-        if not (folder / f"run-{name}" / "run.json").is_file():
-            wrong.append(f"a plug-in that {name} stops a fit")
+    with _warm_program() as program:
+        for name, text in texts.items():
+            package = folder / name
+            about = package / f"{name}_plug-1.0.dist-info"
+            about.mkdir(parents=True)
+            (package / f"{name}_plug.py").write_text(text, encoding="utf-8")
+            (about / "METADATA").write_text(
+                f"Metadata-Version: 2.1\nName: {name}-plug\nVersion: 1.0\n", encoding="utf-8"
+            )
+            groups = ("laws", "readers", "stages", "targets", "commands", "rigs")
+            points = "".join(
+                f"[erclutch.{group}]\n{name} = {name}_plug:THING\n" for group in groups
+            )
+            (about / "entry_points.txt").write_text(points, encoding="utf-8")
+            path = os.pathsep.join([str(package), *(entry for entry in sys.path if entry)])
+            # A fit that searches for stages looks at those of all packages.
+            fit = (*FIT, "auto", "--out", f"run-{name}")
+            for words in (("laws", "--plugins"), fit, ("--help",)):
+                wrong.append(bad_end(words, folder, {"PYTHONPATH": path}, program=program))
+                tries += 1
+            if not (folder / f"run-{name}" / "run.json").is_file():
+                wrong.append(f"a plug-in that {name} stops a fit")
     return tries, [each for each in wrong if each]
 
 

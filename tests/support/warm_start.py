@@ -7,7 +7,8 @@ has tests of its own (`tests/cli/test_startup.py`).
         subprocess.run(["erclutch", "--help"], env=warm.environment(os.environ))
 
 `erclutch` and `warm-python` in the folder are small programs: they hand their words, folder, environment and streams to
-the warm process (`serve`), and end with the exit code of its child.
+the warm process (`serve`), and end with the exit code of its child. What the environment has in PYTHONPATH comes first
+among the child's places of modules, as at a start of Python.
 """
 
 from __future__ import annotations
@@ -65,11 +66,18 @@ class WarmStart:
     Args:
         folder: for the programs and the socket; its path must be short, as those of sockets are.
         imported: names of the modules that are there from the start.
+        python: that runs them.
     """
 
-    def __init__(self, folder: Path, imported: Sequence[str] = _IMPORTED) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        imported: Sequence[str] = _IMPORTED,
+        python: str | Path = sys.executable,
+    ) -> None:
         self.folder = folder
         self._imported = imported
+        self._python = str(python)
         self._place = folder / "warm"
         for name in ("erclutch", "warm-python"):
             program = folder / name
@@ -78,7 +86,7 @@ class WarmStart:
             program.chmod(0o755)
 
     def __enter__(self) -> Self:
-        command = [sys.executable, "-m", __name__, str(self._place), *self._imported]
+        command = [self._python, "-m", __name__, str(self._place), *self._imported]
         root = str(Path(__file__).parents[2])
         path = os.pathsep.join(filter(None, (root, os.environ.get("PYTHONPATH"))))
         environment = {
@@ -141,6 +149,8 @@ def _become(program: socket.socket) -> None:
     os.chdir(folder)
     os.environ.clear()
     os.environ.update(environment)
+    given = filter(None, environment.get("PYTHONPATH", "").split(os.pathsep))
+    sys.path[:0] = [place for place in given if place not in sys.path]
     code = 1
     try:
         code = _code_of(words)
