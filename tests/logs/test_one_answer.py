@@ -251,3 +251,26 @@ def test_the_command_for_a_sensor_of_a_position_holds_no_remark() -> None:
     table = Table("a.csv", columns, told, "0" * 64, path="a.csv")
     *_, position, scale, number = shlex.split(plan_of(table, ColumnMap()).command())
     assert (position, scale, number) == ("LVDT", "--scale", "position=NUMBER m/V")
+
+
+@pytest.mark.parametrize("name", ["z_meas", "Z_actual", "z ist"])
+def test_a_measured_axis_is_the_position_before_a_raw_sensor(name: str) -> None:
+    columns = {"time": TIME, "Force_data": SPEED**3, "LVDT_raw": 2.0 + ANGLE, name: ANGLE}
+    words = shlex.split(planned(columns).command())
+    assert words[words.index("--position") + 1] == name
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        {"z_meas": ANGLE, "z_actual": SPEED},  # which of them?
+        {"z_meas": np.zeros(200)},
+        {"z_meas": ROWS},
+        {"z_set": ANGLE},
+    ],
+)
+def test_an_axis_that_may_be_none_is_not_offered(columns: dict[str, Array]) -> None:
+    command = planned(
+        {"time": TIME, "Force_data": SPEED**3, "LVDT_raw": 2.0 + ANGLE, **columns}
+    ).command()
+    assert '--position "z' not in command

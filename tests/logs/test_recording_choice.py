@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from erclutch.errors import LogError
-from erclutch.logs import ColumnMap, read, table_of_log
+from erclutch.logs import ColumnMap, log_file, read, table_of_log
 from erclutch.logs.reading import Reading
 from tests.support.command import good
 
@@ -168,3 +168,22 @@ def test_without_a_log_the_recording_nearest_to_one_is_named(tmp_path: Path) -> 
     path = written(tmp_path, settings=RESULTS[:20], short=nearest[:30], rows=nearest)
     with pytest.raises(LogError, match="Choose one, such as --variable rows, or"):
         table_of_log(path, ColumnMap(), None)
+
+
+@pytest.mark.slow
+def test_of_very_many_recordings_the_first_are_looked_into_and_one_is_offered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(log_file, "_MOST", 5)
+    monkeypatch.setattr(log_file, "_FIRST_OF_MANY", 3)
+    rows = [{**row, "mode": k // 20} for k, row in enumerate(ROWS)]
+    others = {f"run{number}": rows for number in range(9)}
+    path = written(tmp_path, settings=RESULTS[:20], **others)
+    with pytest.raises(LogError, match="Choose one, such as --variable run0, or"):
+        table_of_log(path, ColumnMap(), None)
+    last = good("inspect", "log.json", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last.endswith("--variable run0") or '--variable "run0"' in last
+    command = shlex.split(last.removeprefix("What settles it: erclutch "))
+    assert good(*command, cwd=tmp_path).splitlines()[-1].startswith("Understood.")
+    assert log_file.looked_into(["a"] * 6) == ["a"] * 3
+    assert log_file.looked_into(["a"] * 5) == ["a"] * 5

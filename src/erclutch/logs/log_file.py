@@ -51,6 +51,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
+_MOST = 400  # recordings among which the only log is looked for
+_FIRST_OF_MANY = 20  # recordings of more than that: by their columns one is proposed
 EACH = "all"  # in place of a recording's name, or of a word
 
 
@@ -245,6 +247,11 @@ def recordings_of_file(path: str | Path) -> list[str]:
     if log.plugin.of_type(LogReader).recordings is None:
         return []
     return list(_names_at_once(log.path, source_of(log).digest))
+
+
+def looked_into(names: Sequence[str]) -> Sequence[str]:
+    """The recordings of a file that are looked into: all of them, or the first of very many, which are mostly alike."""
+    return names if len(names) <= _MOST else names[:_FIRST_OF_MANY]
 
 
 @lru_cache(maxsize=2)

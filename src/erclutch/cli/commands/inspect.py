@@ -150,7 +150,7 @@ def inspect(
 def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
     """The log as it is; None where an option must say how it is read, and that option is printed as a command."""
     from erclutch.logs.columns.rheometer_names import of_oscillation, tells_a_flow_curve
-    from erclutch.logs.log_file import recordings_in, tables_in
+    from erclutch.logs.log_file import looked_into, recordings_in, tables_in
 
     try:
         return table_of_first(log, reading)
@@ -163,7 +163,7 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
         settled = f"{shlex.join(['erclutch', 'inspect', str(log)])} {option.group()}"
         swings: dict[str, None] = {}  # columns of oscillations, each once
         if "recordings" in error.problem:
-            by_name = tables_in(log, recordings_in(log))
+            by_name = tables_in(log, looked_into(recordings_in(log)))
             tables = [table for table in by_name.values() if not isinstance(table, LogError)]
             if any(tells_a_flow_curve(table.columns) for table in tables):
                 settled = tried_flow_command(str(log), {})

@@ -16,7 +16,7 @@ from erclutch.logs.columns.rated_torque import share_of_rated_torque
 from erclutch.logs.columns.seen_columns import UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import reads_about_a_zero
 from erclutch.logs.columns.two_courses import is_rate_of
-from erclutch.logs.columns.vocabulary import NAMES, NEED_UNIT, NOT_MEASURED, TOLD
+from erclutch.logs.columns.vocabulary import MEASURED, NAMES, NEED_UNIT, NOT_MEASURED, TOLD
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import in_other_words, is_unit
 
@@ -46,6 +46,7 @@ _SENSORS = {
         }
     ),
 }
+_AXES = frozenset("xyz")
 _COUNTS_A_SECOND = re.compile(
     r"(?:count|ct|cnt|tick|pulse|step|inc|increment|imp|impulse|inkrement)s?e?(?:/| per )s(?:ec)?",
     re.IGNORECASE,
@@ -155,6 +156,9 @@ def _position_options(free: Iterable[SeenColumn]) -> str:
         is_travel = column.fits(SIGNALS["position"].si_units) and not column.is_called_time
         if is_travel and not column.shape.constant:
             return f"--position {shell_word(column.name)}"
+    measured = _measured_along_an_axis(free)
+    if measured:
+        return f"--position {shell_word(measured)}"
     of_a_sensor = sensor_options(free, "position")
     for column in free:
         is_counted = column.spoken.plain in (*_COUNTED, *_RAW) and not column.unit
@@ -163,6 +167,18 @@ def _position_options(free: Iterable[SeenColumn]) -> str:
             scale = shell_word("position=NUMBER rad/count")
             return f"--position {shell_word(column.name)} --scale {scale}"
     return of_a_sensor
+
+
+def _measured_along_an_axis(free: Iterable[SeenColumn]) -> str:
+    """The only column called by an axis and a word for measuring (``z_meas``), if it goes and returns; "" else."""
+    names: list[str] = []
+    for column in free:
+        axis, *others = column.spoken.stem_words or ("",)
+        is_measured = axis in _AXES and bool(others) and MEASURED.issuperset(others)
+        returns = not column.shape.rises and not column.shape.constant
+        if is_measured and returns and not column.written_unit:
+            names.append(column.name)
+    return names[0] if len(names) == 1 else ""
 
 
 def _said_of_shares(free: Iterable[SeenColumn], signal: str) -> str:

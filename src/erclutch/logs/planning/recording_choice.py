@@ -18,7 +18,12 @@ import numpy as np
 from erclutch.errors import AlikeRecordingsError, LogError, listed
 from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.logs.columns.levels_in_names import fields_told_by
-from erclutch.logs.log_file import read_table, readable_tables, recordings_of_file
+from erclutch.logs.log_file import (
+    looked_into,
+    read_table,
+    readable_tables,
+    recordings_of_file,
+)
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
 from erclutch.logs.planning.whole_plan import nearest_to_a_log, plan_if_any, plans_of_logs
@@ -30,7 +35,6 @@ from erclutch.signals.device import DeviceName
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-_MOST = 400  # recordings that are looked into
 #: An answer to the question which field a log has.
 _SAYS_A_FIELD = re.compile(r"""--field |--constant ["']?field=""")
 _MOST_JOINED = 12  # recordings, since a device has few signals
@@ -253,16 +257,17 @@ def table_of_log(
         if "several recordings" not in error.problem:
             raise
         names = recordings_of_file(path)
-        if not 1 < len(names) <= _MOST:
+        if len(names) < 2:
             raise
         unchosen = error
 
-    tables = readable_tables(path, names, told.decimal)
+    first = looked_into(names)
+    tables = readable_tables(path, first, told.decimal)
     logs = plans_of_logs([(name, table, told) for name, table in tables.items()], device)
     # Beside a log, a table of fewer rows than a log has is a summary.
     long_logs = {name: plan for name, plan in logs.items() if tables[name].rows >= MINIMUM_ROWS}
     file = RecordingsOfFile(path, names, tables, long_logs or logs, told, device, unchosen.where)
-    for choice in CHOICES:
+    for choice in CHOICES if len(first) == len(names) else ():
         found = choice.rule(file)
         if found is not None:
             return found
