@@ -9,6 +9,7 @@ import pytest
 
 from erclutch.fit.comparison import Settings, compare
 from erclutch.logs import read
+from erclutch.logs.covering_stretches import USUAL_SHARE
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.numbers.run_material import Material, material_of
@@ -21,13 +22,18 @@ MODELS = (*_NAMES, *(f"{name}+lag" for name in _NAMES), "bingham+lag+dahl/field"
 
 
 def make_run(
-    folder: Path, *, seconds: float = 4.0, models: tuple[str, ...] = MODELS, lag: str = "none"
+    folder: Path,
+    *,
+    seconds: float = 4.0,
+    models: tuple[str, ...] = MODELS,
+    lag: str = "none",
+    test: float = USUAL_SHARE,
 ) -> Path:
     """Fit a SYNTHETIC log and keep the run."""
     log = folder / "log.csv"
     write_synthetic_log(log, seconds)
     recording = read(log)
-    settings = Settings(models=models, lag=lag)  # pyright: ignore[reportArgumentType]
+    settings = Settings(models=models, lag=lag, test=test)  # pyright: ignore[reportArgumentType]
     found = compare(build_dataset(recording), settings)
     return write_run(folder / "run", found, [recording], reading={"field": "field [V]"})
 

@@ -394,13 +394,14 @@ def test_five_minutes_stay_small_and_open_at_once(
 ) -> None:
     """290,000 rows, eleven models. The time limits are twice what is promised: the machine may be busy.
 
-    The models are named with their stages: to search for these, too, took three quarters of the test.
+    The models are named with their stages: to search for these, too, took three quarters of the test. Few rows train
+    them, which the report does not care about.
     """
     import time
 
     names = ("quadratic", "bingham", "casson", "hem", "fnn-2")
     models = (*names, *(f"{name}+lag" for name in names), "bingham+lag+dahl/field")
-    run = run_maker(tmp_path, seconds=290.0, models=models, lag="none")
+    run = run_maker(tmp_path, seconds=290.0, models=models, lag="none", test=0.89)
     began = time.process_time()
     path = write_report(material_of(read_run(run)), tmp_path / "report.html")
     assert within(time.process_time() - began, 6.0)
@@ -411,7 +412,7 @@ def test_five_minutes_stay_small_and_open_at_once(
         < 2000.0
     )
     page.get_by_role("button", name="Held out").click()
-    assert rows_of(page) == (203_000, 290_000)
-    for _ in range(9):
+    assert rows_of(page) == (31_900, 290_000)
+    for _ in range(11):
         page.get_by_role("button", name="Zoom in").click()
     assert page.locator("#traces-plot").get_attribute("data-whole") == "true"
