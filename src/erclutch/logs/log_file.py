@@ -45,7 +45,7 @@ from erclutch.logs.rows.readable_names import with_readable_names
 from erclutch.logs.rows.senses_across import with_a_row_for_each_sense
 from erclutch.logs.rows.tidy_rows import untidied
 from erclutch.logs.rows.worded_levels import with_places_of_words
-from erclutch.logs.table import Table
+from erclutch.logs.table import A_COLUMN_EACH, Table
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -166,10 +166,12 @@ def finished(table: Table, notes: Sequence[str], path: str | Path | DataFrame) -
     The rows of a DataFrame stay its rows, for estimates go back beside them: no rule makes others of them.
 
     Raises:
-        LogError: there are no rows of numbers, or a name is too long.
+        LogError: there are no rows of numbers, the table lies on its side, or a name is too long.
     """
     if not table.columns or not table.rows:
         raise LogError("the file has no rows of numbers", remedy=ROWS_WANTED, where=table.name)
+    if table.lying:  # before rules understand its names
+        raise LogError(table.lying, remedy=A_COLUMN_EACH, where=table.name)
     if isinstance(path, str | Path):
         table = replace(tidied(table), path=str(path))
     return replace(table, notes=(*table.notes, *notes))

@@ -15,6 +15,8 @@ from erclutch.signals.array import Array
 from erclutch.signals.channels import device_of_channels
 from erclutch.signals.device import DEVICES, DeviceName
 
+WIDEST = 1000  # columns of a log; more, and fewer rows, lie on their side, whether the rows have names or not
+A_COLUMN_EACH = "Give a table with a column for each signal"
 #: Between two columns whose difference is meant.
 MINUS = " - "
 
@@ -141,6 +143,13 @@ class Table:
     def rows(self) -> int:
         """Number of rows."""
         return next((int(values.size) for values in self.columns.values()), 0)
+
+    @property
+    def lying(self) -> str:
+        """What is wrong with a table that is wider than any log, and has more columns than rows; "" for others."""
+        if len(self.columns) <= max(WIDEST, self.rows):
+            return ""
+        return f"{self.rows} rows of {len(self.columns):,} columns: a log has one row a sample"
 
     def planned(self, name: str) -> Array:
         """The samples of a column that a plan reads, shape (n,).

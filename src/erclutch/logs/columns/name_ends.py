@@ -10,6 +10,9 @@ from erclutch.errors import UnitError
 from erclutch.logs.columns.vocabulary import set_of
 from erclutch.signals.units import fits
 
+#: Names that are kept once they are understood: a file may have as many columns, and each rule asks for each name anew.
+KEPT_NAMES = 1 << 14
+
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
 _AS_THEY_ARE = "A mA V mV kV N kN kg krpm gauss Pa kPa MPa s ms us ns um mm cm m rad deg rpm T mT"
 _JOINT_DIGITS = 2  # of a joint's number at most
@@ -162,7 +165,7 @@ _WORD = 5  # letters of a unit that is written out
 _POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
 
 
-@lru_cache(maxsize=4096)  # many rules of a plan ask about the same few names
+@lru_cache(maxsize=KEPT_NAMES)  # many rules of a plan ask about the same few names
 def split_end(name: str) -> tuple[str, str | None]:
     """``torque_Nm`` as ``torque`` and ``N*m``, ``rpm`` as itself in ``rpm``; None where no unit ends the name.
 

@@ -15,7 +15,7 @@ from itertools import pairwise
 
 from erclutch.logs.columns.arms_in_names import without_arm
 from erclutch.logs.columns.labels import EASTERN
-from erclutch.logs.columns.name_ends import split_end
+from erclutch.logs.columns.name_ends import KEPT_NAMES, split_end
 from erclutch.logs.columns.vocabulary import (
     AGAINST,
     BESIDE,
@@ -164,7 +164,7 @@ def spoken_name(name: str) -> SpokenName:
     return spoken(name, stem, end)
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=KEPT_NAMES)
 def spoken(name: str, stem: str, end: str | None) -> SpokenName:
     """What a name says; the same for every column of this name.
 
@@ -271,7 +271,7 @@ def words_of(name: str) -> list[str]:
     return [*_words_of(name)]
 
 
-@lru_cache(maxsize=4096)  # many rules of a plan ask for the words of the same few names
+@lru_cache(maxsize=KEPT_NAMES)  # many rules of a plan ask for the words of the same few names
 def _words_of(name: str) -> tuple[str, ...]:
     apart = _BORDER.sub(" ", unicodedata.normalize("NFKD", name))
     letters_alone = re.sub(r"[^\w\s]|_", " ", re.sub("[\u0300-\u036f]", "", apart)).lower()
@@ -309,7 +309,7 @@ def _called_as(name: str, stem: str, signal: str) -> str | None:
     return next((form for form in forms if form in _NAMES[signal]), None)
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=4 * KEPT_NAMES)  # for four signals
 def headed(stem: str, signal: str, shared: frozenset[str] = frozenset()) -> str | None:
     """The head of a name, where that is a name of a signal of a single device; None for another head.
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import own_unit, without_unit
-from erclutch.logs.columns.name_ends import split_end
+from erclutch.logs.columns.name_ends import KEPT_NAMES, split_end
 from erclutch.logs.columns.names import SpokenName, spoken, spoken_name
 from erclutch.logs.columns.names_in_company import told_by_company
 from erclutch.logs.columns.shapes import Shape, shape_of, spread_of
@@ -353,7 +353,7 @@ def _is_finer(column: SeenColumn, dates: Array) -> bool:
     return bool(np.all(column.steps > 0.0) and np.ptp(apart) <= tick)
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=4 * KEPT_NAMES)  # for four signals
 def unit_fits(
     name: str,
     unit: str | None,

@@ -105,8 +105,7 @@ from erclutch.logs.planning.twin_speeds import (
 )
 from erclutch.logs.planning.unsure_names import doubt_what_unsure_names_say
 from erclutch.logs.planning.valve_in_flow_mode import propose_flow_and_pressure
-from erclutch.logs.readers.lying_tables import WIDEST
-from erclutch.logs.table import Table
+from erclutch.logs.table import A_COLUMN_EACH, Table
 from erclutch.signals.device import DeviceName
 
 _NEEDED = (
@@ -263,11 +262,8 @@ def plan_of(
     said = invalid or told.invalid
     if said not in ("error", "drop", None):
         raise SettingError(f"invalid is '{said}'", remedy="Use error or drop")
-    if len(table.columns) > max(WIDEST, table.rows):
-        problem = f"{table.rows} rows of {len(table.columns):,} columns: a log has one row a sample"
-        raise LogError(
-            problem, remedy="Give a table with a column for each signal", where=table.name
-        )
+    if table.lying:
+        raise LogError(table.lying, remedy=A_COLUMN_EACH, where=table.name)
 
     draft = Draft(table, told, device, said, whole, notes=notes, constants=dict(table.constants))
     # A stranger's column may hold infinities, or numbers whose squares are infinite. What a rule makes of them is no

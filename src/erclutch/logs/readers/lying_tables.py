@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from erclutch.logs.readers.cells import DELIMITERS, cells_of, is_full, is_number
 from erclutch.logs.readers.dialect import lines_of
+from erclutch.logs.table import WIDEST
 
 _MOST_SIGNALS = 64
 _FEWEST_SAMPLES = 10
 _LONGEST = 50_000_000  # characters
-WIDEST = 1000  # columns of a log; more, and fewer rows, lie on their side, whether the rows have names or not
 LYING = "the table has a signal a row: its rows are taken as columns"
 
 

@@ -175,9 +175,9 @@ def table_of_rows(
             units_of[label] = unit or held.units_behind.get(label)
     units_of |= dict.fromkeys(held.of_lists)
     period = None
-    has_time = any(spoken_name(label).is_time for label in columns)
     stated_period = sample_period(dialect.metadata)
-    if stated_period is None and not has_time:
+    may_state_one = stated_period is None and bool(dialect.metadata)
+    if may_state_one and not any(spoken_name(label).is_time for label in columns):
         stated_period = period_of_a_count(dialect.metadata, len(frame))
     if stated_period:
         period, key = stated_period
