@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
-from urllib.parse import quote, urlsplit
+from urllib.parse import urlsplit
 
 #: By word: the pages of which one has to be among the first three that are found.
 SAID: dict[str, tuple[str, ...]] = {
@@ -98,7 +98,15 @@ def first_pages(page: Any, site: Path, word: str, most: int = 3) -> list[str]:
         word: what is searched.
         most: how many pages.
     """
-    page.goto(f"{(site / 'search.html').as_uri()}?q={quote(word)}")
+    address = (site / "search.html").as_uri()
+    if page.url != address:
+        page.goto(address)
+    # As the page does with a word of its address: a load of the page and of its index takes longer than a search.
+    page.evaluate(
+        "word => { document.querySelector('#search-results').replaceChildren();"
+        " Search.performSearch(word); }",
+        word,
+    )
     # The search writes its summary after the last result, also where there is none.
     page.wait_for_function(
         "document.querySelector('#search-results .search-summary')?.textContent", timeout=20_000
