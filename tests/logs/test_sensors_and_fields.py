@@ -339,8 +339,10 @@ def test_the_velocity_of_a_stroke_is_a_velocity(name: str) -> None:
 @pytest.mark.parametrize(("name", "unit"), [("Moment", "lbs"), ("torque", "N"), ("force", "N*m")])
 def test_a_torque_in_a_unit_of_force_is_doubted(name: str, unit: str) -> None:
     columns = {"time": TIME, "speed": SPEED, name: EFFORT, "current": LEVELS}
-    (doubt,) = _plan(columns, {name: unit, "current": "A"}).doubts
+    plan = _plan(columns, {name: unit, "current": "A"})
+    (doubt,) = plan.doubts
     assert f"is called {name.lower()} and is in {unit}" in doubt
+    assert f'--effort "{name} [UNIT]"' in plan.command()  # the file's unit would be read wrong
     assert _plan(columns, {name: "N" if name == "force" else "N*m", "current": "A"}).doubts == ()
 
 

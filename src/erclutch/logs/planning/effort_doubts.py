@@ -242,4 +242,5 @@ def doubt_a_torque_in_a_unit_of_force(draft: Draft) -> None:
     for kind, names in _EFFORTS_BY_NAME.items():
         if form in names and effort.si != kind:
             doubt = f"which is called {form} and is in {effort.unit}, a unit of another kind"
-            draft.doubt("effort", doubt)
+            # Pounds may be those of a torque at a foot or at an inch: as a force they would be read wrong.
+            draft.doubt("effort", doubt, shell_word(f"{effort.column} [UNIT]"))
