@@ -27,6 +27,8 @@ from erclutch.wings.rig.twin.parameters import default_rig
 from tests.support.command import good, run
 
 RECIPE = RunsRecipe(twin_runs, (("names", ("training", "test")), ("seconds", 20.0), ("seed", 3)))
+#: Enough to tell a memory by.
+FEW_SECONDS = 8.0
 
 
 @pytest.fixture(scope="module")
@@ -62,10 +64,9 @@ def test_a_table_scores_what_it_fitted(runs: dict[str, Dataset]) -> None:
 
 
 @pytest.mark.slow
-def test_the_table_with_memory(
-    runs: dict[str, Dataset], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_table_with_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Sign and memory each take from the error, past samples too; a second call finds what the first one kept."""
+    runs = twin_runs(("training", "test"), seconds=FEW_SECONDS, seed=3)
     monkeypatch.setattr(memory_table, "PAPER", ("bingham/forward",))
     monkeypatch.setattr(memory_table, "PAPER_NETWORKS", ("fnn-3",))
     stages, found = memory_table.memory_table(
