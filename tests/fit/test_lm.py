@@ -322,3 +322,20 @@ def test_slopes_whose_squares_are_beyond_double_precision_move_nothing() -> None
     found = minimise(linear(slopes, np.ones(2), -everywhere, everywhere), start)
     assert np.array_equal(found.point, start)
     assert found.cost == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("flat", [1e-170, 1e-150, 1e-90])
+def test_slopes_that_vanish_after_a_step_end_the_search(flat: float) -> None:
+    """Beside the steep slopes of the start they are nothing, and a power of theirs was divided by."""
+    everywhere = np.full(1, np.inf)
+
+    def linearised(u: NDArray[np.float64]) -> Linearisation:
+        slope = 1.0 if u[0] == 0.0 else flat
+        return Linearisation(cost(u), np.array([[slope]]), np.ones(1))
+
+    def cost(u: NDArray[np.float64]) -> float:
+        return 1.0 / (1.0 + abs(float(u[0])))
+
+    found = minimise(Problem(cost, linearised, -everywhere, everywhere), np.zeros(1))
+    assert np.isfinite(found.point).all()
+    assert found.cost < 1.0

@@ -17,6 +17,9 @@ from erclutch.logs.dataset import STEADY, Dataset
 from erclutch.logs.rows.field_plateaus import plateaus
 from erclutch.signals.array import Mask
 
+#: Of blocks in time: an error over fewer rows says next to nothing.
+FEWEST_ROWS_OF_A_BLOCK = 20
+
 
 def hold_out(dataset: Dataset, test: float | str | Sequence[str]) -> Mask:
     """Rows that are kept from fitting: the last share in time, stretches all over, or whole logs by their names.
@@ -152,9 +155,10 @@ def time_folds(dataset: Dataset, count: int) -> list[Mask]:
     Raises:
         SettingError: fewer than 2 blocks, or blocks of fewer than 20 rows.
     """
-    if count < 2 or dataset.rows // count < 20:
+    if count < 2 or dataset.rows // count < FEWEST_ROWS_OF_A_BLOCK:
         problem = f"{count} blocks of {dataset.rows} rows"
-        raise SettingError(problem, remedy="Give 2 blocks or more, of at least 20 rows each")
+        remedy = f"Give 2 blocks or more, of at least {FEWEST_ROWS_OF_A_BLOCK} rows each"
+        raise SettingError(problem, remedy=remedy)
     edges = np.linspace(0, dataset.rows, count + 1).round().astype(int)
     row = np.arange(dataset.rows)
     return [(row >= first) & (row < last) for first, last in itertools.pairwise(edges)]

@@ -10,12 +10,12 @@ import numpy as np
 from erclutch.fit.choice.points_left_out import fields_left_out, points_left_out
 from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, groups_of
 from erclutch.logs.dataset import Dataset
-from erclutch.logs.held_out import time_folds
+from erclutch.logs.held_out import FEWEST_ROWS_OF_A_BLOCK, time_folds
 from erclutch.signals.array import Mask
 
 _BLOCKS = 4  # of one log in time
 _GROUPS = 4  # fields, motions or logs, at most
-_FEWEST_ROWS = 50  # of a block
+_ENOUGH_ROWS = 50  # of a block, where blocks of another motion could be left out in its place
 _LEFT = 0.2  # of the rows: that many are left at least where one of two logs is left out
 #: Of blocks of one log in time a freer model may lose so much on some, as a share of what it gains on others.
 _LOST = 0.25
@@ -90,14 +90,16 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     two_motions = count == 2 and len(set(logs.motion)) == 2 and len(set(logs.field)) == 1
     if two_motions:
         shorter = min(stop - start for start, stop in logs.rows)
-        two_motions = shorter >= max(_LEFT * train.rows, _BLOCKS * _FEWEST_ROWS)
+        two_motions = shorter >= max(_LEFT * train.rows, _BLOCKS * _ENOUGH_ROWS)
     if count >= FEWEST_GROUPS or two_motions:
         of_logs = _masks(train, logs.rows, range(count))
         return LeftOut("whole logs", list(of_logs), further=False)
-    if train.rows < _BLOCKS * _FEWEST_ROWS:
+    # Of few rows fewer blocks: without any, the rows held out would choose what they are to judge.
+    blocks = min(_BLOCKS, train.rows // FEWEST_ROWS_OF_A_BLOCK)
+    if blocks < 2:
         return None
     return LeftOut(
-        f"{_BLOCKS} blocks in time", time_folds(train, _BLOCKS), further=False, in_time=count == 1
+        f"{blocks} blocks in time", time_folds(train, blocks), further=False, in_time=count == 1
     )
 
 

@@ -21,7 +21,7 @@ from erclutch.signals.array import Array
 #: Share of a sum of squares that no rows can tell: of 10,000 rows a tenth of one row's noise.
 _NEXT_TO_NOTHING = 1e-5
 Stop = Literal["converged", "stalled", "iterations"]
-_ROOT_OF_TINY = float(np.sqrt(np.finfo(float).tiny))
+_FIFTH_ROOT_OF_TINY = float(np.finfo(float).tiny ** 0.2)
 _EPS = float(np.finfo(float).eps)
 
 
@@ -219,8 +219,8 @@ def _trusted(
     """Min |z - R d|**2 subject to |D d| <= radius, to a tenth of the radius (Moré 1978), by singular values."""
     left, s, right = np.linalg.svd(triangle / scale, full_matrices=False)
     z = left.T @ vector
-    # A singular value whose square is no normal number tells no direction: it would be divided by below.
-    faintest = max(float(s[0]) * _EPS, _ROOT_OF_TINY)
+    # A singular value whose fourth power is next to no normal number tells no direction: it is divided by below.
+    faintest = max(float(s[0]) * _EPS, _FIFTH_ROOT_OF_TINY)
     solid = s > faintest
     # In the coordinates of the singular values, a damping mu gives the step d; the lost directions stay where they are.
     mu = 0.0
