@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.report.html.packed_rows import Packer, channel, coarse, packed, rounded, unpacked
+from erclutch.report.html.traces_section import _held_out
+from erclutch.signals.clock import stretches
 
 
 @pytest.mark.slow
@@ -76,3 +82,22 @@ def test_a_part_that_a_longer_layer_holds_is_dropped() -> None:
 def test_a_constant_signal(value: float) -> None:
     made = channel(np.full(10, value), 0.1)
     assert np.all(rounded(np.full(10, value), made) * made.step + made.middle == value)
+
+
+@pytest.mark.parametrize(
+    ("stretches_held", "alone"), [(3, True), (64, True), (65, False), (4000, False)]
+)
+def test_points_held_out_all_over_are_packed_as_few_blocks(
+    stretches_held: int, alone: bool
+) -> None:
+    """Of 15,000 points 4,000 were held out here and there: to pack each alone took twenty seconds."""
+    test = np.zeros(15_000, np.bool_)
+    test[1 : 3 * stretches_held : 3] = True
+    held = _held_out(cast(Any, SimpleNamespace(rows=SimpleNamespace(test=test))))
+    if alone:
+        assert held == stretches(test)
+        return
+    assert len(held) <= 64
+    assert held[0][0] == 0
+    assert held[-1][1] == test.size
+    assert all(stop == start for (_, stop), (start, _) in itertools.pairwise(held))

@@ -162,5 +162,7 @@ class Packer:
 
     def has(self, name: str, start: int, stop: int) -> bool:
         """Whether each of rows [start, stop) of a channel is there."""
-        whole = [layer for layer in self.channels[name].layers if layer.bucket == 1]
-        return any(layer.start <= start and layer.stop >= stop for layer in whole)
+        return any(
+            layer.bucket == 1 and layer.start <= start and layer.stop >= stop
+            for layer in self.channels[name].layers
+        )

@@ -25,6 +25,8 @@ _MANY = 12  # models
 _KNOT = 64  # rows between two knots of an uneven clock
 _DRAWN = 1000  # rows on paper
 _WIDE = 920  # width of a plot on paper, in the units of its drawing
+#: Stretches of rows held out that are packed each on its own; points all over a table are thousands.
+_MOST_STRETCHES = 64
 _HIGH = 105  # height of a panel with a share of 1, in the same units
 
 
@@ -33,7 +35,7 @@ def _fill(material: Material) -> dict[str, Any]:
     packer, inputs = _packed(material)
     models: list[dict[str, Any]] = []
     data = material.rows.data
-    held = stretches(material.rows.test)
+    to_pack = _held_out(material)
     for name in material.run.names:
         channel = f"estimate:{name}"
         if channel not in packer.channels:
@@ -41,7 +43,7 @@ def _fill(material: Material) -> dict[str, Any]:
         detail = "coarse"  # how many of its rows are whole
         if packer.has(channel, 0, data.rows):
             detail = "all"
-        elif all(packer.has(channel, start, stop) for start, stop in held):
+        elif all(packer.has(channel, start, stop) for start, stop in to_pack):
             detail = "test"
         role = material.shown.get(name, "")
         models.append(
@@ -70,7 +72,7 @@ def _fill(material: Material) -> dict[str, Any]:
             "time": _clock(material),
             "breaks": [span.start for span in data.clock.spans][1:],
             "logs": logs,
-            "test": held,
+            "test": stretches(material.rows.test),
             "windows": {"typical": list(windows.typical), "worst": list(windows.worst)},
             "recommended": material.recommended,
             "models": models,
@@ -136,7 +138,7 @@ def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
     main = ["measured", *estimates[:1], *(signal["channel"] for signal in inputs)]
     others = estimates[1:]
     whole = [(0, data.rows)]
-    held = stretches(rows.test)
+    held = _held_out(material)
     wanted = [
         *itertools.product(main, held),
         *itertools.product(others[:2], held),
@@ -146,6 +148,16 @@ def _packed(material: Material) -> tuple[Packer, list[dict[str, Any]]]:
     for channel, (start, stop) in wanted:
         packer.whole(channel, start, stop)
     return packer, inputs
+
+
+def _held_out(material: Material) -> list[tuple[int, int]]:
+    """The stretches of rows held out, each packed on its own; of very many as many blocks that hold all rows."""
+    test = material.rows.test
+    held = stretches(test)
+    if len(held) <= _MOST_STRETCHES:
+        return held
+    edges = np.linspace(0, test.size, _MOST_STRETCHES + 1).round().astype(int).tolist()
+    return list(itertools.pairwise(edges))
 
 
 def _resolution(values: Array, wanted: float) -> float:
