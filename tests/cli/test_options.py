@@ -19,7 +19,6 @@ from erclutch.cli.command_list import OF_OTHERS, PANELS, commands
 from erclutch.cli.commands.fit import fit
 from erclutch.errors import PluginError, SettingError
 from erclutch.fit.fit_settings import Settings
-from erclutch.logs.covering_stretches import USUAL_SHARE
 from erclutch.logs.synthetic import write_synthetic_log
 from tests.support.command import good, refused, run
 from tests.support.installed_plugin import Install
@@ -324,8 +323,7 @@ def test_the_options_of_a_fit_begin_as_its_settings_do() -> None:
     options, settings = signature(fit).parameters, Settings()
     assert options["models"].default == settings.models
     assert options["lag"].default == settings.lag
-    assert options["test"].default == (f"{USUAL_SHARE:g}",)
-    assert settings.test == USUAL_SHARE
+    assert options["test"].default == (settings.test,)
     assert options["blocks"].default == settings.blocks
     for name in ("friction", "offset", "seed", "past", "polish", "workers"):
         assert options[name].default == getattr(settings, name)

@@ -229,7 +229,7 @@ def test_the_command_repeats_the_run(material: Material) -> None:
     models = "quadratic bingham fnn-2 quadratic+lag bingham+lag fnn-2+lag bingham+lag+dahl/field"
     assert (
         command
-        == f"erclutch fit log.csv --field 'field [V]' --models {models} --lag none --out RUN"
+        == f"erclutch fit log.csv --field 'field [V]' --models {models} --test 0.3 --lag none --out RUN"
     )
 
 

@@ -19,6 +19,7 @@ from erclutch.fit.checks.data_check import ONE_FIELD, check, steady_command
 from erclutch.fit.checks.effort_and_slip import SIGN
 from erclutch.fit.checks.finding import Finding
 from erclutch.fit.checks.no_time import NO_MEMORY
+from erclutch.fit.checks.usual_hold_out import usual_hold_out
 from erclutch.fit.choice.ranking import (
     RankedModel,
     judged_by_training,
@@ -182,12 +183,16 @@ def _compared(
     failed: Mapping[tuple[str, ...], PluginError],
 ) -> Comparison:
     """The comparison without the plug-ins of other packages that failed, by group and name; see `compare`."""
+    why_stretches: tuple[Finding, ...] = ()
+    if settings.test in (AUTO, (AUTO,)):
+        held, why_stretches = usual_hold_out(data)
+        settings = replace(settings, test=held)
     test = hold_out(data, settings.test)
     if not test.any():  # a share of next to nothing, or no pattern: no figure could be given
         remedy = f"Hold out some with --test, such as --test {USUAL_SHARE:g}"
         raise CheckError(f"none of {data.rows} rows is held out", where=data.where, remedy=remedy)
     train = data.take(~test)
-    findings = check(data, test) + past_finding(settings.past, data)
+    findings = why_stretches + check(data, test) + past_finding(settings.past, data)
     findings += motion_held_out(data, test) + two_motions(train)
     if settings.lag == AUTO and data.in_no_time:
         findings += (NO_MEMORY,)

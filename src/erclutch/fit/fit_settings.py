@@ -6,7 +6,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from erclutch.errors import keywords_checked, require
-from erclutch.logs.covering_stretches import USUAL_SHARE
 
 AUTO = "auto"
 
@@ -23,7 +22,8 @@ class Settings:
             it, and with memory as far as `fit.choice.ladder` finds that the data ask for it. A model may name its own
             stages: "bingham+lag+dahl".
         test: share of each log, its end, that is held out (of each stretch, where a log was taken at one field after
-            another); "stretches" all over each log; or patterns of the names of logs that are.
+            another); "stretches" all over each log; patterns of the names of logs that are; or "auto": 0.3, or
+            "stretches" where the ends have slips or fields that no row before them comes near.
         blocks: blocks in time for cross-validation on the training rows, 2 to 50; 0 for none.
         friction: a column of friction at zero field; None: yes for a single device whose slip turns, no for all others
             (the paper's form of the pair).
@@ -36,7 +36,7 @@ class Settings:
 
     models: tuple[str, ...] = ("all",)
     lag: str = AUTO
-    test: float | tuple[str, ...] = USUAL_SHARE
+    test: float | str | tuple[str, ...] = AUTO
     blocks: int = 0
     friction: bool | None = None
     offset: bool | None = None

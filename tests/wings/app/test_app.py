@@ -137,7 +137,8 @@ def test_the_fit_in_python_holds_out_what_the_command_holds_out() -> None:
     python = actions.fit_in_python(form, ["log.csv"], "run")
     assert "Settings(lag='none', test=0.2, seed=7)" in python
     assert "Settings(test=('day*',))" in actions.fit_in_python({"test": "day*"}, ["log.csv"], "run")
-    assert "Settings()" in actions.fit_in_python({"test": "0.3"}, ["log.csv"], "run")
+    assert "Settings(test=0.3)" in actions.fit_in_python({"test": "0.3"}, ["log.csv"], "run")
+    assert "Settings()" in actions.fit_in_python({"test": "auto"}, ["log.csv"], "run")
 
 
 @pytest.mark.parametrize(
@@ -175,7 +176,7 @@ def test_a_fit_as_words_and_in_python() -> None:
         "model.bingham": "on",
         "models": "hem/square",
         "lag": "none",
-        "test": "0.3",
+        "test": "auto",
         "constant": "field=1 A",
         "invalid": "drop",
     }

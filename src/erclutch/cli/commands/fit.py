@@ -46,7 +46,7 @@ def fit(
     *,
     models: ModelNames = ("all",),
     lag: Annotated[str, Parameter(name=("--lag", "--stages"), group=MODELS)] = "auto",
-    test: ModelNames = ("0.3",),
+    test: ModelNames = ("auto",),
     blocks: Annotated[int, _OF_MODELS] = 0,
     friction: Annotated[bool | None, _OF_MODELS] = None,
     offset: Annotated[bool | None, _OF_MODELS] = None,
@@ -74,7 +74,7 @@ def fit(
         lag: 'none'; 'auto': without and with a lag, and memory of the slip as far as the data ask for it; or stages
             out of `erclutch laws`, joined by +, such as lag, rise-fall, dahl/field, effort-lag.
         test: Held out: a share (the end of each log, or of each constant field), 'stretches' (30 % all over each log,
-            like it in field, slip and motion), or patterns of names. Default: 0.3.
+            like it in field, slip and motion), or patterns of names. Default: 0.3; stretches if an end goes beyond all.
         blocks: Also cross-validate over this many blocks in time of the training rows.
         friction: Fit a friction effort at zero field. Default: yes for single, no for coaxial (the paper's form).
         offset: Fit a constant effort. Default: as for friction.

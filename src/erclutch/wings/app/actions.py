@@ -82,7 +82,12 @@ FITTING: tuple[tuple[str, str, str, str], ...] = (
         "auto: as far as the data ask for it; none; or stages joined by +",
         "auto",
     ),
-    ("test", "Held out", "share of the rows, at the end of the log", "0.3"),
+    (
+        "test",
+        "Held out",
+        "a share of the rows, at the end of the log; stretches; auto: 0.3, or stretches where the end goes beyond",
+        "auto",
+    ),
     ("seed", "Seed", "the same seed gives the same figures", "0"),
 )
 #: What every log has. Where its guess is taken back, the page asks for it.
