@@ -24,12 +24,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.cli import main, terminal
-from erclutch.fit import comparison
-from erclutch.fit.comparison import Comparison, compare
 from erclutch.fit.laws.fit_law import Estimate
 from erclutch.logs.synthetic import write_synthetic_log
 from erclutch.report.html.printed_page import browser
 from tests.support.command import good, refused
+from tests.support.compared_once import compare_once
 
 COMMAND = (sys.executable, "-m", "erclutch")
 QUICK = ("--models", "quadratic", "--lag", "none")
@@ -386,14 +385,7 @@ def test_fit_prints_eight_models_and_all_of_them_where_asked(
     log: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Both print one comparison: what is printed of it differs, not what is fitted."""
-    made: list[Comparison] = []
-
-    def once(*given: Any, **named: Any) -> Comparison:
-        if not made:
-            made.append(compare(*given, **named))
-        return made[0]
-
-    monkeypatch.setattr(comparison, "compare", once)
+    compare_once(monkeypatch)
     short = good(
         "fit", log, "--models", "paper", "bingham/critical", "--lag", "none", cwd=log.parent
     )

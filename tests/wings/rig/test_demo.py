@@ -13,12 +13,14 @@ import pytest
 
 from erclutch.logs import read
 from tests.support.command import good, refused
+from tests.support.compared_once import compare_once
 
 COMMAND = (sys.executable, "-m", "erclutch")
 
 
 @pytest.mark.slow
-def test_demo(tmp_path: Path) -> None:
+def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compare_once(monkeypatch)
     said = good("demo", "--seconds", "10", "--out", "kept", cwd=tmp_path)
     assert "TWIN: " in said
     for words in (
