@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import LogError
-from erclutch.logs import Table, read_table
+from erclutch.logs import ColumnMap, Table, plan_of, read_table
 from erclutch.logs.columns import name_ends, names, seen_columns
 from erclutch.logs.log_file import finished
 from erclutch.logs.readers.budget import NAMES
@@ -54,3 +54,31 @@ def test_so_is_such_a_file(tmp_path: Path, end: str) -> None:
 )
 def test_as_many_names_are_kept_as_a_file_may_have(kept: object) -> None:
     assert kept.cache_info().maxsize >= NAMES  # type: ignore[attr-defined]
+
+
+def _asked_of_names(count: int, monkeypatch: pytest.MonkeyPatch) -> int:
+    """How often a name is asked for its words while a table of so many channels without a field is planned."""
+    asked = 0
+    says = names.SpokenName.says
+
+    def counted(self: names.SpokenName, words: frozenset[str]) -> bool:
+        nonlocal asked
+        asked += 1
+        return says(self, words)
+
+    angle = np.arange(40) / 5.0
+    columns = {"time": angle, "speed": np.sin(angle), "torque": np.tanh(np.sin(angle))}
+    for number in range(count):
+        columns[f"channel {number} of this rig"] = np.sin((2.0 + number) * angle)
+    with monkeypatch.context() as patch:
+        patch.setattr(names.SpokenName, "says", counted)
+        plan_of(Table("a.csv", columns, dict.fromkeys(columns), "0" * 64), ColumnMap())
+    return asked
+
+
+@pytest.mark.slow
+def test_the_questions_to_names_grow_as_the_columns_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    few = _asked_of_names(60, monkeypatch)
+    many = _asked_of_names(180, monkeypatch)
+    assert few > 60
+    assert many < 3.5 * few

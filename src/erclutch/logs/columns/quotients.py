@@ -78,10 +78,9 @@ def pressing_loads(seen: SeenColumns, signal: str) -> list[str]:
 
 def quotient_of(seen: SeenColumns, column: SeenColumn) -> tuple[str, str] | None:
     """The two columns of one kind whose quotient a column is, as a coefficient of friction is; None: it is none."""
-    measured: list[SeenColumn] = []
-    for other in seen.without([column.name]):
-        if other.written_unit and not other.shape.constant:
-            measured.append(other)
+    if len(seen.measured) > _MOST_PARTS + 1:
+        return None
+    measured = [other for other in seen.measured if other.name != column.name]
     if len(measured) > _MOST_PARTS:
         return None
     for top, bottom in permutations(measured, 2):

@@ -182,6 +182,31 @@ class SeenColumns:
     counters: tuple[str, ...]
     empty: tuple[str, ...]
 
+    @cached_property
+    def of_models(self) -> list[SeenColumn]:
+        """The columns that are called like a model; rules ask for them beside each column."""
+        return [column for column in self.columns.values() if column.spoken.is_of_a_model]
+
+    @cached_property
+    def measured(self) -> list[SeenColumn]:
+        """The columns of the file that have a unit and change; rules ask for them beside each column."""
+        return [
+            column
+            for column in self.without(())
+            if column.written_unit and not column.shape.constant
+        ]
+
+    @cached_property
+    def _saying(self) -> dict[frozenset[str], list[SeenColumn]]:
+        return {}
+
+    def saying(self, words: frozenset[str]) -> list[SeenColumn]:
+        """The columns whose names hold one of some words: they are looked up once, whoever asks beside each column."""
+        if words not in self._saying:
+            columns = self.columns.values()
+            self._saying[words] = [column for column in columns if column.spoken.says(words)]
+        return self._saying[words]
+
     def without(self, taken: Iterable[str]) -> list[SeenColumn]:
         """All columns of the file that hold a number, but some."""
         left_out = {*taken, *self.empty, *self.table.made}

@@ -24,7 +24,7 @@ from erclutch.logs.columns.two_courses import (
     is_size_of,
 )
 from erclutch.logs.planning.draft import Draft
-from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive
+from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, OF_DRIVES, is_current_of_a_drive
 from erclutch.logs.planning.missing_columns import has_short_name
 from erclutch.logs.planning.stated_field import states_a_field, take_stated_field
 from erclutch.logs.planning.told_motions import has_a_told_motion
@@ -142,7 +142,7 @@ def _why_of_a_drive(seen: SeenColumns, column: SeenColumn, taken: Iterable[str])
             efforts.append(other.values)
     if is_current_of_a_drive(column, efforts):
         return "is the current of the drive, which goes along with the effort"
-    beside = [other for other in seen.columns.values() if is_current_of_a_drive(other, efforts)]
+    beside = [other for other in seen.saying(OF_DRIVES) if is_current_of_a_drive(other, efforts)]
     if not beside:
         return ""
     if column.spoken.says(_OTHER_AXIS) and column.fits(("A",)) is not False:
@@ -168,17 +168,18 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
     is_a_part = bool(words) and bare_words[-1] in _PARTS and _OF_A_TEST.issuperset(bare_words[:-1])
     if shape.rises and is_a_part and are_whole(column.values):
         return "numbers the parts of the test"
-    is_a_current = len(words) == 1 and any(
-        "iq" in other.spoken.stem_words for other in seen.columns.values()
-    )
-    if words[-1:] == ("id",) and are_whole(column.values) and not is_a_current:
-        return "tells one device from another"  # a current along an axis is no whole number
+    if words[-1:] == ("id",) and are_whole(column.values):
+        is_a_current = len(words) == 1 and bool(seen.saying(frozenset({"iq"})))
+        if not is_a_current:
+            return "tells one device from another"  # a current along an axis is no whole number
     is_share_of_a_load = column.written_unit == "%" and "load" in words  # that a brake is told
     if column.spoken.is_accounted and not is_share_of_a_load:
         return "is another quantity by its name"
     if is_a_mark(column) and not _MARKS.isdisjoint(words):
         return "marks rows by 0 and 1"
-    for other in seen.without([column.name]):  # the rate of a position, or a position with its rate
+    is_a_motion = not column.spoken.may_be.isdisjoint(("slip", "position"))
+    # The rate of a position, or a position with its rate.
+    for other in seen.without([column.name]) if is_a_motion else ():
         for speed, position in ((column, other), (other, column)):
             is_called = "slip" in speed.spoken.may_be and "position" in position.spoken.may_be
             if is_called and is_rate_of(speed.values, position.values, seen.stamps):
@@ -234,11 +235,10 @@ def is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
 
     One name alone may be that of a device; two are a comparison of models.
     """
-    models = [other for other in seen.columns.values() if other.spoken.is_of_a_model]
-    if len(models) < 2:
+    if len(seen.of_models) < 2:
         return False
     return column.spoken.is_of_a_model or any(
-        are_estimates(column.values, model.values) for model in models
+        are_estimates(column.values, model.values) for model in seen.of_models
     )
 
 
