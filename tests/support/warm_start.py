@@ -150,7 +150,7 @@ def _become(program: socket.socket) -> None:
     os.environ.clear()
     os.environ.update(environment)
     given = filter(None, environment.get("PYTHONPATH", "").split(os.pathsep))
-    sys.path[:0] = [place for place in given if place not in sys.path]
+    sys.path[1:1] = [place for place in given if place not in sys.path]  # behind that of a script
     code = 1
     try:
         code = _code_of(words)
