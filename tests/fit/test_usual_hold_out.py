@@ -62,6 +62,21 @@ def test_points_of_a_table_are_held_out_all_over_as_ever() -> None:
     assert usual_hold_out(points) == (0.3, ())
 
 
+@pytest.mark.parametrize("rows", [1, 2, 3, 60])
+def test_a_log_of_next_to_no_rows_is_left_as_it_is(rows: int) -> None:
+    assert usual_hold_out(damper(FASTER[:rows]))[0] == 0.3
+
+
+def test_rows_of_numbers_that_no_device_has_are_beyond() -> None:
+    size = STEADY.copy()
+    size[3500:] = 1e307
+    data = damper(STEADY)
+    far = replace(
+        data, elements=(Element(np.zeros(size.size), size * np.sign(data.elements[0].slip)),)
+    )
+    assert usual_hold_out(far)[0] == STRETCHES
+
+
 @pytest.mark.slow
 def test_a_log_that_goes_faster_and_faster_is_fitted_to_its_fast_rows_too() -> None:
     data = damper(FASTER)

@@ -78,7 +78,8 @@ class Range:
                 low, high = margins(covered)
                 out |= (values < low) | (values > high)
             if self.near:
-                out |= self.far(i, element.field, element.slip)
+                with np.errstate(over="ignore"):  # a number of 1e308 is beyond all cells
+                    out |= self.far(i, element.field, element.slip)
         return out
 
     def to_dict(self) -> dict[str, Any]:

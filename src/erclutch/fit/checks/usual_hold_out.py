@@ -40,5 +40,8 @@ def usual_hold_out(data: Dataset) -> tuple[float | tuple[str, ...], tuple[Findin
 def _without_rows_near(data: Dataset, test: float | str) -> float:
     """Share of the rows held out that no training row comes near."""
     held = hold_out(data, test)
-    outside = range_of(data.take(~held)).outside(data.take(held))
+    train = data.take(~held)
+    if not train.rows:  # the log is too short to leave any
+        return 0.0
+    outside = range_of(train).outside(data.take(held))
     return float(outside.mean()) if outside.size else 0.0
