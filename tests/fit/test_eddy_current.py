@@ -64,7 +64,8 @@ def test_of_all_laws_that_of_a_drag_is_fitted_to_a_drag_alone() -> None:
 def test_the_brake_gets_its_law(highest: float, saturates: float) -> None:
     """Beside laws of fluids with a viscosity that the field changes; iron that saturates hid the law before."""
     models = ("bingham", "herschel-bulkley", "hem", "eddy-current")
-    result = compare(log(highest, saturates=saturates), Settings(models=models))
+    # The end, whatever is usual: the limit below is of its noise.
+    result = compare(log(highest, saturates=saturates), Settings(models=models, test=0.3))
     chosen = result.entry(result.recommended)
     assert chosen.name.startswith("eddy-current")
     assert chosen.test.rmse.value <= 1.05 * _NOISE

@@ -43,7 +43,8 @@ def shown() -> dict[str, Any]:
 def test_single_settings_may_stand_in_the_call(shown: dict[str, Any]) -> None:
     found = erclutch.compare(shown["Dataset"], models=("quadratic",), lag="none")
     assert [entry.name for entry in found.entries] == ["quadratic"]
-    assert found.settings.test == erclutch.Settings().test
+    assert found.settings.test == 0.3  # what "auto" came to
+    assert found.settings.seed == erclutch.Settings().seed
 
 
 def test_a_model_is_exported_and_verified_from_the_top(
