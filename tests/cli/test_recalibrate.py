@@ -36,6 +36,8 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "lag",
         "--effort",
         "torque",
+        "--test",
+        "0.3",
         "--out",
         "RUN",
         cwd=folder,

@@ -244,11 +244,10 @@ def test_comments_and_blank_lines_of_a_text_are_no_rows(tmp_path: Path) -> None:
 def test_errors_in_a_later_block_of_a_text_name_its_rows(tmp_path: Path) -> None:
     path = as_text(tmp_path / "a.csv", columns())
     lines = path.read_text().splitlines()
-    lines[20_001] = "1.0,2.0,oops,3.0,4.0"
+    time, field, _, *others = lines[20_001].split(",")
+    lines[20_001] = ",".join([time, field, "oops", *others])
     path.write_text("\n".join(lines))
-    with pytest.raises(
-        LogError, match="line 20002, column slip is 'oops' where a number is expected"
-    ):
+    with pytest.raises(LogError, match=r"column slip has 1 value missing .* in data row 20001"):
         list(read_batches(path, rows=10_000))
     of = columns()
     of["effort [N*m]"][15_000] = np.nan

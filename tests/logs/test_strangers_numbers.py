@@ -263,7 +263,10 @@ def test_a_word_in_a_column_that_nobody_asked_for_stops_nothing(written: Written
 def test_a_column_that_is_needed_stops_the_reading(
     written: Written, column: int, meant: str, rows: tuple[int, ...]
 ) -> None:
-    with pytest.raises(LogError, match=f"and it is called like the {meant}"):
+    # A single word is asked about, as its row may be dropped; a column of words cannot be read at all.
+    alone = "is 'fault' where a number is expected. Leave such rows out: --invalid drop"
+    told = alone if len(rows) == 1 else f"and it is called like the {meant}"
+    with pytest.raises((LogError, MappingError), match=told):
         erclutch.read(written(with_a_word(column, rows)))
 
 
@@ -271,7 +274,7 @@ def test_a_column_that_is_needed_stops_the_reading(
 def test_a_column_that_is_named_stops_the_reading(written: Written) -> None:
     path = written(with_a_word(1))
     with pytest.raises(
-        LogError, match="line 32, column field is 'fault' where a number is expected"
+        MappingError, match="line 32, column field is 'fault' where a number is expected"
     ):
         erclutch.read(path, {"field": "field [V]"})
     assert erclutch.read(path, {"field": "none"}).rows == ROWS
