@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from erclutch.errors import ErclutchError, LogError
+from erclutch.errors import ErclutchError, MappingError
 from erclutch.logs import read, read_table
 from erclutch.logs.readers.unit_cells import unit_in, without_units_in_cells
 
@@ -56,7 +56,7 @@ HEAD, ROW = "time [s],current,velocity [m/s],force [N]", "{t:.2f},{i:.1f} A,{v:.
 def test_a_cell_of_another_quantity_is_named(tmp_path: Path) -> None:
     path = log(tmp_path / "d.csv", HEAD, ROW)
     path.write_text(path.read_text().replace("0.5 A", "500 mV", 1))
-    with pytest.raises(LogError, match="'500 mV' where a number is expected"):
+    with pytest.raises(MappingError, match="'500 mV' where a number is expected"):
         read(path)
 
 
