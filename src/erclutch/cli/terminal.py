@@ -110,14 +110,14 @@ def number(value: float, digits: int = 4, *, zeros: bool = False) -> str:
 
 def with_unit(name: str, unit: str) -> str:
     """A heading with its unit in brackets; unknown units say so."""
-    return f"{name} [{unit_text(unit)}]" if unit else name
+    return f"{name} [{told_unit(unit)}]" if unit else name
 
 
-def unit_text(unit: str) -> str:
+def told_unit(unit: str) -> str:
     """A unit, "as logged" where any part of it is unknown."""
-    from erclutch.signals.units import UNKNOWN
+    from erclutch.signals.units import AS_LOGGED, UNKNOWN
 
-    return "as logged" if UNKNOWN in unit else unit
+    return AS_LOGGED if UNKNOWN in unit else unit
 
 
 def recording_lines(
@@ -207,7 +207,7 @@ def estimates(title: str, values: Sequence[Estimate]) -> Table:
                 estimate.meaning,
                 number(estimate.value),
                 interval,
-                unit_text(estimate.unit),
+                told_unit(estimate.unit),
             ]
         )
     made = table(title, ["", "meaning", "value", "95 % interval", "unit"], rows, left=2)

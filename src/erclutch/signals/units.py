@@ -21,6 +21,8 @@ from erclutch.signals.recording import SignalKind
 from erclutch.signals.unit_spellings import RAISED, SPELLINGS
 
 UNKNOWN = "?"
+#: What people are told of such a unit.
+AS_LOGGED = "as logged"
 _LONGEST, _LONGEST_QUANTITY = 60, 200  # letters of a unit, and of a number with its unit
 #: A unit of a length, a time, an angle or a speed in SI that is larger than this was meant otherwise: Mm for mm.
 _LARGEST = 1e5

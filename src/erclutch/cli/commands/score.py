@@ -164,7 +164,7 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
     """The figures of all models; what is needed less goes where the screen is narrow."""
     number = terminal.number
     rmse = terminal.with_unit("RMSE", data.units.effort)
-    worst = _worst(data)
+    worst = _heading_of_worst(data)
     marks = ["  " if each.recommended_at is None else "* " for each in scores]
     titles = [f"{mark}{each.title}" for mark, each in zip(marks, scores, strict=True)]
     columns: dict[str, list[str]] = {"model": titles}
@@ -191,7 +191,7 @@ def _table(scores: Sequence[_Scored], data: Dataset, runs: int) -> Table:
     return terminal.narrowed(title, columns, less_needed, terminal.console().width)
 
 
-def _worst(data: Dataset) -> str:
+def _heading_of_worst(data: Dataset) -> str:
     """The heading of what a band holds of its worst piece; "": points of a table have none."""
     from erclutch.fit.bands.band_pieces import kind_of_pieces
 
@@ -225,7 +225,7 @@ def _words_on(scores: Sequence[_Scored], data: Dataset, *, all_new: bool) -> lis
         "guessed: rows unlike those that the model was fitted to",
         "inside: rows in its band, which is made for 95 % of them",
     ]
-    if worst := _worst(data):
+    if worst := _heading_of_worst(data):
         piece = worst.removeprefix("worst ")
         meanings.append(f"{worst}: the same of the {piece} that the band fits least")
     lines.append("; ".join(meanings) + ".")

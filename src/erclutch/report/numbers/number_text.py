@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from erclutch.signals.units import UNKNOWN
+from erclutch.signals.units import AS_LOGGED, UNKNOWN
 
 #: A space at which no line breaks, between a number and its unit.
 _TIGHT = "\u00a0"
-_UNKNOWN = "as logged"
 _MOST_SHARE = 1000.0  # of the standard deviation of the effort
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -92,7 +91,7 @@ def interval(estimate: Mapping[str, Any], factor: float) -> tuple[str, bool]:
 def unit_text(unit: str) -> str:
     """A unit as printed."""
     if UNKNOWN in unit:
-        return f"units {_UNKNOWN}"
+        return f"units {AS_LOGGED}"
     return unit.replace("*", "·").replace("^2", "²").replace("^", "")
 
 
