@@ -38,7 +38,14 @@ from erclutch.models.load import load_model
 from erclutch.models.model import Model
 from erclutch.models.model_file import keeps_digest, require_schema
 from erclutch.models.model_titles import id_of, titles_of
-from erclutch.runs.run_shape import FINAL, FINAL_FILE, RUN_SCHEMA, file_name, require_shape
+from erclutch.runs.run_shape import (
+    FINAL,
+    FINAL_FILE,
+    RUN_SCHEMA,
+    file_name,
+    reading_of,
+    require_shape,
+)
 from erclutch.signals.percent import percent
 from erclutch.signals.shown import Shown, one_line, presenter
 
@@ -94,7 +101,7 @@ class Run(Shown):
     @property
     def reading(self) -> Mapping[str, Any]:
         """How the logs were read, as options of `erclutch fit`; the next logs are read in the same way."""
-        return self.body.get("reading") or self.body.get("told") or {}
+        return reading_of(self.body)
 
     @property
     def c_name(self) -> str:

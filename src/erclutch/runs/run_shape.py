@@ -257,6 +257,8 @@ _READING = _entries(
         "resample": _text,
         "invalid": _one_of(*get_args(Invalid)),
         "derivative": _one_of(*get_args(DerivativeName)),
+        "decimal": _one_of(".", ","),
+        "keep_values": _checked_as(bool, "true or false"),
     }
     | dict.fromkeys(("input", "constant", "scale", "zero"), _list(_text))
     | {"cutoff": _figure, "window": _count},
@@ -307,9 +309,15 @@ _BODY = _entries(
     {
         "recalibration": _RECALIBRATION,
         "chosen_by": _text,
+        "told": _object,
         "final": _entries({"name": _text, "rows": _count, "model_digest": _text}),
     },
 )
+
+
+def reading_of(body: Mapping[str, Any]) -> Mapping[str, Any]:
+    """How a run read its logs, as options of `erclutch fit`: as the command was told, or as Python was."""
+    return body.get("reading") or body.get("told") or {}
 
 
 def require_shape(body: Mapping[str, Any]) -> None:

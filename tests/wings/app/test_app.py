@@ -132,6 +132,31 @@ def test_a_log_is_read_again_by_the_pattern_rate_and_inputs_of_its_run() -> None
     assert "decimal=',', resample='1 kHz'" in chosen.keywords()
 
 
+def test_a_log_is_read_again_with_the_filter_of_speeds_and_the_kept_values_of_its_run() -> None:
+    read_by = {"keep_values": True, "derivative": "lowpass", "cutoff": 40.0}
+    run = {"device": "single", "reading": read_by}
+    form = dict(parse_qsl(actions.query_of(run)))
+    chosen = actions.chosen_of(form)
+    assert chosen.words() == ["--keep-values", "--derivative", "lowpass", "--cutoff", "40.0"]
+    assert chosen.keywords() == ", keep_values=True"
+    python = actions.fit_in_python(form, ["log.csv"], "run")
+    filtered = "derivative=erclutch.Derivative('lowpass', cutoff=40.0)"
+    assert f"erclutch.build_dataset(logs, {filtered})" in python
+    wider = actions.chosen_of({"window": "9"})
+    assert wider.words() == ["--window", "9"]
+    assert wider.derivative() == ", derivative=erclutch.Derivative(window=9)"
+    told = actions.chosen_of({"cutoff": "0.04 kHz", "window": "wide"}).derivative()
+    assert told == ", derivative=erclutch.Derivative(cutoff=40.0, window='wide')"
+
+
+def test_a_log_is_read_again_as_a_run_of_python_read_it() -> None:
+    """Such a run keeps what `erclutch.read` was told, and the app shows the script that writes such a run."""
+    told = {"slip": "V [cm/s]", "scale": ["effort=0.002 N*m"]}
+    run = {"device": "single", "reading": None, "told": told}
+    chosen = actions.chosen_of(dict(parse_qsl(actions.query_of(run))))
+    assert chosen.words() == ["--slip", "V [cm/s]", "--scale", "effort=0.002 N*m"]
+
+
 def test_the_fit_in_python_holds_out_what_the_command_holds_out() -> None:
     form = {"test": "20%", "seed": "7", "lag": "none"}
     python = actions.fit_in_python(form, ["log.csv"], "run")
@@ -163,8 +188,9 @@ def test_the_fit_in_python_holds_out_what_the_command_holds_out() -> None:
         ),
         (
             "Use --derivative central, without --lag",
-            "Use --derivative central, without “Lags and memory”",
+            "Use “derivative”: central, without “Lags and memory”",
         ),
+        ("Leave --polish out, or --seed", "Leave --polish out, or “Seed”"),
     ],
 )
 def test_a_message_names_the_fields_of_the_page(said: str, shown: str) -> None:

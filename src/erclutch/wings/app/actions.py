@@ -5,12 +5,16 @@ from __future__ import annotations
 import re
 import shlex
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlencode
 
-from erclutch.errors import TYPED
+from erclutch.errors import TYPED, UnitError
 from erclutch.logs.mapping import NONE
+from erclutch.runs.run_shape import reading_of
+from erclutch.signals.speed import DERIVATIVES
+from erclutch.signals.units import in_unit
 from erclutch.wings.app.workspace import WorkspaceError, plain_name
 
 #: Signals of each device that a form asks for, in its order.
@@ -62,12 +66,18 @@ READING: tuple[tuple[str, str, str], ...] = (
     ("invalid", "what to do with missing values: error or drop", "drop"),
     ("name-pattern", "numbers in the name of the file", "test-{field}A"),
     ("decimal", "decimal mark of numbers that may be read in two ways", ","),
+    ("keep-values", "keep values such as -999, which loggers write for no measurement", ""),
     ("resample", "bring the log to another sampling rate", "1 kHz"),
+    ("derivative", "filter for speeds that are not logged", "savgol"),
+    ("cutoff", "bandwidth of the filters lowpass and kalman in Hz", "150"),
+    ("window", "rows of the filter savgol", "5"),
     ("map", "read it as this mapping file says, which another log may have", "LOG.csv.toml"),
 )
 #: Options of these that a command takes several times; a form has one line for them all, and this between.
 _SEVERAL = ("constant", "scale", "zero", "input")
 _BETWEEN = ";"
+#: Options of these that have no value: a form has a box to tick.
+SWITCHES = ("keep-values",)
 #: What a form says of a fit: option, label, what it means, its default.
 FITTING: tuple[tuple[str, str, str, str], ...] = (
     (
@@ -92,7 +102,10 @@ FITTING: tuple[tuple[str, str, str, str], ...] = (
 )
 #: What every log has. Where its guess is taken back, the page asks for it.
 _NEEDED = ("time", "effort", "T")
-_OPTION = re.compile(r"--([A-Za-z][\w-]*)(?:[ =](?=[\"'A-Z0-9]|none\b|drop\b|all\b|\S*[+/]))?")
+_FILTERS = "|".join(DERIVATIVES)
+_OPTION = re.compile(
+    rf"--([A-Za-z][\w-]*)(?:[ =](?=[\"'A-Z0-9]|(?:none|drop|all|{_FILTERS})\b|\S*[+/]))?"
+)
 _OPTION_AND_VALUE = re.compile(r"""(--[\w-]+) ('[^']*'|"[^"]*"|\S+)""")
 _ALL_ASKED = re.compile(
     rf"Give them all, with your columns in place of these: ((?:{_OPTION_AND_VALUE.pattern} ?)+)"
@@ -153,6 +166,9 @@ class Chosen:
         for signal, label in self.columns.items():
             words += _option(signal.replace("_", "-"), label)
         for option, text in self.texts.items():
+            if option in SWITCHES:
+                words.append(f"--{option}")
+                continue
             for each in _each(option, text):
                 words += _option(option, each)
         return words
@@ -181,6 +197,7 @@ class Chosen:
             "input": _each("input", texts.get("input", "")) or None,
             "name_pattern": texts.get("name-pattern"),
             "decimal": texts.get("decimal"),
+            "keep_values": True if "keep-values" in texts else None,
             "resample": texts.get("resample"),
             "mapping_file": texts.get("map"),
             "begin": texts.get("from"),
@@ -190,6 +207,24 @@ class Chosen:
         arguments = [f", {mapping!r}"] if mapping else []
         arguments += [f", {key}={value!r}" for key, value in words.items() if value is not None]
         return "".join(arguments)
+
+    def derivative(self) -> str:
+        """A further argument of `erclutch.build_dataset`, as Python writes it: the filter for speeds.
+
+        A text that is no number stays a text: Python refuses it as the command does, and the page can be shown.
+        """
+        arguments: list[str] = []
+        if "derivative" in self.texts:
+            arguments.append(repr(self.texts["derivative"]))
+        if "cutoff" in self.texts:
+            cutoff: float | str = self.texts["cutoff"]
+            with suppress(UnitError):
+                cutoff = in_unit(cutoff, "Hz")
+            arguments.append(f"cutoff={cutoff!r}")
+        if "window" in self.texts:
+            window = self.texts["window"]
+            arguments.append(f"window={window if window.isdecimal() else repr(window)}")
+        return f", derivative=erclutch.Derivative({', '.join(arguments)})" if arguments else ""
 
 
 def chosen_of(form: Mapping[str, str]) -> Chosen:
@@ -232,7 +267,7 @@ _OF_ONE_LOG = ("from", "until", "skip")
 
 def query_of(run: Mapping[str, Any], *, of_another_log: bool = False) -> str:
     """How a run read its logs, as the query of a log's page; `chosen_of` reads it. Another log is taken whole."""
-    reading: Mapping[str, Any] = run.get("reading") or {}
+    reading = reading_of(run)
     device = str(run["device"])
     form = {f"given.{signal}": reading.get(signal.lower()) for signal in ASKED.get(device, ())}
     for option, _, _ in READING:
@@ -240,7 +275,7 @@ def query_of(run: Mapping[str, Any], *, of_another_log: bool = False) -> str:
         if option == "map" or (of_another_log and option in _OF_ONE_LOG):
             continue
         value = reading.get(_IN_PYTHON.get(option, option.replace("-", "_")), "")
-        form[option] = value
+        form[option] = "on" if option in SWITCHES and value else value
         if option in _SEVERAL:
             form[option] = f"{_BETWEEN} ".join(value)
     filled_in = {key: str(value) for key, value in form.items() if value}
@@ -332,7 +367,7 @@ def fit_in_python(form: Mapping[str, str], logs: Sequence[str], run: str) -> str
     if seed != usual["seed"]:
         settings.append(f"seed={seed}")
     device = f", device={chosen.device!r}" if chosen.device != "single" else ""
-    dataset = f"erclutch.build_dataset(logs{device})"
+    dataset = f"erclutch.build_dataset(logs{device}{chosen.derivative()})"
     reads = [f"    erclutch.read({name!r}{chosen.keywords()})," for name in logs]
     lines = [
         "import erclutch",

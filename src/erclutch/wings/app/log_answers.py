@@ -14,6 +14,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import JSONResponse, RedirectResponse, Response
 
 from erclutch.runs.run_about import about_with
+from erclutch.runs.run_shape import reading_of
 from erclutch.wings.app import actions
 from erclutch.wings.app.desk import Desk, Form, fields, last_line, quoted
 from erclutch.wings.app.jobs import Job
@@ -74,6 +75,7 @@ class LogAnswers(Desk):
             said=actions.SAID,
             about=about,
             reading=actions.READING,
+            switches=actions.SWITCHES,
             fitting=actions.FITTING,
             score=score if score and await run_in_threadpool(self._is_run, score) else "",
             **offered,
@@ -175,7 +177,7 @@ class LogAnswers(Desk):
         """How the newest run of a log read it, as the query of a page, which may be the page of another log."""
         for entry in self._space.runs()[:SHOWN]:  # the newest first
             run = self._space.body(entry.name)
-            if not run or not run.get("reading"):
+            if not run or not reading_of(run):
                 continue
             if any(each["name"] == log for each in run["logs"]):
                 return actions.query_of(run, of_another_log=of_another_log)

@@ -13,6 +13,7 @@ from starlette.responses import FileResponse, RedirectResponse, Response
 
 from erclutch.report.numbers.number_text import percent_text
 from erclutch.runs.run_about import RunAbout, about_with, kept_about, write_about
+from erclutch.runs.run_shape import reading_of
 from erclutch.wings.app import actions
 from erclutch.wings.app.desk import ALONE, Desk, Form, in_short, quoted
 from erclutch.wings.app.workspace import Entry, WorkspaceError
@@ -226,7 +227,7 @@ def run_row(entry: Entry, body: Mapping[str, Any] | None) -> dict[str, Any]:
     )
     # Runs of the same rows can be compared.
     row["rows"] = " ".join(sorted(log["sha256"] for log in body["logs"]))
-    reading: Mapping[str, Any] = body.get("reading") or {}
+    reading = reading_of(body)
     window = [str(reading.get(key, "")) for key in ("begin", "end", "skip")]
     test = str(body.get("settings", {}).get("test"))
     row["held_out"] = " ".join([*window, test])  # other rows where these differ
