@@ -124,6 +124,14 @@ def test_an_export_with_the_calibration_alone_is_refused(tmp_path: Path) -> None
         read_flow_curves(written(tmp_path, CHANDLER))
 
 
+def test_a_row_of_the_raw_data_with_a_cell_too_many_is_refused(tmp_path: Path) -> None:
+    """A comma as the decimal mark moves all numbers behind it by a column; the last cell was cut off in silence."""
+    lines = [f"00:00:{s:02d},24.4,60,{rate:g},{stress:g},0" for s, (rate, stress) in POINTS]
+    lines[2] = lines[2].replace("24.4", "24,4")
+    with pytest.raises(LogError, match="has 7 cells where 6 are expected"):
+        read_flow_curves(written(tmp_path, CHANDLER + "\n".join(lines) + "\n**********\n"))
+
+
 @pytest.mark.parametrize("name", ["Pressure [psi]", "Druck [kPa]", "Давление [Па]", "Press [Pa]"])
 def test_a_pressure_is_no_shear_stress(tmp_path: Path, name: str) -> None:
     text = f"Shear Rate [1/s],Shear Stress [Pa],{name}\n{rows(RATES, STRESSES, STRESSES + 100.0)}"

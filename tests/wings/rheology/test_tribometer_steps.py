@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from erclutch.errors import LogError
 from erclutch.logs import ColumnMap, read_all, read_table, recordings_in
 
 NAMES = "Step Time (s)\tTraction Coeff (-)\t\tStep Time (s)\tBall Load (N)\tRolling Speed (mm/s)\tSliding Speed (mm/s)"
@@ -62,3 +63,13 @@ def test_an_export_of_one_step_is_one_log(tmp_path: Path) -> None:
     path.write_text(export(1), encoding="latin-1")
     assert recordings_in(path) == ["Step 2"]
     assert read_table(path).rows == 20
+
+
+def test_a_row_with_a_cell_too_many_is_refused(tmp_path: Path) -> None:
+    """A tab too many moves all numbers behind it by a column; the last cell was cut off in silence."""
+    path = tmp_path / "step.txt"
+    lines = export(1).split("\n")
+    lines[12] = lines[12].replace("\t200.0", "\t\t200.0").rstrip("\t") + "\t1"
+    path.write_text("\n".join(lines), encoding="latin-1")
+    with pytest.raises(LogError, match="has 8 cells where 7 are expected"):
+        read_table(path)

@@ -45,7 +45,7 @@ def _blocks(content: str) -> list[Block]:
         elif not units and row[0].startswith("("):
             units = row
         elif is_filled and any(map(is_numeric, row)):
-            rows.append(row[: len(names)])
+            rows.append(row)
     if not blocks:
         problem = f"the export has no rows under its heading {_SAMPLE!r}: what it holds is the calibration"
         raise LogError(problem, remedy="Export the raw data of the test")

@@ -24,7 +24,7 @@ def _blocks(content: str) -> list[Block]:
     for number, line in enumerate([*lines, ""], start=1):
         row = cells(line, "\t")
         if len(row) >= _FEWEST and is_number(row[0], ".") and len(names) >= _FEWEST:
-            rows.append(row[: len(names)])
+            rows.append(row)
             continue
         if rows:  # the table ends here
             block = Block(step, names, [], rows, number - len(rows))
