@@ -15,7 +15,15 @@ import pytest
 
 import erclutch
 from erclutch import errors
-from erclutch.errors import ErclutchError, LogError, MappingError, SettingError, for_a_shell, worded
+from erclutch.errors import (
+    ErclutchError,
+    LogError,
+    MappingError,
+    SettingError,
+    SeveralRecordingsError,
+    for_a_shell,
+    worded,
+)
 from erclutch.export import ExportOptions, export_model
 from tests.support.command import run
 
@@ -187,6 +195,8 @@ def test_a_misspelt_keyword_is_answered_with_the_nearest(
 
 
 def test_an_error_of_another_process_keeps_its_options() -> None:
-    error = LogError("no clock", remedy="Take points", where="a.csv", answers=["--time none"])
+    asked = {"remedy": "Take points", "where": "a.csv", "answers": ["--time none"]}
+    error = SeveralRecordingsError("no clock", **asked, option="--variable x")
     back = pickle.loads(pickle.dumps(error))
-    assert (type(back), str(back), back.answers) == (LogError, str(error), ("--time none",))
+    assert (type(back), str(back)) == (SeveralRecordingsError, str(error))
+    assert (back.answers, back.option) == (("--time none",), "--variable x")

@@ -27,22 +27,32 @@ class ErclutchError(Exception):
         where: the file (and row or column) or the option at fault.
         answers: options of a command that the remedy gives, each a whole answer, the likeliest first: ``--time none``.
             There are several where the user chooses, and none where the user fills something in or mends the file.
+        option: options of ``erclutch inspect`` that the remedy gives, where they say which recording of a file is
+            taken, how its numbers are written, or which field its logs have; NUMBER in it is for the user to fill in.
     """
 
     exit_code = 2
 
     def __init__(
-        self, problem: str, *, remedy: str, where: str = "", answers: Sequence[str] = ()
+        self,
+        problem: str,
+        *,
+        remedy: str,
+        where: str = "",
+        answers: Sequence[str] = (),
+        option: str = "",
     ) -> None:
         self.problem = problem
         self.remedy = remedy
         self.where = where
         self.answers = tuple(answers)
+        self.option = option
         super().__init__(problem)
 
     def __reduce__(self) -> tuple[object, ...]:
         # Errors come back from other processes.
-        return _again, (type(self), self.problem, self.remedy, self.where, self.answers)
+        parts = self.problem, self.remedy, self.where, self.answers, self.option
+        return _again, (type(self), *parts)
 
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
@@ -55,8 +65,9 @@ def _again(
     remedy: str,
     where: str,
     answers: tuple[str, ...],
+    option: str,
 ) -> ErclutchError:
-    return kind(problem, remedy=remedy, where=where, answers=answers)
+    return kind(problem, remedy=remedy, where=where, answers=answers, option=option)
 
 
 @dataclass
@@ -173,7 +184,11 @@ class LogError(ErclutchError):
     """A log file cannot be read as a table of numbers."""
 
 
-class AlikeRecordingsError(LogError):
+class SeveralRecordingsError(LogError):
+    """A file holds several recordings, and the user takes one of them, or each."""
+
+
+class AlikeRecordingsError(SeveralRecordingsError):
     """Recordings of a file have the same columns, and nothing is open about any: together they are several logs."""
 
 

@@ -18,6 +18,7 @@ from erclutch.errors import ErclutchError, LogError, MappingError
 from erclutch.logs import ColumnMap, Table, read, read_all, read_table, recordings_in
 from erclutch.logs.dataset import build_dataset
 from erclutch.logs.readers import child_process, mat_layout, mat_tree
+from tests.support.command import refused
 from tests.support.examples import examples
 from tests.support.slow_params import slow_behind, slow_but
 
@@ -623,3 +624,11 @@ def test_bytes_that_begin_like_no_matrix_are_no_v4(tmp_path: Path, head: bytes) 
     (tmp_path / "a.mat").write_bytes(head + bytes(600))
     with pytest.raises(LogError, match="neither a MATLAB v4 or v5 nor"):
         read_table(tmp_path / "a.mat")
+
+
+@pytest.mark.slow
+def test_a_variable_without_a_recording_is_refused_without_a_command(tmp_path: Path) -> None:
+    """The message lists the others in brackets; the first word of the list was printed as an option."""
+    run = {"time": TIME, "velocity": SLIP, "force": FORCE}
+    scipy.io.savemat(tmp_path / "log.mat", {"run": run, "gain": 3.0})
+    assert "holds no recording" in refused("inspect", "log.mat", "--variable", "gain", cwd=tmp_path)

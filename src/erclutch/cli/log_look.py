@@ -27,8 +27,24 @@ if TYPE_CHECKING:
     from erclutch.logs.dataset import Dataset
     from erclutch.signals.recording import Recording
 
-_NAME_PATTERN = re.compile(r"--name-pattern (\"[^\"]*\"|'[^']*'|\S+)|--constant \"(field=NUMBER )")
 _NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """What stands against a log.
+
+    Attributes:
+        why: for people.
+        option: that the remedy gives, see ``option`` of `ErclutchError`.
+    """
+
+    why: str
+    option: str
+
+    def told_of(self, name: str) -> str:
+        """What stands against the log, with the log's name in front."""
+        return self.why if self.why.startswith(name) else f"{name}: {self.why}"
 
 
 @dataclass(frozen=True)
@@ -60,7 +76,7 @@ class LogLook:
     read: list[Recording]
     problem: ErclutchError | None
     further: list[Recording]
-    refused: dict[str, str]
+    refused: dict[str, Refusal]
     paths: dict[str, Path]
     rows: Dataset | None
     covered: Dataset | None
@@ -97,11 +113,11 @@ class LogLook:
 
         of_first = without(str(self.problem), self.plan.path, self.log.name)
         alike: list[str] = []
-        for name, why in self.refused.items():
+        for name, refusal in self.refused.items():
             path = self.paths.get(name)
             if path is None:  # of several recordings in a file
                 continue
-            of_file = why.replace(name, path.name)
+            of_file = refusal.why.replace(name, path.name)
             if without(of_file, str(path), path.name) == of_first:
                 alike.append(name)
         return tuple(alike)
@@ -167,7 +183,7 @@ def look_at(
     names = names_apart([log, *others])
     read = [called(recording, log, names[0]) for recording in read]
     further: list[Recording] = []
-    refused: dict[str, str] = {}
+    refused: dict[str, Refusal] = {}
     kinds = LogKinds()
     if others:
         kinds.add(log, raw, reading)
@@ -180,7 +196,8 @@ def look_at(
         except SettingError:
             raise
         except ErclutchError as error:
-            refused[name] = str(error).replace(other.name, name, 1)
+            why = str(error).replace(other.name, name, 1)
+            refused[name] = Refusal(why, error.option)
 
     problem, refused = _asked_at_once(problem, refused, [log, *others], kinds)
     rows: Dataset | None = None
@@ -198,7 +215,7 @@ def look_at(
             if isinstance(error, UnloggedFieldError):
                 problem = with_paths(error, [log, *others])
             else:
-                refused[error.where] = str(error)
+                refused[error.where] = Refusal(str(error), error.option)
     unfit, share = ("", None) if covered is None else _few_or_steady(covered)
     advice: list[str] = []
     if covered is not None and len(covered.sources) > 1:
@@ -224,20 +241,32 @@ def look_at(
 
 
 def _asked_at_once(
-    problem: ErclutchError | None, refused: dict[str, str], logs: Sequence[Path], kinds: LogKinds
-) -> tuple[ErclutchError | None, dict[str, str]]:
+    problem: ErclutchError | None,
+    refused: dict[str, Refusal],
+    logs: Sequence[Path],
+    kinds: LogKinds,
+) -> tuple[ErclutchError | None, dict[str, Refusal]]:
     """One question in place of several, where each would be answered by a pattern of logs' names, one by its own alone.
 
     Patterns that several logs have each may be of several devices, and each has its command; so have logs of kinds.
     """
     from erclutch.logs.field_between_logs import fields_in_unlike_names
 
-    questions = [*([] if problem is None else [str(problem)]), *refused.values()]
-    found = [_NAME_PATTERN.search(question) for question in questions]
-    logs_of = Counter(each[1] for each in found if each)  # None: a number for this log alone
-    is_of_one_log = bool(logs_of) and (None in logs_of or min(logs_of.values()) == 1)
-    is_one_pattern = len(logs) < 2 or (len(logs_of) < 2 and None not in logs_of)
-    if kinds.found or not all(found) or is_one_pattern or not is_of_one_log:
+    options = [refusal.option for refusal in refused.values()]
+    if problem is not None:
+        options.insert(0, problem.option)
+    logs_of: Counter[str] = Counter()  # by the pattern that answers the question of each
+    has_a_number_of_its_own = False
+    for option in options:
+        if option.startswith("--name-pattern "):
+            logs_of[option] += 1
+        elif option.startswith('--constant "field=NUMBER '):
+            has_a_number_of_its_own = True
+        else:
+            return problem, refused
+    is_of_one_log = has_a_number_of_its_own or min(logs_of.values(), default=0) == 1
+    is_one_pattern = len(logs) < 2 or (len(logs_of) < 2 and not has_a_number_of_its_own)
+    if kinds.found or is_one_pattern or not is_of_one_log:
         return problem, refused
     return fields_in_unlike_names(logs), {}
 

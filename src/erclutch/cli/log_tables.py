@@ -185,9 +185,9 @@ def tell_kinds(look: LogLook, reading: LogOptions) -> bool:
         return False
     # Something else may stand against one of them, such as a damaged file.
     of_kinds = {path for kind in kinds for path in kind.paths}
-    for name, why in look.refused.items():
+    for name, refusal in look.refused.items():
         if look.paths.get(name) not in of_kinds:
-            terminal.say(f"Not understood yet: {why if why.startswith(name) else f'{name}: {why}'}")
+            terminal.say(f"Not understood yet: {refusal.told_of(name)}")
     for kind in sorted(kinds, key=lambda kind: not kind.is_sure):
         log = kind.paths[0].name
         if kind.is_sure:

@@ -87,9 +87,7 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
             f"no field is logged, and at the same slip {names[more]} has {times:.2g} times the effort of "
             f"{names[less]}: a field that no column holds may tell them apart"
         )
-        raise UnloggedFieldError(
-            problem, where=names[more], remedy=_remedy(pattern, names[more], names)
-        )
+        raise _settled(pattern, names[more], names).error(problem)
     if pattern_among(names, called_so=True):
         problem = f"no field is logged, and the names tell one: {listed(names)}"
     else:
@@ -97,7 +95,7 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
         if not pattern or not _rises_with(np.array(numbers), courses[:, 0]):
             return
         problem = f"no field is logged, and the effort rises with the number in the names: {listed(names)}"
-    raise UnloggedFieldError(problem, where=names[0], remedy=_remedy(pattern, names[0], names))
+    raise _settled(pattern, names[0], names).error(problem)
 
 
 def _require_one_field_throughout(log: CourseOfLog) -> None:
@@ -115,9 +113,9 @@ def _require_one_field_throughout(log: CourseOfLog) -> None:
             f"stretch {less + 1}: a field that no column holds may tell them apart"
         )
         numbers = ", ".join(["NUMBER"] * len(log.spans))
-        given = shell_word(f"field={numbers} A")
-        remedy = f"Give the field of each stretch: --constant {given}; else --field none"
-        raise UnloggedFieldError(problem, where=log.name, remedy=remedy)
+        option = f"--constant {shell_word(f'field={numbers} A')}"
+        remedy = f"Give the field of each stretch: {option}; else --field none"
+        raise UnloggedFieldError(problem, where=log.name, remedy=remedy, option=option)
 
 
 def efforts_of_two_devices(logs: Sequence[CourseOfLog]) -> EffortsApart | None:
@@ -239,7 +237,19 @@ def _rises_with(numbers: Array, courses: Array) -> bool:
     return True
 
 
-def _remedy(pattern: str, where: str, names: Sequence[str] = ()) -> str:
+class _Settled(NamedTuple):
+    """What settles the field of some logs: the log that is asked about, the remedy, and the option that it gives."""
+
+    where: str
+    remedy: str
+    option: str = ""
+
+    def error(self, problem: str) -> UnloggedFieldError:
+        """The question."""
+        return UnloggedFieldError(problem, where=self.where, remedy=self.remedy, option=self.option)
+
+
+def _settled(pattern: str, where: str, names: Sequence[str] = ()) -> _Settled:
     """What settles it, with a pattern of the logs' names where they tell the field.
 
     Args:
@@ -253,16 +263,21 @@ def _remedy(pattern: str, where: str, names: Sequence[str] = ()) -> str:
             f"{constants_of(pattern, name)['field'][0]:g}" if pattern else "NUMBER"
             for name in names
         ]
-        given = shell_word(f"field={', '.join(numbers)}" + ("" if pattern else " A"))
+        unit = "" if pattern else " A"
+        given = f"field={', '.join(numbers)}{unit}"
+        option = f"--constant {shell_word(given)}"
+        asked = f"Give the field of each recording: {option}"
         if pattern:
-            return f"If the numbers in the names are the field, give --constant {given}; else --field none"
-        return f"Give the field of each recording: --constant {given}; else --field none"
+            asked = f"If the numbers in the names are the field, give {option}"
+        return _Settled(where, f"{asked}; else --field none", option)
     if pattern:
         option = f"--name-pattern {shell_word(pattern)}"
-        return f"If the number in the names is the field, give {option}; else --field none"
-    return (
+        remedy = f"If the number in the names is the field, give {option}; else --field none"
+        return _Settled(where, remedy, option)
+    return _Settled(
+        where,
         "Give the field by names of files or folders with --name-pattern, or in a mapping file beside each log "
-        f'({where}.toml: constants.field = "0.5 A"); else --field none'
+        f'({where}.toml: constants.field = "0.5 A"); else --field none',
     )
 
 
@@ -277,22 +292,20 @@ def with_paths(error: UnloggedFieldError, paths: Sequence[Path]) -> UnloggedFiel
     ways = (["/".join(stem.parts[-parts:]) for stem in stems] for parts in (1, 2, 3))
     pattern = next((found for way in ways if (found := pattern_among(way))), "")
     beside = fields_beside(paths)
-    if "--write-mapping" in error.remedy:
+    if error.option.startswith("--write-mapping"):
         return error  # which names the plan
     if beside is not None and not pattern_among(names, called_so=True):
-        problem = f"{error.problem}; {beside}"
-        return UnloggedFieldError(problem, where=error.where, remedy=_remedy_of_plan(paths))
+        return _settled_by_a_plan(paths, error.where).error(f"{error.problem}; {beside}")
     if pattern:
-        remedy = _remedy(pattern, error.where)
-    elif len({path.parent for path in paths}) > 1 or len(paths) < 2:
+        return _settled(pattern, error.where).error(error.problem)
+    if len({path.parent for path in paths}) > 1 or len(paths) < 2:
         return error
-    else:
-        mapping = shell_word(str(paths[0].with_name(MAPPING)))
-        remedy = (
-            f"Give the field of each log in a mapping file: --write-mapping {mapping} names the logs; or by names of "
-            "files with --name-pattern; else --field none"
-        )
-    return UnloggedFieldError(error.problem, where=error.where, remedy=remedy)
+    option = _option_of_a_plan(paths)
+    remedy = (
+        f"Give the field of each log in a mapping file: {option} names the logs; or by names of "
+        "files with --name-pattern; else --field none"
+    )
+    return UnloggedFieldError(error.problem, where=error.where, remedy=remedy, option=option)
 
 
 def require_no_plan(notes: Sequence[str], paths: Sequence[Path]) -> None:
@@ -311,7 +324,7 @@ def require_no_plan(notes: Sequence[str], paths: Sequence[Path]) -> None:
     if beside is None or len({*beside.texts.values()}) < 2:
         return
     problem = f"no field is logged; {beside}"
-    raise UnloggedFieldError(problem, where=paths[0].name, remedy=_remedy_of_plan(paths))
+    raise _settled_by_a_plan(paths, paths[0].name).error(problem)
 
 
 def fields_in_unlike_names(paths: Sequence[Path]) -> UnloggedFieldError:
@@ -320,12 +333,18 @@ def fields_in_unlike_names(paths: Sequence[Path]) -> UnloggedFieldError:
     said = [f"{name} says {each.number:g} {each.unit}" for name, each in fields.items() if each]
     said += [f"{path.name} says {text}" for path in paths if (text := open_field_in(path.name))]
     problem = f"no field is logged; of the names, for which there is no one pattern, {listed(said)}"
-    return UnloggedFieldError(problem, where=paths[0].name, remedy=_remedy_of_plan(paths))
+    return _settled_by_a_plan(paths, paths[0].name).error(problem)
 
 
-def _remedy_of_plan(paths: Sequence[Path]) -> str:
-    mapping = shell_word(str(paths[0].with_name(MAPPING)))
-    return f"If that is the field, write it into a mapping file: --write-mapping {mapping}; else --field none"
+def _settled_by_a_plan(paths: Sequence[Path], where: str) -> _Settled:
+    """What settles the field that names or a file beside the logs tell."""
+    option = _option_of_a_plan(paths)
+    remedy = f"If that is the field, write it into a mapping file: {option}; else --field none"
+    return _Settled(where, remedy, option)
+
+
+def _option_of_a_plan(paths: Sequence[Path]) -> str:
+    return f"--write-mapping {shell_word(str(paths[0].with_name(MAPPING)))}"
 
 
 def mapping_of_fields(paths: Sequence[Path]) -> tuple[str, int]:

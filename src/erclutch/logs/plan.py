@@ -126,6 +126,7 @@ class Question:
         kind: of the error that asks it.
         option: that option alone, ready to be typed, where it is known.
         answers: of the error, see `ErclutchError`; a step of the plan may know a better option.
+        file_option: of the error, see ``option`` of `ErclutchError`.
     """
 
     signal: str
@@ -134,6 +135,7 @@ class Question:
     kind: type[MappingError] = MappingError
     option: str = ""
     answers: tuple[str, ...] = ()
+    file_option: str = ""
 
     @property
     def short(self) -> str:
@@ -147,7 +149,7 @@ class Question:
 
     def error(self) -> MappingError:
         """The question as an error, for whom only an answer helps."""
-        return self.kind(self.problem, remedy=self.remedy)
+        return self.kind(self.problem, remedy=self.remedy, option=self.file_option)
 
 
 @dataclass(frozen=True)
@@ -398,4 +400,8 @@ class Plan:
         of_a_pair = next(filter(None, hints), "")
         if of_a_pair:
             remedy += f"; if {of_a_pair}"
-        raise MappingError(problem, remedy=remedy)
+        of_files = {each.file_option for each in self.questions}
+        of_a_file = [
+            each for each in self.examples if each in of_files or each.startswith("--name-pattern ")
+        ]
+        raise MappingError(problem, remedy=remedy, option=next(iter(of_a_file), ""))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -33,6 +32,7 @@ from erclutch.errors import (
     ErclutchError,
     LogError,
     SettingError,
+    SeveralRecordingsError,
     UnloggedFieldError,
     require,
 )
@@ -48,15 +48,8 @@ COMMAND = {
     "place": 3,
 }
 
-#: An option in the remedy of an error that says how a file is read, with the options behind it; none that is to be left
-#: out (``--variable ''``, "leave --variable out").
-_WORD = r"""(?:'[^']+'|"[^"]+"|[^\s,;'"]+)"""
 #: Options that say which log of a file is meant, and not how its columns are read.
 _WHICH_LOG = ("--variable", "--decimal")
-_OPTION = re.compile(
-    rf"--variable (?!out\b){_WORD}(?: --[a-z-]+(?: (?!--){_WORD})?)*|--decimal [.,]|--name-pattern {_WORD}|"
-    rf"--write-mapping {_WORD}|--constant \"field=(?:NUMBER|[\d.-]+,)[^\"]*\""
-)
 
 
 def inspect(
@@ -157,12 +150,11 @@ def _table_or_question(log: Path, reading: LogOptions) -> Table | None:
     except AlikeRecordingsError:
         raise
     except LogError as error:
-        option = _OPTION.search(error.remedy)
-        if option is None:
+        if not error.option:
             raise
-        settled = f"{shlex.join(['erclutch', 'inspect', str(log)])} {option.group()}"
+        settled = f"{shlex.join(['erclutch', 'inspect', str(log)])} {error.option}"
         swings: dict[str, None] = {}  # columns of oscillations, each once
-        if "recordings" in error.problem:
+        if isinstance(error, SeveralRecordingsError):
             by_name = tables_in(log, looked_into(recordings_in(log)))
             tables = [table for table in by_name.values() if not isinstance(table, LogError)]
             if any(tells_a_flow_curve(table.columns) for table in tables):
@@ -271,11 +263,9 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
     if look.kinds and log_tables.tell_kinds(look, reading):
         return
     alike = look.refused_alike
-    for name, why in look.refused.items():
-        if name in alike:
-            continue
-        named = why if why.startswith(name) else f"{name}: {why}"
-        terminal.say(f"Not understood yet: {named}")
+    for name, refusal in look.refused.items():
+        if name not in alike:
+            terminal.say(f"Not understood yet: {refusal.told_of(name)}")
     first = shlex.quote(look.plan.path)
     if look.problem is not None:
         _tell_what_settles(look, look.problem, typed, reading)
@@ -291,8 +281,7 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
     elif look.unfit:
         terminal.say(f"Understood, but nothing can be fitted to it: {look.unfit}")
     elif look.refused:
-        remedies = [_OPTION.search(why) for why in look.refused.values()]
-        options = {remedy and remedy.group() for remedy in remedies}
+        options = {refusal.option for refusal in look.refused.values()}
         # What a log had in a column, its pattern does not touch.
         if len(options) == 1 and (option := options.pop()):
             terminal.say(
@@ -329,9 +318,8 @@ def _tell_what_settles(
     alike = look.refused_alike
     first = shlex.quote(look.plan.path)
     plan = look.plan
-    option = _OPTION.search(problem.remedy)
     # Of several logs in one file their names are asked about, and not what one of them alone leaves open.
-    is_of_all = isinstance(problem, UnloggedFieldError) or (reading.each and option is not None)
+    is_of_all = isinstance(problem, UnloggedFieldError) or (reading.each and bool(problem.option))
     settled = "" if is_of_all else points_command(look, is_told=bool(reading.words()))
     if settled:
         pass
@@ -339,8 +327,8 @@ def _tell_what_settles(
         settled = plan.command()
     elif answer := answer_to(problem, plan):
         settled = f"{plan.command().rstrip()} {answer}"
-    elif option is not None:
-        settled = f"{shlex.join(['erclutch', 'inspect', plan.path])} {option.group()}"
+    elif problem.option:
+        settled = f"{shlex.join(['erclutch', 'inspect', plan.path])} {problem.option}"
     else:  # only another file helps
         settled = ""
     settled = tried_answer(settled, look, reading) if settled else ""
@@ -406,7 +394,7 @@ def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
         "findings": findings,
         "missing": list(look.missing),
         "doubts": list(look.plan.doubts),
-        "refused": look.refused,
+        "refused": {name: refusal.why for name, refusal in look.refused.items()},
         "mapping": tomllib.loads(mapping_text(look.plan)),
         "choices": choices,
     }

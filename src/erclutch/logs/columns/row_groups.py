@@ -32,8 +32,8 @@ def rows_of(table: Table, label: str, word: str) -> Table:
     words = _words(table, label)
     if word not in words:
         problem = f"no row has {label} {word!r} (there are: {listed(words)})"
-        one = shell_word(f"{label}={words[0]}")
-        raise LogError(problem, remedy=f"Choose one, such as --variable {one}")
+        option = f"--variable {shell_word(f'{label}={words[0]}')}"
+        raise LogError(problem, remedy=f"Choose one, such as {option}", option=option)
     name = _name_in(table, label)
     if name in table.words:
         column = table.words[name]

@@ -111,7 +111,7 @@ class Draft:
     def ask(self, signal: str, error: MappingError, option: str = "") -> None:
         """Keep an error as a question about a signal, with the option that answers it where that is known."""
         self.questions[signal] = Question(
-            signal, error.problem, error.remedy, type(error), option, error.answers
+            signal, error.problem, error.remedy, type(error), option, error.answers, error.option
         )
 
     def take(

@@ -85,7 +85,7 @@ def ask_about_words(draft: Draft) -> bool:
         )
         option = f"--variable {shell_word(f'{name}={EACH}')}"
         remedy = f"Take the rows of each word as a log, and give the field of each: {option}; else --field none"
-        draft.ask("field", MappingError(problem, remedy=remedy), option)
+        draft.ask("field", MappingError(problem, remedy=remedy, option=option), option)
         return True
     return False
 

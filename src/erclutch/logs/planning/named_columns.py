@@ -212,7 +212,9 @@ def _no_such_column(table: Table, text: str, signal: str) -> MappingError:
         remedy = f"Did you mean {close}? Give it as {named}"
         # A signal's unit may not fit that column; what is called like a time is a time.
         answers = [named] if signal == "time" else []
+    option = ""
     if "*" in text and signal != "time":
-        remedy += "; for a log of each column of such a name add --variable all"
+        option = "--variable all"
+        remedy += f"; for a log of each column of such a name add {option}"
     problem = f"there is no column '{text}' for {signal}; the file has: {table.listed}"
-    return MappingError(problem, remedy=remedy, answers=answers)
+    return MappingError(problem, remedy=remedy, answers=answers, option=option)

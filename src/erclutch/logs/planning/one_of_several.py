@@ -100,11 +100,13 @@ def guess(
         problem = problem.replace("; the file has", ", or what they differ by; the file has")
     first = f"--{signal} {shell_word(between or table.label(names[0]))}"
     remedy = f"Say which, such as {first}"
+    option = ""
     if signal in ("effort", "T"):
-        remedy += ", or --variable all if each is a log"
+        option = "--variable all"
+        remedy += f", or {option} if each is a log"
     # A position answers for the slip that is missing; which column is proposed for other signals is told later.
     answers = [first] if signal == "position" else []
-    raise SeveralColumnsError(problem, remedy=remedy, answers=answers)
+    raise SeveralColumnsError(problem, remedy=remedy, answers=answers, option=option)
 
 
 def _with_namesakes(seen: SeenColumns, names: Sequence[str], taken: Sequence[str]) -> list[str]:

@@ -73,7 +73,7 @@ def ask_about_woven_devices(draft: Draft) -> None:
         remedy = (
             f"Take one, such as {one}, or each as a log: --variable {shell_word(f'{name}={EACH}')}"
         )
-        draft.ask("variable", MappingError(problem, remedy=remedy), one)
+        draft.ask("variable", MappingError(problem, remedy=remedy, option=one), one)
 
 
 def _woven_devices(draft: Draft) -> tuple[str, WordColumn] | None:
@@ -168,7 +168,7 @@ def ask_about_groups(draft: Draft) -> None:
         each = f"--variable {shell_word(f'{name}={EACH}')}"
         remedy = f"Take one, such as {first}, or each as a log: {each}"
         option = each if called.isdisjoint(KINDS) else first
-        draft.ask("variable", MappingError(problem, remedy=remedy), option)
+        draft.ask("variable", MappingError(problem, remedy=remedy, option=option), option)
         return
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from erclutch.errors import AlikeRecordingsError, LogError, listed
+from erclutch.errors import AlikeRecordingsError, LogError, SeveralRecordingsError, listed
 from erclutch.logs.clock.timing import MINIMUM_ROWS
 from erclutch.logs.columns.levels_in_names import fields_told_by
 from erclutch.logs.log_file import (
@@ -66,10 +66,6 @@ class RecordingsOfFile:
         """The table of several recordings that are joined by time; None where they cannot be."""
         return readable_tables(self.path, [together], self.told.decimal).get(together)
 
-    def refused(self, problem: str, remedy: str) -> LogError:
-        """The error by which the user is asked."""
-        return LogError(problem, remedy=remedy, where=self.where)
-
 
 def take_the_only_log(file: RecordingsOfFile) -> Table | None:
     """The table of the only log, with a note on the others; None for several logs, or none.
@@ -85,9 +81,11 @@ def take_the_only_log(file: RecordingsOfFile) -> Table | None:
         problem = (
             f"recording {name} is a log without a field, and {listed(beside)} may be the field"
         )
-        together = shlex.quote(JOINT.join([name, *beside]))
-        remedy = f"Join them by time: --variable {together}; or leave the field out: --variable {shlex.quote(name)}"
-        raise file.refused(problem, remedy)
+        joined = f"--variable {shlex.quote(JOINT.join([name, *beside]))}"
+        remedy = (
+            f"Join them by time: {joined}; or leave the field out: --variable {shlex.quote(name)}"
+        )
+        raise LogError(problem, remedy=remedy, where=file.where, option=joined)
     left_out = ", ".join(other for other in file.names if other != name)
     note = f"recording {name}: no other has columns of a motion and an effort ({left_out})"
     table = file.tables[name]
@@ -116,8 +114,9 @@ def _with_the_field(file: RecordingsOfFile, name: str, plan: Plan) -> list[str]:
         )
         if by_itself is not None and "field" in by_itself.signals_with_columns:
             problem = f"recording {name} is a log without a field, and {other}, which may be it, has no time in common"
-            remedy = f"Put the field beside its rows, or leave it out: --variable {shlex.quote(name)} --field none"
-            raise LogError(problem, remedy=remedy, where=Path(file.path).name)
+            option = f"--variable {shlex.quote(name)} --field none"
+            remedy = f"Put the field beside its rows, or leave it out: {option}"
+            raise LogError(problem, remedy=remedy, where=Path(file.path).name, option=option)
     return beside
 
 
@@ -125,7 +124,8 @@ def ask_which_log(file: RecordingsOfFile) -> None:
     """Nothing for a file without a log.
 
     Raises:
-        AlikeRecordingsError: all logs are read in one way, so that each may be one. LogError: the user chooses.
+        AlikeRecordingsError: all logs are read in one way, so that each may be one.
+        SeveralRecordingsError: the user chooses.
     """
     if not file.logs:
         return
@@ -140,17 +140,17 @@ def ask_which_log(file: RecordingsOfFile) -> None:
         ]
         answers.add(tuple(open_ones))
     have_one_answer = len(answers) == 1 and not any(plan.doubts for plan in plans)
+    option = f"--variable {first}"
+    remedy = f"Choose one, such as {option}"
     if have_one_answer:
-        options = " ".join(["--variable all", *answers.pop()])
-        remedy = f"Take each as a log: {options}; or choose one: --variable {first}"
-    else:
-        remedy = f"Choose one, such as --variable {first}"
+        option = " ".join(["--variable all", *answers.pop()])
+        remedy = f"Take each as a log: {option}; or choose one: --variable {first}"
     problem = (
         f"{len(plans)} of {len(file.names)} recordings of the file are logs: {listed(file.logs)}"
     )
     if _are_alike(plans, {name: file.tables[name] for name in file.logs}):
-        raise AlikeRecordingsError(problem, remedy=remedy, where=file.where)
-    raise file.refused(problem, remedy)
+        raise AlikeRecordingsError(problem, remedy=remedy, where=file.where, option=option)
+    raise SeveralRecordingsError(problem, remedy=remedy, where=file.where, option=option)
 
 
 def _are_alike(plans: Sequence[Plan], logs: Mapping[str, Table]) -> bool:
@@ -211,7 +211,9 @@ def offer_to_join(file: RecordingsOfFile) -> None:
     plan = None if joined is None else plan_if_any(joined, file.told, file.device)
     if plan is not None and plan.is_of_a_log:
         problem = f"no recording of the file is a log alone, and together they are one: {listed(file.names)}"
-        raise file.refused(problem, f"Join them by time: --variable {shlex.quote(together)}")
+        option = f"--variable {shlex.quote(together)}"
+        remedy = f"Join them by time: {option}"
+        raise LogError(problem, remedy=remedy, where=file.where, option=option)
 
 
 class RecordingChoice(NamedTuple):
@@ -251,10 +253,8 @@ def table_of_log(
     """
     try:
         return read_table(path, variable=variable, decimal=told.decimal, told=progress)
-    except LogError as error:
+    except SeveralRecordingsError as error:
         if variable or not isinstance(path, str | Path):
-            raise
-        if "several recordings" not in error.problem:
             raise
         names = recordings_of_file(path)
         if len(names) < 2:
@@ -275,8 +275,13 @@ def table_of_log(
     if nearest == names[0]:
         raise unchosen
     # The first recording is often a sheet of settings or results.
-    remedy = f"Choose one, such as --variable {shlex.quote(nearest)}, or --variable all"
-    raise LogError(unchosen.problem, remedy=remedy, where=unchosen.where)
+    option = f"--variable {shlex.quote(nearest)}"
+    raise SeveralRecordingsError(
+        unchosen.problem,
+        remedy=f"Choose one, such as {option}, or --variable all",
+        where=unchosen.where,
+        option=option,
+    )
 
 
 def logs_among(

@@ -61,7 +61,7 @@ def ask_about_remarked_field(draft: Draft) -> bool:
         option = f"--constant {shell_word(f'field={of_stretches}')}"
         problem = f"no column for field, and lines above the rows say {_quoted(lines)}"
         remedy = f"If these are the fields of one stretch after another, give {option}; else --field none"
-        draft.ask("field", MappingError(problem, remedy=remedy), option)
+        draft.ask("field", MappingError(problem, remedy=remedy, option=option), option)
         return True
     quoted = _quoted(lines)
     verb = "says" if len(lines) == 1 else "say"

@@ -169,7 +169,7 @@ def _ask_for_each_field(names: Sequence[str], stated: Mapping[str, StatedLevel])
         is_known = of_one_unit and name in stated
         numbers.append(f"{stated[name].number:g}" if is_known else "NUMBER")
     given = shell_word(f"field={', '.join(numbers)} {unit}".strip())
-    option = f"--constant {given}"
+    option = f"--variable all --constant {given}"
     problem = f"no log has a column for field, and of their names {quoted}"
-    remedy = f"Give the field of each log: --variable all {option}; or --variable all --field none"
-    raise MappingError(problem, remedy=remedy)
+    remedy = f"Give the field of each log: {option}; or --variable all --field none"
+    raise MappingError(problem, remedy=remedy, option=option)

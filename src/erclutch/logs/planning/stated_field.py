@@ -125,9 +125,10 @@ def ask_about_specimens(names: Sequence[str], told: ColumnMap) -> None:
         return
     letter = letters.pop()
     problem = f"the names {listed(names)} may number specimens, or tell the field in {letter}"
+    option = "--variable all --field none"
     pattern = shell_word(f"{{field}}{letter}")
-    remedy = f"Say which: --variable all --field none, or --variable all --name-pattern {pattern}"
-    raise MappingError(problem, remedy=remedy)
+    remedy = f"Say which: {option}, or --variable all --name-pattern {pattern}"
+    raise MappingError(problem, remedy=remedy, option=option)
 
 
 def _take(draft: Draft, stated: StatedLevel, where: str) -> None:
@@ -237,11 +238,9 @@ def _ask_about_the_name(draft: Draft) -> bool:
     )
     # Of a motor under test, whose powers tell another voltage, it is rather what feeds it.
     is_rather_none = unit == "V" and draft.supply is not None
-    draft.ask(
-        "field",
-        MappingError(problem, remedy=f"If that is the field, give {option}; else --field none"),
-        "--field none" if is_rather_none else option,
-    )
+    remedy = f"If that is the field, give {option}; else --field none"
+    likely = "--field none" if is_rather_none else option
+    draft.ask("field", MappingError(problem, remedy=remedy, option=option), likely)
     return True
 
 
@@ -261,7 +260,7 @@ def _ask_about_an_open_number(draft: Draft, written: str, where: str) -> None:
     option = f"--constant {shell_word(f'field=NUMBER {unit}')}"
     problem = f"no column for field, and {where} says {written}, which may lack its decimal point"
     remedy = f"If that is the field, give {option}; else --field none"
-    draft.ask("field", MappingError(problem, remedy=remedy), option)
+    draft.ask("field", MappingError(problem, remedy=remedy, option=option), option)
 
 
 def _number_of_a_field(name: str) -> re.Match[str] | None:

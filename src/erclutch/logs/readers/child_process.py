@@ -21,7 +21,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from erclutch.errors import LogError
+from erclutch.errors import LogError, SeveralRecordingsError
 from erclutch.files import scratch_folder
 from erclutch.logs.readers.budget import MORE, RAISED, Budget, budget_of
 from erclutch.signals.array import Array
@@ -205,7 +205,8 @@ def _answer(folder: Path, code: int, stderr: bytes, memory: int) -> Answer:
     try:
         texts = cast("dict[str, Any]", json.loads((folder / _TEXTS).read_text(encoding="utf-8")))
         if code == 0 and "problem" in texts:
-            raise LogError(str(texts["problem"]), remedy=str(texts["remedy"]))
+            kind = SeveralRecordingsError if texts["holds_several"] else LogError
+            raise kind(texts["problem"], remedy=texts["remedy"], option=texts["option"])
         with (folder / _ARRAYS).open("rb") as file:
             arrays: list[Array] = []
             for size in texts["sizes"]:
@@ -294,7 +295,12 @@ def _told(folder: Path, memory: int) -> Generator[None]:
         cause = f"{type(raised).__name__}: {str(raised).strip()[:120]}"
         problem = f"the file is damaged or of a kind that cannot be read ({cause})"
         error = LogError(problem, remedy="Copy the file again, or export it as CSV")
-    report = {"problem": error.problem, "remedy": error.remedy}
+    report = {
+        "problem": error.problem,
+        "remedy": error.remedy,
+        "option": error.option,
+        "holds_several": isinstance(error, SeveralRecordingsError),
+    }
     (folder / _TEXTS).write_text(json.dumps(report), encoding="utf-8")
 
 

@@ -12,7 +12,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from erclutch.errors import LogError
+from erclutch.errors import LogError, SeveralRecordingsError
 from erclutch.logs.columns.labels import name_columns, own_unit, split_label
 from erclutch.logs.columns.names import spoken_name
 from erclutch.logs.log_reader import LogSource
@@ -46,11 +46,11 @@ class RecordingNames(Exception):  # noqa: N818  # an answer, not an error
         self.names = list(names)
 
 
-class SeveralTables(LogError):  # noqa: N818  # an answer, and the error for whoever asked for one table
+class SeveralTables(SeveralRecordingsError):  # noqa: N818  # an answer, and the error for whoever asked for one table
     """What a choice among recordings raises that were all read on the way: a look at the file asks for them next."""
 
-    def __init__(self, error: LogError, tables: Mapping[str, Table]) -> None:
-        super().__init__(error.problem, remedy=error.remedy)
+    def __init__(self, error: SeveralRecordingsError, tables: Mapping[str, Table]) -> None:
+        super().__init__(error.problem, remedy=error.remedy, option=error.option)
         self.tables = tables
 
 
@@ -104,7 +104,7 @@ def choose(
         more: what else helps where there are several.
 
     Raises:
-        LogError: none, several without a choice, or none of that name.
+        LogError: none, or none of that name. SeveralRecordingsError: several without a choice.
         RecordingNames: ``variable`` is `ALL`.
     """
     if variable == ALL:
@@ -122,8 +122,9 @@ def choose(
     first = next(iter(recordings))
     if not variable and len(recordings) > 1:
         problem = f"the file holds several recordings: {listed(recordings)}"
-        remedy = f"Choose one, such as --variable {shlex.quote(first)}, or --variable all{more}"
-        raise LogError(problem, remedy=remedy)
+        option = f"--variable {shlex.quote(first)}"
+        remedy = f"Choose one, such as {option}, or --variable all{more}"
+        raise SeveralRecordingsError(problem, remedy=remedy, option=option)
     name = variable or first
     return name, recordings[name]
 

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from erclutch.errors import LogError
+from erclutch.errors import LogError, SeveralRecordingsError
 from erclutch.logs.readers.found_recordings import (
     ALL,
     JOINT,
@@ -117,12 +117,11 @@ def _chosen(tree: dict[str, Any], variable: str | None) -> Found:
         recording.notes.insert(0, f"recording read from variable {name}")
         return recording
     if recordings:
-        first = shlex.quote(next(iter(recordings)))
-        remedy = f"Choose one, such as --variable {first}, or --variable all{join_hint(recordings)}"
+        option = f"--variable {shlex.quote(next(iter(recordings)))}"
+        remedy = f"Choose one, such as {option}, or --variable all{join_hint(recordings)}"
         of_loose = f" (the vectors {listed(loose.columns)})" if loose else ""
-        raise LogError(
-            f"the file holds several recordings: {', '.join(everything)}{of_loose}", remedy=remedy
-        )
+        problem = f"the file holds several recordings: {', '.join(everything)}{of_loose}"
+        raise SeveralRecordingsError(problem, remedy=remedy, option=option)
 
     problem = f"no recording in the variables {listed(variables)}"
     if any(node is None for node in variables.values()):

@@ -144,8 +144,9 @@ def weigh(
     as_decimal = number.replace(mark, ".").rstrip("0").rstrip(".")
     as_whole = number.replace(mark, "")
     problem = f"{number} may be {as_decimal} or {as_whole}, and no number of the file tells"
-    options = f"--decimal {mark} for {as_decimal}, --decimal {_OTHER[mark]} for {as_whole}"
-    raise LogError(problem, remedy=f"Say which mark is the decimal one: {options}")
+    option = f"--decimal {mark}"
+    options = f"{option} for {as_decimal}, --decimal {_OTHER[mark]} for {as_whole}"
+    raise LogError(problem, remedy=f"Say which mark is the decimal one: {options}", option=option)
 
 
 def with_decimal_points(text: str, delimiter: str | None) -> tuple[str, list[int]]:

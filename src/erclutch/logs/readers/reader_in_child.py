@@ -15,7 +15,7 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-from erclutch.errors import LogError
+from erclutch.errors import LogError, SeveralRecordingsError
 from erclutch.logs.log_reader import LogSource, states_of, unchanged
 from erclutch.logs.readers import child_process
 from erclutch.logs.readers.budget import budget_of
@@ -86,7 +86,7 @@ def in_child(
         if "each" in found[1]:
             kept.clear()
             kept[source.digest] = tables_of_answer(source, found)
-            raise LogError(found[1]["refused"], remedy=found[1]["and_so"])
+            raise SeveralRecordingsError(**found[1]["refused"])
         return table_of_answer(source, found)
 
     def recordings(source: LogSource) -> list[str]:
@@ -184,7 +184,12 @@ def answer_of(path: str, reader: str, variable: str) -> child_process.Answer:
         names = answer.names
     except SeveralTables as several:
         arrays, texts = answer_of_each(several.tables)
-        return arrays, {**texts, "refused": several.problem, "and_so": several.remedy}
+        refused = {
+            "problem": several.problem,
+            "remedy": several.remedy,
+            "option": several.option,
+        }
+        return arrays, {**texts, "refused": refused}
     tables: dict[str, Table | LogError] = {}
     for name in names:
         try:

@@ -12,7 +12,7 @@ from datetime import date, datetime, time, timedelta
 from pathlib import Path
 from typing import Any
 
-from erclutch.errors import LogError
+from erclutch.errors import LogError, SeveralRecordingsError
 from erclutch.logs.log_reader import HEAD, LogReader, LogSource, reader_of
 from erclutch.logs.readers import first_bytes, found_recordings, reader_in_child
 from erclutch.logs.readers.budget import Budget, budget_of, take_zip
@@ -63,8 +63,8 @@ def find(path: str, variable: str | None) -> Table:
             return joint
     try:
         _, table = found_recordings.choose(recordings, variable, "sheet", "the file has no sheet")
-    except LogError as error:
-        if variable is None and recordings:
+    except SeveralRecordingsError as error:
+        if variable is None:
             raise found_recordings.SeveralTables(error, recordings) from error
         raise
     return table
