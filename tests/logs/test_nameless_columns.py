@@ -298,3 +298,44 @@ def test_a_word_behind_the_number_of_a_channel_is_a_name() -> None:
 def test_names_of_channels_take_linear_time() -> None:
     for sign in ("[", " ", "_", "1"):
         assert _CHANNEL.fullmatch("ch" + sign * 20_000) is None
+
+
+UNEVEN = np.cumsum(RNG.uniform(0.05, 0.15, 400))
+TWICE_A_STAMP = np.round(0.01 * np.arange(400), 2)
+TWICE_A_STAMP[[57, 211]] = TWICE_A_STAMP[[56, 210]]
+FADING = 90.0 * np.exp(-0.01 * np.arange(400))
+
+
+@pytest.mark.parametrize("stamps", [TIME[:400], UNEVEN, TWICE_A_STAMP])
+@pytest.mark.parametrize("other", [FADING, PLACE[:400], np.tanh(UNEVEN - 20.0)])
+def test_of_two_columns_one_that_rises_all_through_is_no_signal(
+    stamps: Array, other: Array
+) -> None:
+    command = planned({"c1": stamps, "c2": other}).command()
+    for option in ("--slip", "--position", "--effort"):
+        assert f'{option} "c1"' not in command
+    assert "COLUMN" in command  # a time and one course are no motion with its effort
+
+
+def test_an_uneven_time_is_no_effort_beside_a_motion() -> None:
+    place = 8.0 * np.sin(0.9 * UNEVEN) + 3.0 * np.sin(0.41 * UNEVEN)
+    command = planned({"c1": UNEVEN, "c2": place, "c3": np.gradient(place, UNEVEN)}).command()
+    assert '"c1"' not in command
+
+
+def test_few_points_under_a_rising_speed_are_still_offered() -> None:
+    speeds = np.array([1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0])
+    command = planned({"c1": speeds, "c2": 3.0 + speeds**0.3}).command()
+    assert '"c1" --effort "c2"' in command
+
+
+@pytest.mark.parametrize("time", ["t", "time", "Time"])
+@pytest.mark.parametrize("axes", [("x", "y"), ("X", "Y"), ("x", "y", "z"), ("y", "z")])
+def test_places_of_a_point_in_time_are_no_motion_with_its_effort(
+    time: str, axes: tuple[str, ...]
+) -> None:
+    courses = [0.1 * TIME, 0.2 * TIME - 0.05 * TIME**2, np.cos(TIME)]
+    columns = {time: TIME} | dict(zip(axes, courses, strict=False))
+    plan = planned(columns)
+    assert not any("by the numbers alone" in question.problem for question in plan.questions)
+    assert '--effort "COLUMN [N]"' in plan.command()

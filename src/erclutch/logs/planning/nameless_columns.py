@@ -80,7 +80,7 @@ def propose_columns_without_names(draft: Draft) -> None:
     free = [name for name in free if name not in told]
     options: dict[str, str] = {}
 
-    time = _rising_steadily(table, free) if "time" in asked and len(free) > 2 else ""
+    time = _rising_steadily(table, free) if "time" in asked and _may_be_a_log(table, free) else ""
     stamps: Array = np.arange(float(table.rows))
     if time:
         free.remove(time)
@@ -110,6 +110,8 @@ def propose_columns_without_names(draft: Draft) -> None:
     options["field"] = f"--field {shell_word(field)}" if field else "--field none"
 
     moving = [name for name in free if name not in levels and np.ptp(table.columns[name]) > 0.0]
+    if _is_long_and_rises(table, free):  # a time by a busy clock, or what was swept: nobody knows
+        moving = [name for name in moving if name != free[0]]
     roles = _roles(table, moving, stamps, field)
     if told and not _is_clear(table, roles):
         roles = _Roles()
@@ -215,14 +217,15 @@ def _are_without_names(draft: Draft, clock: str) -> bool:
 
     So a reader calls columns without a name, those of one array, and NumPy its arrays (``arr_0``). What goes in and out
     at numbered channels has no better names (``CH1in``). Columns that are called after the axes of a drawing (x, y)
-    beside those whose name says a signal are no better named.
+    beside those whose name says a signal are no better named; beside a time alone they are the places of a point.
     """
     table = draft.table
     counting = _counting(draft)
     names = [name for name in table.columns if name not in (clock, *counting, *table.made)]
     lettered = [name for name in names if name not in draft.taken]
     if len(lettered) >= 2 and {name.lower() for name in lettered} <= _AXES:
-        return not any(table.units.get(name) for name in lettered)
+        are_places = bool(clock) and len(lettered) == len(names)
+        return not are_places and not any(table.units.get(name) for name in lettered)
     if not 2 <= len(names) <= _MOST:
         return False
     matches = [_NUMBERED.fullmatch(name) for name in names]
@@ -302,6 +305,19 @@ def _rising_steadily(table: Table, names: Sequence[str]) -> str:
     near = float(np.mean(np.abs(steps - step) <= _UNEVEN * step))
     counts = step.is_integer() and (not begins.size or step <= 1.0)
     return names[0] if (near >= _MOST_STEPS or is_a_clock) and not counts else ""
+
+
+def _may_be_a_log(table: Table, names: Sequence[str]) -> bool:
+    """Whether a first column that rises may be a time: two columns of few rows are points as well."""
+    return len(names) > 2 or (len(names) == 2 and table.rows >= _FEWEST_OF_A_RUN)
+
+
+def _is_long_and_rises(table: Table, names: Sequence[str]) -> bool:
+    """Whether the first column never falls and goes on in most rows, over more rows than a sweep of points has."""
+    if not names or table.rows < _FEWEST_OF_A_RUN:
+        return False
+    steps = np.diff(table.columns[names[0]])
+    return bool(np.all(steps >= 0.0) and np.mean(steps > 0.0) >= _MOST_STEPS)
 
 
 def _unit_of_steps(stamps: Array) -> str:
