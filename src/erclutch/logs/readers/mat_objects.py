@@ -19,6 +19,12 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.logs.readers.budget import Budget
+from erclutch.logs.readers.mat_streams import (
+    Records,
+    is_streamed,
+    signal_of_a_stream,
+    unit_of_time,
+)
 
 Fields = dict[str, Any]
 _MARK = 0xDD000000  # the first number of a reference
@@ -53,17 +59,21 @@ def is_reference(node: Any) -> bool:
 class Objects:
     """The objects of one file."""
 
-    def __init__(self, cells: Sequence[Any], budget: Budget) -> None:
+    def __init__(
+        self, cells: Sequence[Any], budget: Budget, records: Records = lambda number: None
+    ) -> None:
         """Objects of a subsystem.
 
         Args:
             cells: of the subsystem, as plain Python.
             budget: of the file; each object counts.
+            records: of signals that were streamed to the file.
 
         Raises:
             ValueError, IndexError: the first cell is none that is known.
         """
         self._budget = budget
+        self.records = records
         head = np.asarray(cells[0], np.uint8).tobytes()
         order = "<" if int.from_bytes(head[:4], "little") in _VERSIONS else ">"
         numbers = np.frombuffer(head[: len(head) // 4 * 4], f"{order}u4")
@@ -326,6 +336,8 @@ def _dataset(objects: Objects, properties: Fields) -> Fields:
         if not isinstance(values, dict):
             continue
         values = cast("Fields", values)
+        if is_streamed(values):
+            values = _streamed(objects, values)
         labels = [key for key in values if key not in _TIMES]
         labels_of_numbers = [key for key in labels if isinstance(values[key], np.ndarray)]
         own_label = labels_of_numbers[0] if len(labels_of_numbers) == 1 else ""
@@ -350,10 +362,22 @@ def _dataset(objects: Objects, properties: Fields) -> Fields:
             values = {label if key == own_label else key: node for key, node in values.items()}
         signals[name] = values
 
-    # Signals that all have the same time are one struct.
+    return _together(signals)
+
+
+def _together(signals: Fields) -> Fields:
+    """Signals that all have the same time as one struct; a signal that could not be read is told there by its name."""
+    unread: Fields = {}
+    for name, part in signals.items():
+        nodes = [*cast("Fields", part).values()]
+        if len(nodes) == 1 and isinstance(nodes[0], np.ndarray):
+            array = cast("np.ndarray[Any, Any]", nodes[0])
+            if array.dtype == object:
+                unread[name] = array
+    signals = {name: part for name, part in signals.items() if name not in unread}
     parts = [cast("Fields", part) for part in signals.values()]
     if len(parts) == 1:
-        return parts[0]
+        return parts[0] | unread
     times = [np.asarray(part["time_s"]) for part in parts if "time_s" in part]
     if not parts or len(times) < len(parts):
         return signals
@@ -365,7 +389,20 @@ def _dataset(objects: Objects, properties: Fields) -> Fields:
             if key != "time_s" and key in together:
                 return signals
             together[key] = node
-    return together
+    return together | unread
+
+
+def _streamed(objects: Objects, values: Fields) -> Fields:
+    """A signal whose samples lie in a stream of the file, as a timeseries is read; no time where they are not there."""
+    in_seconds = _SECONDS.get(unit_of_time(values))
+    try:
+        signal = signal_of_a_stream(values, objects.records)
+    except ValueError:
+        return {"data": np.full(2, None, object)}
+    time = signal.pop("time")
+    if in_seconds is None:
+        return {"time": time, **signal}
+    return {"time_s": time * in_seconds, **signal}
 
 
 def _output(objects: Objects, properties: Fields) -> Any:

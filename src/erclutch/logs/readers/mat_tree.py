@@ -256,7 +256,18 @@ class _Tree:
         with suppress(KeyError, IndexError, ValueError, TypeError):
             subsystem = self._file["#subsystem#"]
             if "MCOS" in self.own(subsystem):
-                return Objects(self._followed(subsystem["MCOS"], 0), self._budget)
+                return Objects(self._followed(subsystem["MCOS"], 0), self._budget, self._record)
+        return None
+
+    def _record(self, number: int) -> bytes | None:
+        """The bytes of a signal that Simulink streamed to the file; None where it has no such record."""
+        with suppress(KeyError, ValueError):
+            streams = self._file["#sigstream#"]
+            if str(number) in self.own(streams) and "#data#" in self.own(streams[str(number)]):
+                stream = streams[str(number)]["#data#"]
+                if stream.dtype == np.uint8 and not stream.external and not stream.is_virtual:
+                    self._budget.take_cells(-(-stream.size // 4))  # a number has four bytes or more
+                    return stored_values(stream).tobytes()
         return None
 
     def own(self, group: Any) -> list[str]:
