@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
@@ -21,8 +20,6 @@ GROUP = "erclutch.points"
 _MOST_POINTS = 1000
 #: What the user writes in place of a unit that the file does not hold.
 UNIT_TO_FILL_IN = "UNIT"
-#: The column of words that a question is about.
-_PARTING = re.compile(r"column (.+?) parts the rows into \d+")
 _DECADES = 100.0  # the largest shear rate beside the smallest, at least, where no name says that they are rates
 #: A strain, or the rate of a strain, by its symbol alone.
 _GAMMAS = {"gamma", "γ"}
@@ -35,7 +32,7 @@ def flow_command(look: LogLook) -> str:
     the points into curves. No option reads some of them, such as stresses against their rates: such a table is a log.
     """
     from erclutch.logs.columns.rheometer_names import is_a_logarithm
-    from erclutch.logs.log_file import EACH
+    from erclutch.logs.log_file import EACH, group_of
 
     path = look.plan.path
     gammas = [name for name in look.raw.columns if name.lower() in _GAMMAS]
@@ -48,9 +45,10 @@ def flow_command(look: LogLook) -> str:
         parting = words[:1]
     else:
         for question in look.plan.questions:
-            match = _PARTING.match(question.problem)
-            if match:
-                parting.append(match.group(1))
+            if question.signal == "variable":  # which rows of a column are a curve
+                _, rows = shlex.split(question.option)
+                group = group_of(rows)
+                parting += [] if group is None else [group.column]
         if not parting and is_of_a_rheometer(look.plan):
             parting = [name for name in words if len(look.raw.words[name].words) > 1][:1]
     sheets = {"sheet": [f"{name}={EACH}" for name in parting]} if parting else {}

@@ -184,7 +184,9 @@ def notes_of(recordings: Sequence[LogFacts]) -> list[str]:
 
 def rows_left_out(recording: LogFacts) -> list[str]:
     """What was said while reading of rows that a log lost: it is cut where they stood."""
-    return [note for note in recording.notes if "the log cut there" in note]
+    from erclutch.signals.recording import CUT_THERE
+
+    return [note for note in recording.notes if CUT_THERE in note]
 
 
 def estimates(title: str, values: Sequence[Estimate]) -> Table:

@@ -20,7 +20,7 @@ from erclutch.logs.rows.unmeasured_rows import unmeasured_rows
 from erclutch.logs.table import Table
 from erclutch.signals import units
 from erclutch.signals.array import Array, Mask
-from erclutch.signals.recording import POSITION, TEMPERATURE, Recording
+from erclutch.signals.recording import CUT_THERE, POSITION, TEMPERATURE, Recording
 
 _LARGEST = 1e30  # of a signal in SI units; squares of sums of such are still numbers
 #: Between which a signal lies where it is measured; all others are between -_LARGEST and _LARGEST.
@@ -298,7 +298,7 @@ def _unusable_rows(
             raise LogError(problem, remedy="Correct the row, or leave it out with --skip")
     if unsampled.any():
         notes.append(
-            f"{int(unsampled.sum())} steps of the loop had no good sample: left out, the log cut there"
+            f"{int(unsampled.sum())} steps of the loop had no good sample: left out, {CUT_THERE}"
         )
     return np.logical_or.reduce([*holes.values(), unsampled, unmeasured])
 
@@ -328,7 +328,7 @@ def _refuse_or_note(
         text += f", column {other} {int(rows.sum())}"
     dropped = np.logical_or.reduce(list(holes.values()))
     total = int(dropped.sum())
-    notes.append(f"{text}: {total} row{'s' if total > 1 else ''} dropped, the log cut there")
+    notes.append(f"{text}: {total} row{'s' if total > 1 else ''} dropped, {CUT_THERE}")
 
 
 def _segments(clock: timing.LogClock, usable: Mask) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -13,6 +13,7 @@ from erclutch.logs.plan import Plan
 from erclutch.logs.rows.sensor_faults import FAULTS, Measured
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array, Mask
+from erclutch.signals.recording import CUT_THERE
 
 #: Of tables and spreadsheets; ends of whole numbers of 16 and 32 bits; of instruments.
 CODES = (
@@ -46,7 +47,7 @@ def unmeasured_rows(plan: Plan, table: Table, notes: list[str]) -> Mask:
             if keep:
                 notes.append(f"{held}: kept, as asked")
             else:
-                why = "what loggers write for no measurement, left out and the log cut there"
+                why = f"what loggers write for no measurement, left out and {CUT_THERE}"
                 notes.append(f"{held}: {why} (--keep-values keeps it)")
                 unmeasured |= rows
 
@@ -64,11 +65,9 @@ def unmeasured_rows(plan: Plan, table: Table, notes: list[str]) -> Mask:
                 measured.values[name][seen.rows] = np.nan
             many = "s" if len(seen.columns) > 1 else ""
             first = table.first_row + int(np.argmax(seen.rows)) + 1
-            done = (
-                "kept, as asked"
-                if keep
-                else "left out and the log cut there (--keep-values keeps them)"
-            )
+            done = "kept, as asked"
+            if not keep:
+                done = f"left out and {CUT_THERE} (--keep-values keeps them)"
             notes.append(
                 f"column{many} {', '.join(seen.columns)} {seen.what} in {_counted(seen.rows)}, the first in data row "
                 f"{first}: {done}"
