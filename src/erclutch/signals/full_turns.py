@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from erclutch.signals.array import Array
@@ -14,22 +12,16 @@ FULL_TURNS = (2.0 * np.pi, 360.0, 1.0)
 ROUNDED = 1e-6
 
 
-def starts_again(angle: Array, turn: float, segments: Sequence[tuple[int, int]] = ()) -> int:
+def starts_again(angle: Array, turn: float) -> int:
     """How often an angle jumps by more than half a turn though all of it lies within one; 0 where it goes beyond.
 
     Args:
         angle: shape (rows,).
         turn: a full turn in the unit of the angle.
-        segments: first row of each gapless stretch, and the row behind its last; a jump over a gap is none. None of
-            them: the angle has no gap.
     """
     if angle.size == 0 or np.ptp(angle) > turn * (1.0 + ROUNDED):
         return 0
-    jumps = 0
-    for start, stop in segments or [(0, angle.size)]:
-        steps = np.abs(np.diff(angle[start:stop]))
-        jumps += int(np.count_nonzero(steps > turn / 2.0))
-    return jumps
+    return int(np.count_nonzero(np.abs(np.diff(angle)) > turn / 2.0))
 
 
 def between_samples(at: Array, times: Array, angle: Array, turn: float) -> Array:

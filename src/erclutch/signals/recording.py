@@ -15,7 +15,7 @@ import numpy as np
 
 from erclutch.signals.array import Array
 from erclutch.signals.device import SPEED_OF
-from erclutch.signals.full_turns import FULL_TURNS, starts_again
+from erclutch.signals.full_turns import ROUNDED
 from erclutch.signals.shown import Shown, one_line
 
 
@@ -239,11 +239,11 @@ class Recording(Shown):
             angle = signals.get(position)
             if angle is None or speed in signals or self.units.get(position) != "rad":
                 continue
-            in_rad, *_ = FULL_TURNS
-            times = starts_again(angle, in_rad, self.segments)
-            if times:
-                parts = [np.unwrap(angle[start:stop]) for start, stop in self.segments]
-                signals[position] = np.concatenate(parts)
-                anew = f"{position} starts again after a full turn, {times} times"
+            parts = [angle[start:stop] for start, stop in self.segments]
+            turns = sum(int(np.count_nonzero(np.abs(np.diff(part)) > np.pi)) for part in parts)
+            goes_beyond = np.ptp(angle) > 2.0 * np.pi * (1.0 + ROUNDED)
+            if turns and not goes_beyond:
+                signals[position] = np.concatenate([np.unwrap(part) for part in parts])
+                anew = f"{position} starts again after a full turn, {turns} times"
                 notes.append(f"{anew}: drawn out without jumps")
         return replace(self, signals=signals, notes=(*self.notes, *notes)) if notes else self
