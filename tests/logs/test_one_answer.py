@@ -274,3 +274,18 @@ def test_an_axis_that_may_be_none_is_not_offered(columns: dict[str, Array]) -> N
         {"time": TIME, "Force_data": SPEED**3, "LVDT_raw": 2.0 + ANGLE, **columns}
     ).command()
     assert '--position "z' not in command
+
+
+@pytest.mark.parametrize(
+    "names", [("y1",), ("i1",), ("v", "p"), ("rpm_2", "y"), ("u", "y1"), ("q", "y"), ("force", "y")]
+)
+def test_a_command_names_no_column_for_two_signals(names: tuple[str, ...]) -> None:
+    courses = [SPEED + ANGLE, LEVELS, np.exp(-TIME)]
+    columns = {"time": TIME, "V1": 6.0 + ANGLE, "V2": 2.0 * SPEED}
+    columns |= dict(zip(names, courses, strict=False))
+    words = shlex.split(planned(columns).command())[3:]
+    named: list[str] = []
+    for label in words[1::2]:
+        name, _ = split_label(label)
+        named += [part for part in name.split(" - ") if part not in ("none", "COLUMN")]
+    assert len(named) == len({*named}), words

@@ -36,6 +36,7 @@ from erclutch.logs.planning.no_field import is_a_mark, maybe_field
 from erclutch.logs.planning.points import IN_NO_ORDER
 from erclutch.logs.planning.strength_of_efforts import strengths_of_efforts
 from erclutch.logs.planning.two_ends import motion_between
+from erclutch.logs.table import MINUS
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
 
@@ -106,7 +107,7 @@ def propose_answers(draft: Draft) -> None:
         if signal != "time" or option.startswith("--time"):
             label = shlex.split(option)[1]
             name, _ = split_label(label)
-            proposed += [label, name]
+            proposed += [label, name, *name.split(MINUS)]  # of a difference both its columns
 
     examples = [options[signal] for signal in questions]
     in_no_order = draft.clock is not None and draft.clock.reason.endswith(IN_NO_ORDER)
