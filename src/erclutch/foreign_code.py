@@ -14,7 +14,7 @@ import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
 from opcode import opmap
@@ -57,7 +57,10 @@ def kept_process(*, imports: bool = False) -> Generator[list[str]]:
         # A law is asked thousands of times in a fit: what it computes with is looked at each time, the rest at the end.
         within = getattr(_THREAD, "calls", 0)
         _THREAD.calls = within + 1
-        for name in _loaded() if imports else _NUMERIC:
+        watched: Sequence[str] = _NUMERIC
+        if imports:
+            watched = [name for name in list(sys.modules) if name.partition(".")[0] in _SHARED]
+        for name in watched:
             module = sys.modules.get(name)
             if isinstance(module, ModuleType) and name not in _FUNCTIONS:
                 _FUNCTIONS[name] = dict(vars(module))
@@ -169,10 +172,6 @@ def _put_back(before: Mapping[str, Any]) -> None:
 
 
 # --- by what numbers are computed -------------------------------------------------------------------------------------
-
-
-def _loaded() -> list[str]:
-    return [name for name in list(sys.modules) if name.partition(".")[0] in _SHARED]
 
 
 def _put_functions_back(name: str) -> list[str]:

@@ -156,9 +156,16 @@ def _position_options(free: Iterable[SeenColumn]) -> str:
         is_travel = column.fits(SIGNALS["position"].si_units) and not column.is_called_time
         if is_travel and not column.shape.constant:
             return f"--position {shell_word(column.name)}"
-    measured = _measured_along_an_axis(free)
-    if measured:
-        return f"--position {shell_word(measured)}"
+    # Columns called by an axis and a word for measuring (``z_meas``) that go and return: the only one.
+    along_an_axis: list[str] = []
+    for column in free:
+        axis, *others = column.spoken.stem_words or ("",)
+        is_measured = axis in _AXES and bool(others) and MEASURED.issuperset(others)
+        returns = not column.shape.rises and not column.shape.constant
+        if is_measured and returns and not column.written_unit:
+            along_an_axis.append(column.name)
+    if len(along_an_axis) == 1:
+        return f"--position {shell_word(along_an_axis[0])}"
     of_a_sensor = sensor_options(free, "position")
     for column in free:
         is_counted = column.spoken.plain in (*_COUNTED, *_RAW) and not column.unit
@@ -167,18 +174,6 @@ def _position_options(free: Iterable[SeenColumn]) -> str:
             scale = shell_word("position=NUMBER rad/count")
             return f"--position {shell_word(column.name)} --scale {scale}"
     return of_a_sensor
-
-
-def _measured_along_an_axis(free: Iterable[SeenColumn]) -> str:
-    """The only column called by an axis and a word for measuring (``z_meas``), if it goes and returns; "" else."""
-    names: list[str] = []
-    for column in free:
-        axis, *others = column.spoken.stem_words or ("",)
-        is_measured = axis in _AXES and bool(others) and MEASURED.issuperset(others)
-        returns = not column.shape.rises and not column.shape.constant
-        if is_measured and returns and not column.written_unit:
-            names.append(column.name)
-    return names[0] if len(names) == 1 else ""
 
 
 def _said_of_shares(free: Iterable[SeenColumn], signal: str) -> str:

@@ -36,11 +36,20 @@ def strengths_of_efforts(
         return []
     found: list[str] = []
     for name, column in columns.items():
-        if not np.isfinite(column).all() or not _is_of_one_sign(column):
-            continue
-        if _is_made_of(column, slip, effort):
+        if not np.isfinite(column).all():
             continue
         size = np.abs(column)
+        total = float(size.sum())
+        below = float(-np.minimum(column, 0.0).sum())
+        is_of_one_sign = total > 0.0 and min(below, total - below) < _OTHER_SIGN * total
+        if not is_of_one_sign:
+            continue
+        # The effort itself, a speed or a power; or a position, whose rate is the slip.
+        others = (np.abs(effort), np.abs(slip), np.abs(effort * slip))
+        if any(_correlation(column, other) > _ALIKE for other in others):
+            continue
+        if abs(_correlation(np.gradient(column), slip)) > _A_RATE:
+            continue
         weakest, strongest = np.percentile(size, (_OUTLYING, 100.0 - _OUTLYING)).tolist()
         if weakest == strongest:
             continue
@@ -52,20 +61,6 @@ def strengths_of_efforts(
         if apart is not None and apart.more > apart.less:
             found.append(name)
     return found if len(found) == 1 else []
-
-
-def _is_of_one_sign(column: Array) -> bool:
-    size = float(np.abs(column).sum())
-    below = float(-np.minimum(column, 0.0).sum())
-    return size > 0.0 and min(below, size - below) < _OTHER_SIGN * size
-
-
-def _is_made_of(column: Array, slip: Array, effort: Array) -> bool:
-    """Whether a column is the effort, a power, or a position whose rate is the slip."""
-    others = (np.abs(effort), np.abs(slip), np.abs(effort * slip))
-    if any(_correlation(column, other) > _ALIKE for other in others):
-        return True
-    return abs(_correlation(np.gradient(column), slip)) > _A_RATE
 
 
 def _correlation(first: Array, second: Array) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Sequence
 
 from erclutch.errors import listed
 
@@ -45,7 +44,10 @@ def with_lists_in_cells(text: str) -> tuple[str, str]:
     table = csv.writer(written, lineterminator="\n")
     table.writerow(header)
     for row in rows:
-        lists = {place: _numbers(row[place]) for place in places}
+        lists: dict[int, list[str]] = {}  # numbers as texts, by the place of their cell
+        for place in places:
+            parts = _PARTS.split(row[place].strip().strip("[]"))
+            lists[place] = [part for part in parts if part]
         lengths = {len(numbers) for numbers in lists.values()}
         if len(lengths) > 1 or min(lengths) < _FEWEST_NUMBERS:
             return text, ""
@@ -55,8 +57,3 @@ def with_lists_in_cells(text: str) -> tuple[str, str]:
             )
     names = listed([header[place] for place in places], 6)
     return written.getvalue(), f"cells of {names} hold lists: each number has a row"
-
-
-def _numbers(cell: str) -> Sequence[str]:
-    """The numbers of a list as texts."""
-    return [part for part in _PARTS.split(cell.strip().strip("[]")) if part]

@@ -29,10 +29,14 @@ _NO_TESTS = set_of("channel ch ai ao input output sensor range limit port adc da
 
 def with_levels_of_a_legend(table: Table) -> Table:
     """The table with a column of the field by its legend, where no other column may be the field; else as it is."""
-    legend = _legend(table.metadata)
-    if len(legend) < 2:
-        return table
-    if has_a_field(table):
+    legend: dict[
+        str, StatedLevel
+    ] = {}  # field of each test or word that a line above the rows gives one
+    for key, text in [*table.metadata.items()][:_MOST_LINES]:
+        stated = stated_in(text)
+        if stated is not None:
+            legend[" ".join(key.casefold().split())] = stated._replace(name=key)
+    if len(legend) < 2 or has_a_field(table):
         return table
     for name, words in table.words.items():
         levels = [legend.get(word.casefold().strip()) for word in words.words]
@@ -47,16 +51,6 @@ def with_levels_of_a_legend(table: Table) -> Table:
         if (of_numbers := _of_one_unit(levels)) is not None:
             return _with_field(table, name, of_numbers[of_row], levels)
     return table
-
-
-def _legend(metadata: Mapping[str, str]) -> dict[str, StatedLevel]:
-    """The field of each test or word that a line above the rows gives one."""
-    legend: dict[str, StatedLevel] = {}
-    for key, text in [*metadata.items()][:_MOST_LINES]:
-        stated = stated_in(text)
-        if stated is not None:
-            legend[" ".join(key.casefold().split())] = stated._replace(name=key)
-    return legend
 
 
 def _of_test(legend: Mapping[str, StatedLevel], column: str, number: float) -> StatedLevel | None:

@@ -91,25 +91,6 @@ class DataMemory:
         self.samples = self.flags = 0
 
 
-def _check_asked(model: Any, effort: str) -> None:
-    """MuJoCo asks nobody for the force of another kind of actuator: the device would have no effect."""
-    bias = int(model.actuator_biastype[model.actuator(effort).id])
-    if bias != int(_KINDS.mjtBias.mjBIAS_USER):
-        raise ValueError(
-            f'the actuator {effort!r} has no biastype="user", so that MuJoCo would never ask for its force: '
-            'write biastype="user" gainprm="0" there'
-        )
-
-
-def _check_joint(model: Any, name: str) -> None:
-    """Of a ball or a free joint the first of several numbers would be read."""
-    kind = int(model.jnt_type[model.joint(name).id])
-    if kind not in (int(_KINDS.mjtJoint.mjJNT_HINGE), int(_KINDS.mjtJoint.mjJNT_SLIDE)):
-        raise ValueError(
-            f"the joint {name!r} has more than one degree of freedom: name a joint of type hinge or slide"
-        )
-
-
 class Actuator:
     """One device in one MjModel.
 
@@ -153,9 +134,20 @@ class Actuator:
         self.effort = effort
         self.model = model  # held, so that its id stays its own
         self.key = id(model), int(model.actuator(effort).id)
-        _check_asked(model, effort)
+        # MuJoCo asks nobody for the force of another kind of actuator: the device would have no effect.
+        bias = int(model.actuator_biastype[model.actuator(effort).id])
+        if bias != int(_KINDS.mjtBias.mjBIAS_USER):
+            raise ValueError(
+                f'the actuator {effort!r} has no biastype="user", so that MuJoCo would never ask for its force: '
+                'write biastype="user" gainprm="0" there'
+            )
+        # Of a ball or a free joint the first of several numbers would be read.
+        of_one_number = (int(_KINDS.mjtJoint.mjJNT_HINGE), int(_KINDS.mjtJoint.mjJNT_SLIDE))
         for name in joints:
-            _check_joint(model, name)
+            if int(model.jnt_type[model.joint(name).id]) not in of_one_number:
+                raise ValueError(
+                    f"the joint {name!r} has more than one degree of freedom: name a joint of type hinge or slide"
+                )
         self.further = [0.0] * further
         self._load, self._period = load, period
         self._fields = [int(model.actuator(name).id) for name in fields]

@@ -102,7 +102,7 @@ class Core:
         """One step.
 
         Args:
-            samples: what came in since the last one, dtype `erclutch.wings.live.sample.SAMPLE`, shape (n,).
+            samples: what came in since the last one, dtype `erclutch.wings.live.layout.SAMPLE`, shape (n,).
             tick: number of the deadline.
             late_ns: wake-up after it.
 

@@ -62,7 +62,7 @@ class ForetoldMotion:
         self._last = rounds[-1]
         self._driven = all(each.drive is not None for each in rounds)
         speeds = [np.array(_speeds(each.rows)) for each in rounds]  # each (speeds, n)
-        self.largest = max(_largest(of_round) for of_round in speeds)
+        self.largest = max(largest_size(of_round) for of_round in speeds)
         self._turn = 1e-3 * self.largest  # speed over which a direction turns
         self._coefficients = np.zeros((len(speeds[0]), 5))
         if self._driven:
@@ -120,8 +120,8 @@ class ForetoldMotion:
     def _tabulate(self) -> None:
         """Settled efforts of each element over field and slip; the others rest without field."""
         elements = self._last.rows.elements
-        strongest = max(_largest(element.field) for element in elements) or 1.0
-        fastest = _BEYOND * max(_largest(element.slip) for element in elements)
+        strongest = max(largest_size(element.field) for element in elements) or 1.0
+        fastest = _BEYOND * max(largest_size(element.slip) for element in elements)
         self._field_grid = np.linspace(0.0, strongest, _FIELDS)
         bent = np.sinh(np.linspace(-7.0, 7.0, _SLIPS))  # fine about zero, where the law turns
         self._slip_grid = fastest * bent / bent[-1]
@@ -192,11 +192,6 @@ class ForetoldMotion:
 
 def _speeds(rows: Dataset) -> list[Array]:
     return speeds_of(rows.device, [element.slip for element in rows.elements])
-
-
-def _largest(values: Array) -> float:
-    """By size."""
-    return largest_size(values)
 
 
 def _place(grid: Array, at: Array) -> tuple[Cells, Array]:

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from erclutch.wings.live.offered_rig import OfferedRig
 from erclutch.wings.live.rigs.twin import served_twin, stepped_twin
-
-if TYPE_CHECKING:
-    pass
-
 
 RIG = OfferedRig(
     place=2,
