@@ -21,7 +21,7 @@ _LOWER = {word.lower() for word in NO_NUMBERS}
 BEYOND = {
     sign + word
     for sign in ("", "+", "-")
-    for word in ("ol", "ovld", "ovl", "ovrng", "overload", "overrange", "eeee")
+    for word in ("ol", "ovld", "ovl", "ovrng", "overload", "overrange", "eeee", "∞")
 }
 #: What loggers, historians of plants and spreadsheets write where a number failed.
 FAULTS = frozenset(

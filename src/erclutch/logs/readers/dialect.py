@@ -303,8 +303,9 @@ def _with_header(
     )
     rows = RowsBelow(width, trailing, are_named=are_words or rise)
 
-    # An empty comment is no line, and neither is a page break of a printer.
-    places = [index for index in range(first) if lines[index].strip("#%/ \t\f\v")]
+    # An empty comment is no line, and neither is a page break of a printer, nor an empty row of a spreadsheet.
+    nothing = f'#%/ \t\f\v"{marks.delimiter or ""}'
+    places = [index for index in range(first) if lines[index].strip(nothing)]
     above = [lines[index] for index in places]
     above = _with_remarks_first(above, marks, rows)
     header, notes = _header_above(above, marks, rows, below)
