@@ -9,9 +9,11 @@ import pytest
 
 from erclutch.errors import MappingError
 from erclutch.logs import plan_of, read, read_table
+from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
+from erclutch.signals import units
 
 ROWS = np.arange(400)
 TIME = ROWS / 100.0
@@ -125,3 +127,26 @@ def brake_columns() -> tuple[np.ndarray, ...]:
 )
 def test_micrometres_and_kilovolts_a_millimetre_end_a_name(name: str, unit: str) -> None:
     assert split_end(name)[1] == unit
+
+
+@pytest.mark.parametrize(
+    ("written", "plain"),
+    [
+        ("degPerSec", "deg/s"),
+        ("degParSec", "deg/s"),
+        ("radPerS", "rad/s"),
+        ("mmPerMin", "mm/min"),
+        ("NPerMm", "N/mm"),
+        ("NmPerRad", "N*m/rad"),
+        ("revolutionsPerMinute", "rpm"),
+    ],
+)
+def test_a_unit_written_as_a_variable_is_read(written: str, plain: str) -> None:
+    ours, theirs = units.parse(plain), units.parse(written)
+    assert (theirs.factor, theirs.dimension) == (ours.factor, ours.dimension)
+    assert split_label(f"omega({written})") == ("omega", written)
+
+
+@pytest.mark.parametrize("written", ["Parsec", "ParSec", "degPerSEC2", "PerSec", "degPer"])
+def test_what_only_looks_so_is_no_unit(written: str) -> None:
+    assert not units.is_unit(written)

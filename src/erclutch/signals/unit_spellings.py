@@ -83,6 +83,11 @@ _CYRILLIC = (
 )
 # Written unit -> what pint understands by it. Pint reads Nm as newton x molal, U/min as enzyme units, gauss in CGS.
 SPELLINGS = (
+    # As names of variables are written, where a capital begins a word: degPerSec, NPerMm, degParSec.
+    *(
+        (re.compile(rf"(?<=[A-Za-z])P(?:er|ar|or){capital}(?![A-Z\d])"), f"/{capital.lower()}")
+        for capital in "SMHKDRCI"
+    ),
     # A share of what is stated behind it: % of 3000 rpm.
     (
         re.compile(
