@@ -311,10 +311,11 @@ FADING = 90.0 * np.exp(-0.01 * np.arange(400))
 def test_of_two_columns_one_that_rises_all_through_is_no_signal(
     stamps: Array, other: Array
 ) -> None:
-    command = planned({"c1": stamps, "c2": other}).command()
-    for option in ("--slip", "--position", "--effort"):
-        assert f'{option} "c1"' not in command
-    assert "COLUMN" in command  # a time and one course are no motion with its effort
+    for columns in ({"c1": stamps, "c2": other}, {"c2": other, "c1": stamps}):
+        command = planned(columns).command()
+        for option in ("--slip", "--position", "--effort"):
+            assert f'{option} "c1"' not in command
+        assert "COLUMN" in command  # a time and one course are no motion with its effort
 
 
 def test_an_uneven_time_is_no_effort_beside_a_motion() -> None:

@@ -110,8 +110,11 @@ def propose_columns_without_names(draft: Draft) -> None:
     options["field"] = f"--field {shell_word(field)}" if field else "--field none"
 
     moving = [name for name in free if name not in levels and np.ptp(table.columns[name]) > 0.0]
-    if _is_long_and_rises(table, free):  # a time by a busy clock, or what was swept: nobody knows
-        moving = [name for name in moving if name != free[0]]
+    # A long column that rises all through is a time by a busy clock, or what was swept: nobody knows.
+    may_be_times = free[:1] if time or clock or len(free) > 2 else free
+    moving = [
+        name for name in moving if name not in may_be_times or not _is_long_and_rises(table, name)
+    ]
     roles = _roles(table, moving, stamps, field)
     if told and not _is_clear(table, roles):
         roles = _Roles()
@@ -312,11 +315,11 @@ def _may_be_a_log(table: Table, names: Sequence[str]) -> bool:
     return len(names) > 2 or (len(names) == 2 and table.rows >= _FEWEST_OF_A_RUN)
 
 
-def _is_long_and_rises(table: Table, names: Sequence[str]) -> bool:
-    """Whether the first column never falls and goes on in most rows, over more rows than a sweep of points has."""
-    if not names or table.rows < _FEWEST_OF_A_RUN:
+def _is_long_and_rises(table: Table, name: str) -> bool:
+    """Whether a column never falls and goes on in most rows, over more rows than a sweep of points has."""
+    if table.rows < _FEWEST_OF_A_RUN:
         return False
-    steps = np.diff(table.columns[names[0]])
+    steps = np.diff(table.columns[name])
     return bool(np.all(steps >= 0.0) and np.mean(steps > 0.0) >= _MOST_STEPS)
 
 
