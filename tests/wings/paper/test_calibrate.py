@@ -30,6 +30,7 @@ class Bowl:
     """A target whose minimum is known: the logarithms of two parameters."""
 
     name = "bowl"
+    digest = ""
     ordered: ClassVar[bool] = False
 
     def __init__(self) -> None:
@@ -84,6 +85,19 @@ def test_a_wide_search_resumes_from_its_journal(tmp_path: Path) -> None:
     journal.write_text('{"nothing": 1}\n')
     with pytest.raises(RunError, match="no journal"):
         calibrate(default_rig(), PATHS, Bowl(), evaluations=96, workers=1, journal=journal)
+
+
+def test_a_journal_of_another_rig_or_of_other_rows_is_refused(tmp_path: Path) -> None:
+    """What it holds was taken for figures of the rig and the log that the command was given, in silence."""
+    journal = tmp_path / "rig.journal"
+    calibrate(default_rig(), PATHS, Bowl(), rounds=1, workers=1, journal=journal)
+    changed = default_rig().changed({"screw.lead": 0.012})  # it is not varied, and not in the start
+    with pytest.raises(RunError, match="other settings"):
+        calibrate(changed, PATHS, Bowl(), rounds=1, workers=1, journal=journal)
+    other = Bowl()
+    other.digest = "a log of that name with other rows"
+    with pytest.raises(RunError, match="other settings"):
+        calibrate(default_rig(), PATHS, other, rounds=1, workers=1, journal=journal)
 
 
 def test_rounds_of_the_local_search_go_on_from_the_journal(tmp_path: Path) -> None:

@@ -6,9 +6,13 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from erclutch.errors import RunError
+from erclutch.logs import recording_from_arrays
+from erclutch.logs.dataset import build_dataset
+from erclutch.wings.paper.commands.reproduce import _points
 from erclutch.wings.paper.sweep_points import Points
 
 VALUES: list[Any] = [
@@ -53,3 +57,20 @@ def test_points_without_a_digest_are_made_anew(tmp_path: Path) -> None:
     path.write_text("\n".join(kept) + "\n")
     points = Points(path, {"rows": 1})
     assert (points.others, points.get("p0", lambda: 7)) == (len(VALUES), 7)
+
+
+@pytest.mark.parametrize("changed", ["field", "slip", "effort"])
+def test_points_of_other_rows_are_not_used(tmp_path: Path, changed: str) -> None:
+    """Of rows with another field, or with a sign turned, the points were taken for those of these rows, in silence."""
+    rng = np.random.default_rng(1)
+    signals = {name: rng.standard_normal(40) for name in ("field", "slip", "effort")}
+    units = {"field": "A", "slip": "rad/s", "effort": "N*m"}
+
+    def points_of(signals: dict[str, np.ndarray]) -> Points:
+        log = recording_from_arrays(signals, units, rate=100.0)
+        return _points("kernels", {"training": build_dataset(log)}, tmp_path, {"seed": 0})
+
+    assert points_of(signals).get("p", lambda: 1.0) == 1.0
+    assert points_of(signals).get("p", lambda: 2.0) == 1.0
+    turned = {**signals, changed: -signals[changed]}
+    assert points_of(turned).get("p", lambda: 3.0) == 3.0

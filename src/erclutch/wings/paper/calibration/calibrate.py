@@ -54,6 +54,11 @@ class CalibrationTarget(Protocol):
         """For people: the log's name, or what the figures are of."""
         ...
 
+    @property
+    def digest(self) -> str:
+        """What tells the target from another one of its name, such as the rows of a log."""
+        ...
+
     ordered: ClassVar[bool]
     """Whether residuals are samples in time: then their spread and correlation give the intervals. Otherwise their
     standard deviation is one by what the target asks for."""
@@ -137,8 +142,12 @@ def calibrate(
     from scipy.stats import norm
 
     space = _Space(rig, paths)
+    # A journal goes on where all that its figures depend on is the same: what is not varied of the rig, too.
     settings = {
         "target": target.name,
+        "digest": target.digest,
+        "rig": rig.to_dict(),
+        "ranges": {path: [entry.low, entry.high] for path, entry in space.entries.items()},
         "paths": list(paths),
         "seed": seed,
         "start": space.start.tolist(),

@@ -15,6 +15,7 @@ import numpy as np
 from erclutch.errors import CheckError, MappingError
 from erclutch.signals.array import Array
 from erclutch.signals.recording import Recording
+from erclutch.wings.paper.sweep_points import digest_of_rows
 from erclutch.wings.rig.twin.parameters import RigParameters
 from erclutch.wings.rig.twin.part_parameters import parts_of
 from erclutch.wings.rig.twin.twin import PERIOD, substeps
@@ -61,6 +62,12 @@ class LogTrace:
     def name(self) -> str:
         """For people."""
         return self.recording.name
+
+    @property
+    def digest(self) -> str:
+        """Of the rows as they were read: a log may have been changed, or a sign turned."""
+        names = sorted(self.recording.signals)
+        return digest_of_rows(self.recording.signals[name] for name in names)
 
     def _starts(self) -> list[int]:
         """First rows of the stretches, none across a gap; of a long log some, evenly over it."""

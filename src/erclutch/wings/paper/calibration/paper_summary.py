@@ -93,6 +93,11 @@ class PaperSummary:
         how = f"{self.seconds:g} s, seeds {seeds}, weight of held ratios {self.held:g}"
         return f"summary figures of Huang and Ishikawa ({how})"
 
+    @property
+    def digest(self) -> str:
+        """Every how many rows the laws are fitted to: the name says all else."""
+        return f"every {self.thin} rows"
+
     def residuals(self, rig: RigParameters) -> Array:
         """Logarithms of the twin's figures over the paper's, each over its tolerance."""
         pairs = summarise(rig, self.seeds, self.seconds, self.thin).against_paper()

@@ -340,14 +340,14 @@ def _points(
     what: str, runs: Mapping[str, Dataset], out: Path, settings: Mapping[str, Any]
 ) -> Points:
     """What is known already of these rows and settings."""
-    from erclutch.wings.paper.sweep_points import Points
+    from erclutch.wings.paper.sweep_points import Points, digest_of_rows
 
-    digests: list[list[float]] = []  # rows of a run, and sums of its signals
+    digests: list[str] = []  # one a run
     for run in runs.values():
-        signals = [run.effort]
-        signals += [element.slip for element in run.elements]
-        sums = [float(abs(signal).sum()) for signal in signals]
-        digests.append([run.rows, *sums])
+        signals = [run.effort, run.clock.time, *run.extras.values()]
+        for element in run.elements:
+            signals += [element.field, element.slip]
+        digests.append(digest_of_rows(signals))
     return Points(out / f"{what}.points.jsonl", {"what": what, "rows": digests, **settings})
 
 
