@@ -12,6 +12,7 @@ from scipy.interpolate import make_interp_spline
 import erclutch
 from erclutch.errors import ErclutchError
 from erclutch.logs.synthetic import synthetic_log
+from tests.support.command import refused
 
 pytestmark = pytest.mark.slow
 
@@ -196,3 +197,32 @@ def test_names_that_cannot_be_taken() -> None:
         match=r"the clock restarts 1 times.*Give the log whose clock runs through first",
     ):
         erclutch.align(twice, b, on=("slip", "rpm"))
+
+
+def test_an_angle_that_starts_again_is_brought_over_along_the_shorter_way() -> None:
+    """The jump from a full turn to 0 was joined as a motion backwards, smeared over the reach of a filter."""
+    a = _a().iloc[::4].reset_index(drop=True)
+    b = _b()
+    speed = 9.0  # rad/s
+    on_a = (b["time [s]"].to_numpy() - OFFSET) / (1 + DRIFT)
+    joined = erclutch.align(
+        a,
+        b.assign(**{"theta [deg]": np.degrees(np.mod(speed * on_a, 2.0 * np.pi))}),
+        ("slip", "rpm"),
+    ).joined
+    turned = np.radians(joined.columns["theta"])
+    apart = np.exp(1j * (turned - speed * joined.columns["time"]))
+    assert np.abs(np.angle(apart)).max() < 0.02
+    assert turned.min() >= 0.0
+    assert np.ptp(turned) <= 2.0 * np.pi
+
+
+@pytest.mark.parametrize("options", [("--out", "a.csv"), ("--out", "ab.csv", "--picture", "a.png")])
+def test_no_log_is_written_over(tmp_path: Path, options: tuple[str, ...]) -> None:
+    """With --force the joined rows, or the numbers of a picture, took the place of a log of the user."""
+    for name, log in (("a.csv", _a()), ("b.csv", _b())):
+        log.iloc[:50].to_csv(tmp_path / name, index=False)
+    before = (tmp_path / "a.csv").read_bytes()
+    error = refused("align", "a.csv", "b.csv", *options, "--force", cwd=tmp_path)
+    assert "a.csv is one of the logs" in error
+    assert (tmp_path / "a.csv").read_bytes() == before

@@ -280,7 +280,7 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
             elif repeats > _KEEPS * (values.size - 1):
                 joined = values[last_before]
                 how = "each value held until the next"
-            elif turn := _turn_after_which_it_starts_again(
+            elif turn := turn_after_which_it_starts_again(
                 label, recording.units.get(label), values
             ):
                 joined = between_samples(within, clock, values, turn)
@@ -295,7 +295,7 @@ def joined_by_time(recordings: Mapping[str, Found], what: str) -> Found:
     return replace(base, columns=columns, units=units_of, notes=notes)
 
 
-def _turn_after_which_it_starts_again(label: str, unit: str | None, values: Array) -> float | None:
+def turn_after_which_it_starts_again(label: str, unit: str | None, values: Array) -> float | None:
     """A full turn in the unit of an angle that jumps after it; None where nothing starts again.
 
     Where no unit is told, the name says that a column is a position, and its range whether it is in rad or deg.

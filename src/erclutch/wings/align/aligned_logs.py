@@ -22,6 +22,7 @@ from erclutch.logs.mapping import ColumnChoice, ColumnMap, file_mapping
 from erclutch.logs.planning.clock_planning import clock_plan
 from erclutch.logs.planning.named_columns import locate
 from erclutch.logs.planning.whole_plan import plan_of
+from erclutch.logs.readers.found_recordings import turn_after_which_it_starts_again
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array, Mask, largest_size
 from erclutch.signals.device import DeviceName
@@ -234,16 +235,31 @@ def align_tables(
     own = {name: values[rows_a] for name, values in a.columns.items() if name not in clocks_a}
     count = clock_a.time.size
     moved: dict[str, Array] = {}  # columns of B at A's times
-    for name in b.columns:
-        if name not in clocks_b:
-            moved[name] = np.full(count, np.nan)
+    turns: dict[
+        str, float
+    ] = {}  # a full turn of each of them that starts again after it, in its unit
+    for name, values in b.columns.items():
+        if name in clocks_b:
+            continue
+        moved[name] = np.full(count, np.nan)
+        known = values[np.isfinite(values)]
+        turn = turn_after_which_it_starts_again(name, b.units.get(name), known)
+        if turn is not None:
+            turns[name] = turn
     there = np.zeros(count, np.bool_)  # rows of A that B has
     for match, (rows, clock) in zip(matches, runs_b, strict=True):
         wanted = match.on_b(clock_a.time)  # [s], on B's clock
         _, within = _sampled(clock, clock.time, wanted, clock_a.period)
         there |= within
         for name, column in moved.items():
-            values, finite = _sampled(clock, b.columns[name][rows], wanted, clock_a.period)
+            turn = turns.get(name)
+            of_run = b.columns[name][rows]
+            if turn is not None:
+                of_run = _drawn_out(of_run, turn)
+            values, finite = _sampled(clock, of_run, wanted, clock_a.period)
+            if turn is not None:  # within the same turn as in B
+                least = float(np.nanmin(b.columns[name]))
+                values = least + np.mod(values - least, turn)
             column[within] = np.where(finite, values, np.nan)[within]
     table, renamed = _joined(a, b, clock_a.time, own, moved, there)
 
@@ -257,6 +273,11 @@ def align_tables(
     if lost:
         notes.append(
             f"{lost:,} rows of {a.name} left out: {b.name} has none there, or none around a filter's reach"
+        )
+    if turns:
+        notes.append(
+            f"columns of {b.name} brought over along the shorter way where they start again after a full turn: "
+            f"{', '.join(turns)}"
         )
     if renamed:
         listed = ", ".join(f"{old} is {new}" for old, new in renamed.items())
@@ -329,6 +350,14 @@ def _shared(
         return _Signal(name, sign)
 
     return signal(a, on[0], clocks_a), signal(b, on[-1], clocks_b)
+
+
+def _drawn_out(angle: Array, turn: float) -> Array:
+    """An angle without its jumps after a full turn, shape (n,); a row without a number stays so."""
+    known = np.isfinite(angle)
+    drawn = np.array(angle)
+    drawn[known] = np.unwrap(angle[known], period=turn)
+    return drawn
 
 
 def _sampled(

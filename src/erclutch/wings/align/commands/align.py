@@ -59,6 +59,13 @@ def align(
     image = picture or out.with_name(f"{out.stem}-clocks.png")
     numbers = image.with_suffix(".csv")
     may_write_file(out, force, endings=LOG_ENDINGS)
+    for written in (out, image, numbers):
+        for log in (a, b):
+            if written.resolve() == log.resolve():
+                raise SettingError(
+                    f"{written} is one of the logs, and would be written over",
+                    remedy="Give --out or --picture another name",
+                )
     if numbers == out:
         raise SettingError(
             f"the numbers of the picture go to {numbers.name}, and --out is that file",
