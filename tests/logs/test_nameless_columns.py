@@ -311,11 +311,21 @@ FADING = 90.0 * np.exp(-0.01 * np.arange(400))
 def test_of_two_columns_one_that_rises_all_through_is_no_signal(
     stamps: Array, other: Array
 ) -> None:
-    for columns in ({"c1": stamps, "c2": other}, {"c2": other, "c1": stamps}):
-        command = planned(columns).command()
+    for time, columns in (("c1", [stamps, other]), ("c2", [other, stamps])):
+        command = planned(dict(zip(("c1", "c2"), columns, strict=True))).command()
         for option in ("--slip", "--position", "--effort"):
-            assert f'{option} "c1"' not in command
+            assert f'{option} "{time}"' not in command
         assert "COLUMN" in command  # a time and one course are no motion with its effort
+
+
+def test_a_speed_that_is_swept_through_zero_is_no_time() -> None:
+    speeds = np.linspace(-49.3, 51.0, 400)
+    efforts = 0.2 * np.sign(speeds) + 0.004 * speeds
+    command = planned({"c1": speeds, "c2": efforts}).command()
+    assert command.endswith('--time none --field none --slip "c1" --effort "c2"')
+    # A scope's time begins before its trigger, and what it shows has signs of its own.
+    command = planned({"c1": speeds, "c2": np.sin(0.3 * speeds) + 0.2}).command()
+    assert '"c1" --effort' not in command
 
 
 def test_an_uneven_time_is_no_effort_beside_a_motion() -> None:

@@ -46,6 +46,7 @@ _ONE_COURSE = 0.999  # correlation of two columns that tell one thing
 _UNEVEN = 0.2  # of the usual step, by which a busy logger is late
 _MOST_STEPS = 0.8  # of all: the others lie at gaps
 _OFF_A_CLOCK = 0.5  # of the usual step, by which rounded stamps are off a steady clock
+_TOGETHER = 0.9  # of the rows, in which two columns have one sign
 _FEWEST_OF_A_RUN = 30  # rows of a log before its time begins anew: a sweep of points has fewer
 _UNIT_OF_TIME = re.compile(r" \[m?s\]$")
 _FEWEST_POINTS = 6  # rows of a table of points on a grid
@@ -112,6 +113,8 @@ def propose_columns_without_names(draft: Draft) -> None:
     moving = [name for name in free if name not in levels and np.ptp(table.columns[name]) > 0.0]
     # A long column that rises all through is a time by a busy clock, or what was swept: nobody knows.
     may_be_times = free[:1] if time or clock or len(free) > 2 else free
+    if len(free) == 2 and _oppose(table, free):
+        may_be_times = []
     moving = [
         name for name in moving if name not in may_be_times or not _is_long_and_rises(table, name)
     ]
@@ -311,8 +314,16 @@ def _rising_steadily(table: Table, names: Sequence[str]) -> str:
 
 
 def _may_be_a_log(table: Table, names: Sequence[str]) -> bool:
-    """Whether a first column that rises may be a time: two columns of few rows are points as well."""
-    return len(names) > 2 or (len(names) == 2 and table.rows >= _FEWEST_OF_A_RUN)
+    """Whether a first column that rises may be a time: two columns of few rows, or of one sign, are points as well."""
+    if len(names) != 2:
+        return len(names) > 2
+    return table.rows >= _FEWEST_OF_A_RUN and not _oppose(table, names)
+
+
+def _oppose(table: Table, names: Sequence[str]) -> bool:
+    """Whether two columns change their sign together, as a speed that is swept through zero and what opposes it do."""
+    first, second = (table.columns[name] for name in names)
+    return takes_both_signs(first) and float(np.mean(first * second > 0.0)) > _TOGETHER
 
 
 def _is_long_and_rises(table: Table, name: str) -> bool:
