@@ -1,4 +1,4 @@
-"""An empty row of a spreadsheet (``;;``) between names, units and numbers takes no names away. SYNTHETIC."""
+"""An empty row (``;;``) or a rule between names, units and numbers takes no names away. SYNTHETIC."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from erclutch.logs import read_table
+from erclutch.logs.readers.dialect import _RULE
 
 pytestmark = pytest.mark.slow
 
@@ -55,3 +56,34 @@ def test_the_readings_of_a_scope_beyond_its_range_are_no_numbers(
     table = read_table(path)
     lost = np.flatnonzero(np.isnan(table.columns["Channel A"]))
     assert [*lost] == [20, 21]
+
+
+@pytest.mark.usefixtures("read_here")
+@pytest.mark.parametrize("rule", ["-" * 40, "=" * 12, "___", "*" * 30, "# " + "-" * 20, "~~~~"])
+@pytest.mark.parametrize(
+    ("above", "units"),
+    [
+        (["time          speed         torque", "RULE"], PLAIN),
+        (
+            ["time          speed         torque", "s             rpm           Nm", "RULE"],
+            IN_UNITS,
+        ),
+        (["RULE", "time          speed         torque", "RULE"], PLAIN),
+        (["Run 7", "RULE", "time,speed,torque", "RULE", "s,rpm,Nm", "RULE"], IN_UNITS),
+    ],
+)
+def test_a_rule_between_names_and_numbers_is_no_line(
+    tmp_path: Path, above: list[str], units: dict[str, str | None], rule: str
+) -> None:
+    path = tmp_path / "log.txt"
+    head = "\n".join(above).replace("RULE", rule)
+    delimiter = "," if "," in head else "     "
+    np.savetxt(path, ROWS, fmt="%.4f", delimiter=delimiter, header=head, comments="")
+    table = read_table(path)
+    assert dict(table.units) == units
+    assert table.rows == len(ROWS)
+
+
+def test_rules_take_linear_time() -> None:
+    for sign in "-=_*~+.":
+        assert not _RULE.fullmatch(sign * 20_000 + "x")

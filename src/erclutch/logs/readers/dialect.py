@@ -36,6 +36,8 @@ SAMPLE = 1 << 18
 _TAILS = (60, 10, 1)
 _FILLED = 0.2  # share of the rows
 _SETTINGS = 30  # lines of settings of a test, at most, above the names
+#: A line that a program draws below the names, in one run.
+_RULE = re.compile(r"([-=_*~+.–—])\1{2,}")
 _LONGEST_COUNT = 16  # digits of a row's number
 _BEGINS_A_NUMBER = re.compile(r"(?:^|[\s,;|\"])[-+.]{0,2}\d")
 LINE_END = re.compile(r"\r\n|\n|\r")
@@ -305,7 +307,11 @@ def _with_header(
 
     # An empty comment is no line, and neither is a page break of a printer, nor an empty row of a spreadsheet.
     nothing = f'#%/ \t\f\v"{marks.delimiter or ""}'
-    places = [index for index in range(first) if lines[index].strip(nothing)]
+    places = [
+        index
+        for index in range(first)
+        if lines[index].strip(nothing) and not _RULE.fullmatch(lines[index].strip("#%/ \t"))
+    ]
     above = [lines[index] for index in places]
     above = _with_remarks_first(above, marks, rows)
     header, notes = _header_above(above, marks, rows, below)
