@@ -150,3 +150,41 @@ def test_a_unit_written_as_a_variable_is_read(written: str, plain: str) -> None:
 @pytest.mark.parametrize("written", ["Parsec", "ParSec", "degPerSEC2", "PerSec", "degPer"])
 def test_what_only_looks_so_is_no_unit(written: str) -> None:
     assert not units.is_unit(written)
+
+
+IN_FRONT = [
+    ("ms_time,rpm_speed,mA_current,mNm_torque", (1e-3, np.pi / 30, 1e-3, 1e-3)),
+    ("ms time,rpm speed,mA current,mNm torque", (1e-3, np.pi / 30, 1e-3, 1e-3)),
+    ("ms:time,rpm:speed,mA:current,Ncm:torque", (1e-3, np.pi / 30, 1e-3, 1e-2)),
+    ("us_timestamp,mm_position,mA_coil,kN_force", (1e-6, 1e-3, 1e-3, 1e3)),
+    ("Time_ms,Velocity_mmPerS,Current_mA,Force_kN", (1e-3, 1e-3, 1e-3, 1e3)),
+    ("timeMs,speedDegPerSec,current_mA,torqueNm", (1e-3, np.pi / 180, 1e-3, 1.0)),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("head", "factors"), IN_FRONT)
+def test_a_unit_in_front_of_a_name_or_written_into_it_is_read(
+    tmp_path: Path, head: str, factors: tuple[float, ...]
+) -> None:
+    plan = planned(log(tmp_path / "log.csv", head, TIME, SPEED, CURRENT, TORQUE))
+    assert not plan.questions
+    assert plan.clock is not None
+    of_signals = {each.signal: each.factor for each in plan.signals if each.column}
+    motion = of_signals.get("slip", of_signals.get("position"))
+    read = (plan.clock.factor, motion, of_signals["field"], of_signals["effort"])
+    assert read == pytest.approx(factors)
+
+
+@pytest.mark.parametrize(
+    "name", ["ms_count", "mm_count", "Nm_per_rad", "mA_torque", "ms_force", "cm_3", "kN_m", "mm_s"]
+)
+def test_a_first_word_that_is_no_unit_of_the_next_is_none(name: str) -> None:
+    stem, _ = split_end(name)
+    assert stem in (name, name.rpartition("_")[0], "kN", "mm")
+    assert not stem.startswith(("count", "torque", "force"))
+
+
+def test_units_in_front_take_linear_time() -> None:
+    for name in ("ms_" + "a" * 20_000, "ms " * 7_000 + "x", "mA_current_" + "[" * 20_000):
+        assert split_end(name) == (name, None)

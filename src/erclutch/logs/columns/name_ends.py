@@ -20,6 +20,7 @@ TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s degps=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
 _OTHER_SPEEDS = (
     "kmh=km/h km_h=km/h kph=km/h rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s "
+    "rad_per_sec=rad/s deg_per_sec=deg/s m_per_sec=m/s mm_per_sec=mm/s "
     "cm_s=cm/s cmps=cm/s cm_per_s=cm/s inps=in/s ips=in/s in_per_s=in/s in_per_sec=in/s"
 )
 # No in_s: time_in_s is no speed. No rps: radians or revolutions. No kN_m, N_mm, lbf_in: a stiffness is written so too.
@@ -162,6 +163,22 @@ _FRACTION = re.compile(r"[^\W\d_]{1,7}/[^\W\d_]{1,7}")
 _RATES = ("rad/s", "m/s", "V/m", "A/m", "1/s")
 _DASHES = " -–—"
 _WORD = 5  # letters of a unit that is written out
+#: What a unit in front of a name is that of, where no unit ends the name: ``ms_time``, ``mA current``, ``kN:force``.
+_IN_FRONT = re.compile(
+    r"(ms|us|ns|mA|mV|kV|kN|mm|cm|Nm|mNm|kNm|Ncm|Nmm)[ _:.]([^\W\d_]{3,20})(?:[ _.]\w{1,30})?"
+)
+_OF_UNITS_IN_FRONT = {
+    **dict.fromkeys(("ms", "us", "ns"), set_of("time timestamp zeit temps tiempo tempo elapsed")),
+    "mA": set_of("current strom courant corriente corrente coil"),
+    **dict.fromkeys(("mV", "kV"), set_of("voltage spannung tension")),
+    "kN": set_of("force load kraft thrust fuerza forza"),
+    **dict.fromkeys(
+        ("mm", "cm"), set_of("position displacement stroke travel weg extension distance hub")
+    ),
+    **dict.fromkeys(
+        ("Nm", "mNm", "kNm", "Ncm", "Nmm"), set_of("torque moment drehmoment couple par coppia")
+    ),
+}
 _POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
 
 
@@ -230,7 +247,8 @@ def split_end(name: str) -> tuple[str, str | None]:
         stem, unit = split_end(front)
         if unit and stem != front:
             return f"{stem}_{last}", unit
-    return _split_at_capital(name)
+    stem, unit = _split_at_capital(name)
+    return (stem, unit) if unit else _split_at_front(name)
 
 
 def _split_at_dot(name: str) -> tuple[str, str | None]:
@@ -256,6 +274,14 @@ def _split_at_capital(name: str) -> tuple[str, str | None]:
     if last_word in _LETTERS_BEHIND.get(words[-1], ()):
         return "".join(words[:-1]), ENDS.get(words[-1]) or words[-1].lower()
     return name, None
+
+
+def _split_at_front(name: str) -> tuple[str, str | None]:
+    """``time`` and ``ms`` of ``ms_time``; the whole name and None where its first word is no unit of the next one."""
+    match = _IN_FRONT.fullmatch(name.strip())
+    if match is None or match[2].lower() not in _OF_UNITS_IN_FRONT.get(match[1], ()):
+        return name, None
+    return name.strip()[len(match[1]) + 1 :], ENDS[match[1]]
 
 
 def in_other_letters(name: str, unit: str, *, may_be_a_letter: bool = False) -> str | None:
@@ -289,5 +315,7 @@ def _inches(stem: str, end: str) -> str | None:
 
 def _unit_of_end(end: str) -> str | None:
     """The unit that an end of a name is, in small letters too; a word in letters of any size (``Angle_Degrees``)."""
+    if "Per" in end:  # mmPerS
+        return _LOWER_ENDS.get("_".join(_CAPITAL.split(end)).lower())
     is_word = len(end) >= _WORD and end.isalpha()
     return ENDS.get(end) or (_LOWER_ENDS.get(end.lower()) if is_word or end.islower() else None)
