@@ -81,3 +81,35 @@ def test_what_was_named_is_taken_and_the_others_stay_in_doubt(tmp_path: Path) ->
 def test_names_over_as_many_cells_or_fewer_are_as_before(tmp_path: Path, names: str) -> None:
     path = written(tmp_path / "log.csv", names, ROWS / 100, "," * names.endswith(","), ",")
     assert read_table(path).unsure_names == ""
+
+
+@pytest.mark.parametrize("mark", [",", ";", "\t"])
+@pytest.mark.parametrize("last", ["temperature [C]", "current [A]", "n"])
+def test_one_name_more_than_the_cells_of_every_row_is_asked_about(
+    tmp_path: Path, last: str, mark: str
+) -> None:
+    """The rows may lack the angle as well as the last cell: they look the same."""
+    names = mark.join(["time [s]", "angle [rad]", "torque [N m]", last])
+    path = written(tmp_path / "log.csv", names, ROWS / 100, "", mark)
+    table = read_table(path)
+    assert "names 4 columns, the rows have 3 cells" in table.unsure_names
+    assert table.unsure_names in table.notes
+    plan = plan_of(table, ColumnMap())
+    assert len(plan.doubts) == 3
+    settled = planned_by(path, plan.command())
+    assert not settled.doubts
+    np.testing.assert_allclose(apply(settled, table).signals["effort"], np.round(DRAG, 4))
+
+
+@pytest.mark.parametrize("last", ["Comment", "events", "Bemerkung", "备注"])
+def test_a_last_column_of_remarks_may_hold_none(tmp_path: Path, last: str) -> None:
+    path = written(tmp_path / "log.csv", f"time,angle,torque,{last}", ROWS / 100, "", ",")
+    assert read_table(path).unsure_names == ""
+
+
+def test_a_last_name_that_a_row_has_a_cell_for_stands_over_it(tmp_path: Path) -> None:
+    path = written(tmp_path / "log.csv", "time,angle,torque,state", ROWS / 100, "", ",")
+    lines = path.read_text(encoding="utf-8").split("\n")
+    lines[1] += ",start"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    assert read_table(path).unsure_names == ""

@@ -70,6 +70,7 @@ class Dialect:
         notes: sentences on names and headers.
         usual: cells of most rows, where the header names more columns, which few rows fill; 0 elsewhere.
         unsure_names: see `Table`.
+        cells_below: cells of the sample's rows, where the names above them are one more; 0 elsewhere.
     """
 
     delimiter: str | None
@@ -84,6 +85,7 @@ class Dialect:
     thousands: str = ""
     usual: int = 0
     unsure_names: str = ""
+    cells_below: int = 0
 
     def is_row(self, line: str) -> bool:
         """Whether a line has numbers where the rows have numbers."""
@@ -354,6 +356,7 @@ def _with_header(
         notes=(*notes, *renamed, *by_legend),
         usual=usual,
         unsure_names=unsure_names,
+        cells_below=width if len(names) == width + 1 else 0,
     )
 
 

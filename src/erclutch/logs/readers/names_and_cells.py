@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from erclutch.logs.readers.cells import Marks, is_comment
@@ -11,6 +12,13 @@ from erclutch.logs.readers.header_lines import Header, RowsBelow
 FIRST_NAMES = ": the columns are called by the first of these names, which may be those of others"
 #: How a note on fewer names than cells ends, where the first columns are called by them.
 FIRST_COLUMNS = ": the first columns are called by these names, which may be those of others"
+
+#: A last column that loggers name and seldom fill.
+_REMARKS = re.compile(
+    r"comments?|remarks?|notes?|events?|markers?|messages?|bemerkung(?:en)?|kommentare?|commentaires?|remarques?|"
+    r"comentarios?|observaciones|备注|備考|コメント",
+    re.IGNORECASE,
+)
 
 
 def without_a_header(above: Sequence[str], marks: Marks, rows: RowsBelow) -> tuple[Header, str]:
@@ -27,10 +35,29 @@ def without_a_header(above: Sequence[str], marks: Marks, rows: RowsBelow) -> tup
     are_too_many = cells < named < 2 * rows.width
     if named <= 2 or not (are_too_few or are_too_many):
         return nameless, f"no header row: {called}"
-    counts = f"the line above the rows names {named} columns, the rows have {cells} cells"
+    counts = _counts(named, cells)
     if are_too_few:
         return nameless, f"{counts}: {called}"
     return Header(marks.cells(above[-1])[:cells], None, 1), f"{counts}{FIRST_NAMES}"
+
+
+def last_name_without_a_cell(names: Sequence[str], cells: int, hollow: Sequence[str]) -> str:
+    """What is said of a last name that no row has a cell for; "" elsewhere, and of a column of remarks.
+
+    Rows that lack their last cell and rows that lack another cell look the same: the names may be those of others.
+
+    Args:
+        names: of the columns.
+        cells: of a row, where the names are one more, else 0.
+        hollow: names of the columns without a cell that holds something.
+    """
+    if not cells or names[-1] not in hollow or _REMARKS.fullmatch(names[-1]):
+        return ""
+    return f"{_counts(len(names), cells)}{FIRST_NAMES}"
+
+
+def _counts(names: int, cells: int) -> str:
+    return f"the line above the rows names {names} columns, the rows have {cells} cells"
 
 
 def width_of_names(above: Sequence[str], marks: Marks) -> int:

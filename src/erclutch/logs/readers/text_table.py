@@ -23,6 +23,7 @@ from erclutch.logs.readers.cells import DASHES, NO_NUMBERS
 from erclutch.logs.readers.counted_periods import period_of_a_count
 from erclutch.logs.readers.dialect import LINE_END, Dialect, sniff
 from erclutch.logs.readers.header_pairs import sample_period
+from erclutch.logs.readers.names_and_cells import last_name_without_a_cell
 from erclutch.logs.readers.numerals import TwoDecimalMarksError, grouped_by_blanks, ungrouped
 from erclutch.logs.readers.stated_units import with_stated_units
 from erclutch.logs.readers.text_bytes import ToldBytes, decode, hidden_character
@@ -168,6 +169,11 @@ def table_of_rows(
             needed = 0
         refuse_ragged(body, dialect, empty, needed=min(needed, dialect.usual or needed))
 
+    unsure_names = dialect.unsure_names
+    if not unsure_names:
+        unsure_names = last_name_without_a_cell(dialect.names, dialect.cells_below, held.hollow)
+        notes += [unsure_names] if unsure_names else []
+
     # The lines above the rows say the units, and perhaps the time from row to row.
     units_of: dict[str, str | None] = {}
     for label, unit in zip(dialect.names, dialect.units, strict=True):
@@ -202,7 +208,7 @@ def table_of_rows(
         breaks=blocks_in(body),
         words=held.words,
         row_names=held.row_names,
-        unsure_names=dialect.unsure_names,
+        unsure_names=unsure_names,
     )
     texts = [*dialect.metadata.items(), *texts_below(below)]
     return with_told_units(with_stated_units(table, dialect.metadata), texts)
