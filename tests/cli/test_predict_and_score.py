@@ -154,6 +154,18 @@ def test_predict_as_parquet_with_a_sensor_of_a_models_file(place: Path, tmp_path
     assert set(table["outside"]) <= {0.0, 1.0}
 
 
+def test_no_log_is_written_over_by_its_prediction(place: Path, tmp_path: Path) -> None:
+    """With --force the prediction took the place of the log."""
+    log = tmp_path / "log.csv"
+    log.write_bytes((place / "two.csv").read_bytes())
+    before = log.read_bytes()
+    code, _, error = run(
+        "predict", "log.csv", "--run", place / "run", "--out", "log.csv", "--force", cwd=tmp_path
+    )
+    assert (code, log.read_bytes()) == (2, before)
+    assert "log.csv: this is one of the logs, and would be written over" in error
+
+
 def test_predict_says_where_it_guesses(place: Path, tmp_path: Path) -> None:
     """It told the share of such rows alone, and score told where they lie."""
     lines = (place / "blind.csv").read_text().splitlines()

@@ -11,7 +11,7 @@ import functools
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -186,6 +186,24 @@ def may_write_file(
         where=str(path),
         remedy=f"Give --{option} another name, or --force",
     )
+
+
+def spare_logs(logs: Iterable[Path], written: Iterable[Path], options: str = "--out") -> None:
+    """Refuse to write over a log that is read, whatever may be replaced: nobody could read it again.
+
+    Args:
+        logs: that are read.
+        written: files that are to be written.
+        options: that give their names.
+
+    Raises:
+        RunError: a file would take the place of a log.
+    """
+    read = {log.resolve() for log in logs}
+    for path in written:
+        if path.resolve() in read:
+            problem = "this is one of the logs, and would be written over"
+            raise RunError(problem, where=str(path), remedy=f"Give {options} another name")
 
 
 def refuse_ending(path: Path, endings: tuple[str, ...], option: str = "out") -> None:

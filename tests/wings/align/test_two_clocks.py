@@ -224,5 +224,5 @@ def test_no_log_is_written_over(tmp_path: Path, options: tuple[str, ...]) -> Non
         log.iloc[:50].to_csv(tmp_path / name, index=False)
     before = (tmp_path / "a.csv").read_bytes()
     error = refused("align", "a.csv", "b.csv", *options, "--force", cwd=tmp_path)
-    assert "a.csv is one of the logs" in error
+    assert "a.csv: this is one of the logs" in error
     assert (tmp_path / "a.csv").read_bytes() == before

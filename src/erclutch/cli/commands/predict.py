@@ -11,7 +11,14 @@ from cyclopts import Parameter
 from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions, expand
 from erclutch.errors import RunError, SettingError
-from erclutch.files import LOG_ENDINGS, may_write_file, require_room, unwritable, whole_folder
+from erclutch.files import (
+    LOG_ENDINGS,
+    may_write_file,
+    require_room,
+    spare_logs,
+    unwritable,
+    whole_folder,
+)
 from erclutch.files.places import is_there, nothing, release, reserve
 from erclutch.signals.percent import percent
 
@@ -80,6 +87,7 @@ def predict(
             raise RunError(problem, where=str(out), remedy="Give --out another name")
     else:
         may_write_file(out, force, endings=LOG_ENDINGS)
+        spare_logs(files, [out])
     kept, chosen = opened(run, model)
     how = reading.like(kept, chosen)
     if not sensor:

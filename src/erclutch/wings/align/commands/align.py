@@ -9,7 +9,7 @@ from cyclopts import Parameter
 
 from erclutch.cli import terminal
 from erclutch.errors import SettingError
-from erclutch.files import LOG_ENDINGS, may_write_file
+from erclutch.files import LOG_ENDINGS, may_write_file, spare_logs
 from erclutch.files.groups import together
 
 if TYPE_CHECKING:
@@ -58,14 +58,8 @@ def align(
     """
     image = picture or out.with_name(f"{out.stem}-clocks.png")
     numbers = image.with_suffix(".csv")
+    spare_logs([a, b], [out, image, numbers], "--out or --picture")
     may_write_file(out, force, endings=LOG_ENDINGS)
-    for written in (out, image, numbers):
-        for log in (a, b):
-            if written.resolve() == log.resolve():
-                raise SettingError(
-                    f"{written} is one of the logs, and would be written over",
-                    remedy="Give --out or --picture another name",
-                )
     if numbers == out:
         raise SettingError(
             f"the numbers of the picture go to {numbers.name}, and --out is that file",
