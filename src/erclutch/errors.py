@@ -175,6 +175,11 @@ def listed(labels: Iterable[str], most: int = 30) -> str:
     return ", ".join(every[:most]) + more if every else "none"
 
 
+def plural(count: int, noun: str) -> str:
+    """A noun as it stands behind a number: ``row`` behind 1, ``rows`` behind any other."""
+    return noun if count == 1 else f"{noun}s"
+
+
 def shell_word(text: str) -> str:
     """A text as a word of a command that a message offers for copying; a shell must not see more in it."""
     return shlex.quote(text) if set(text) & set('"$`\\!') else f'"{text}"'

@@ -8,7 +8,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from erclutch.errors import listed
+from erclutch.errors import listed, plural
 
 if TYPE_CHECKING:
     from erclutch.cli.options import LogOptions
@@ -63,7 +63,7 @@ class LogKind:
 
     def __str__(self) -> str:
         count = len(self.paths)
-        logs = f"{count} log{'s'[: count != 1]}"
+        logs = f"{count} {plural(count, 'log')}"
         return (
             f"{logs} such as {self.paths[0].name}, with {listed(list(self.plan.labels.values()))}"
         )

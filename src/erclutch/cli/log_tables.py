@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from erclutch.cli import terminal
-from erclutch.errors import UnloggedFieldError
+from erclutch.errors import UnloggedFieldError, plural
 
 if TYPE_CHECKING:
     from rich.table import Table as RichTable
@@ -57,7 +57,7 @@ def tell_columns(log: Path, raw: Table) -> None:
     """Columns of a file as they are, and what is known of the whole file."""
     import numpy as np
 
-    terminal.tell(f"{log.name}: {raw.rows:,} row{'s'[: raw.rows != 1]}, {len(raw.columns)} columns")
+    terminal.tell(f"{log.name}: {raw.rows:,} {plural(raw.rows, 'row')}, {len(raw.columns)} columns")
     rows: list[list[str]] = []
     for name, values in raw.columns.items():
         numbers = [terminal.number(figure) for figure in figures(values)]

@@ -34,6 +34,7 @@ from erclutch.errors import (
     SettingError,
     SeveralRecordingsError,
     UnloggedFieldError,
+    plural,
     require,
 )
 from erclutch.files import may_fill, require_room
@@ -133,7 +134,7 @@ def inspect(
             terminal.say(f"drawn: {path}")
         if fields_to_fill_in:
             typed = shlex.join(map(str, logs))
-            them = f"{fields_to_fill_in} field{'s'[: fields_to_fill_in != 1]}"
+            them = f"{fields_to_fill_in} {plural(fields_to_fill_in, 'field')}"
             terminal.say(f"Fill in {them} in {write_mapping}, then: erclutch inspect {typed}")
             return 1
         _tell_what_is_next(look, shlex.join(map(str, logs)), asked)
@@ -347,7 +348,7 @@ def _tell_what_settles(
         settled = ""
     terminal.say(f"Not understood yet: {why}")  # one line: it may hold a command to copy
     if alike:
-        more = f"{len(alike)} more log{'s'[: len(alike) != 1]}"
+        more = f"{len(alike)} more {plural(len(alike), 'log')}"
         terminal.say(f"The same is asked of {more}, the last {alike[-1]}")
     # The command confirms them too.
     if look.plan.doubts and settled.startswith(look.plan.command().replace(first, typed)):
@@ -355,7 +356,7 @@ def _tell_what_settles(
     others = len(look.refused) - len(alike)
     if settled and alike and others:
         terminal.say(
-            f"Another thing is asked of {others} more log{'s'[: others != 1]}, on their own"
+            f"Another thing is asked of {others} more {plural(others, 'log')}, on their own"
         )
     if settled:
         terminal.say(f"What settles it: {with_options(settled, reading)}")

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from erclutch.errors import printable
+from erclutch.errors import plural, printable
 from erclutch.fit.choice.scoring import MANY_AT_REST, TOLERATED, independent_rows
 from erclutch.fit.choice.standing import NEXT_TO_NOTHING, standing_of_run
 from erclutch.registry import names
@@ -275,7 +275,7 @@ def next_steps(material: Material) -> list[dict[str, str]]:
     body = material.body
     steps: list[tuple[str, str]] = []  # what to do, and the command
     # A run keeps names of logs and no paths, which are of one machine.
-    where = f", in the folder of the log{'s'[: len(body['logs']) != 1]}"
+    where = f", in the folder of the {plural(len(body['logs']), 'log')}"
     for remedy in dict.fromkeys(finding["remedy"] for finding in body["findings"]):
         setting = _SETTING.fullmatch(remedy)
         if setting is None:

@@ -183,8 +183,9 @@ def _excitations(
         for table in (sines, squares):
             table[:, 0] += table[:, 1]
             table[:, 1] = 0.0
-            # Both ways: else it runs away.
-            table[:, 2] = drive * both_ways_torque(rows, np.random.default_rng(seed))
+            table[:, 2] = 0.0
+            if drive:  # both ways: else it runs away
+                table[:, 2] = both_ways_torque(rows, np.random.default_rng(seed))
     if not drive:
         return (
             repeated("sine", sines, 0.0, "random sines of field, IV-B"),

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from erclutch.errors import plural
 from erclutch.signals.channels import LiveChannel
 from erclutch.wings.live.layout import EVENT_BITS
 from erclutch.wings.live.ring import RingReader
@@ -139,10 +140,10 @@ class SessionFigures:
                 by = f", by up to {latest:.1f} ms" if latest >= _TOLD else ""
                 late: list[str] = []
                 if lost:
-                    samples = f"{lost} sample{'s'[: lost != 1]} of the rig"
+                    samples = f"{lost} {plural(lost, 'sample')} of the rig"
                     late.append(f"{samples} did not come in time")
                 if overran:
-                    late.append(f"{overran} step{'s'[: overran != 1]} came late{by}")
+                    late.append(f"{overran} {plural(overran, 'step')} came late{by}")
                 told = f"in the second before, {' and '.join(late)}"
                 # A program of ours that plays the rig needs this machine, too; a device does not.
                 without = before[before[:, 1] & _LOST > 0]

@@ -238,9 +238,14 @@ def _settings(
         largest = 0.0  # field of the recording
         if replay.table is not None:
             largest = float(abs(replay.table[:, :2]).max())
-        rate = (2.0 * largest or 1.0) / PERIOD  # from one end to the other in a period
-        limits = {"field_limit": largest or 1.0, "rise_rate": rate, "fall_rate": rate}
-        common["meter_needed"] *= float(bool(control.meter_needed))  # a recording drives nothing
+        limit = 1.0  # where no field is on
+        rate = 1.0 / PERIOD
+        if largest > 0.0:
+            limit = largest
+            rate = 2.0 * largest / PERIOD  # from one end to the other in a period
+        limits = {"field_limit": limit, "rise_rate": rate, "fall_rate": rate}
+        if not control.meter_needed:  # a recording drives nothing
+            common["meter_needed"] = 0.0
         return rig_settings(parameters, (replay,), **common, **_AS_RECORDED, **_NO_JUMPS, **limits)
 
     # Torques of the programs are those of the rig file: a force needs programs of its own.

@@ -8,6 +8,7 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from erclutch.errors import plural
 from erclutch.signals.percent import percent
 from erclutch.wings.live.layout import EVENTS
 from erclutch.wings.live.ring import doubt_in_words
@@ -123,7 +124,7 @@ def _show(
 
     seconds = watch.frames * watch.reader.info.period_ns * 1e-9
     missed = watch.reader.missed
-    late = f"{missed} deadline{'s'[: missed != 1]} missed"
+    late = f"{missed} {plural(missed, 'deadline')} missed"
     title = f"{session.origin}: {watch.frames:,} steps ({seconds:.1f} s), {late}"
     output.print(terminal.table(title, ["us", "p50", "p99", "p99.9", "largest"], watch.rows()))
     counts: list[str] = []

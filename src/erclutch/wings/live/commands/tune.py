@@ -320,7 +320,7 @@ def tuned_loops(
             **limits,
             "the lag of the torque": by_lag if by_lag < 0.99 * most else math.inf,
         }
-        limit = min(own_limits, key=lambda name: own_limits[name])
+        limit = min(own_limits, key=own_limits.__getitem__)
         largest = own_limits[limit]
         wanted = min(usual, _OF_THE_LARGEST * largest) if asked is None else asked
         if wanted > largest or not largest:
@@ -396,7 +396,8 @@ def _show(
         )
     for tuned in loops:
         usual = _TORQUE_BANDWIDTH if tuned.name == "torque" else _BANDWIDTH
-        if tuned.bandwidth == _OF_THE_LARGEST * tuned.largest < usual:
+        as_far_as_allowed = _OF_THE_LARGEST * tuned.largest
+        if tuned.bandwidth == as_far_as_allowed and as_far_as_allowed < usual:
             terminal.tell(
                 f"The {tuned.name} loop is tuned for {tuned.bandwidth:.3g} Hz and not for {usual:g} Hz: "
                 f"{tuned.limit} allows {tuned.largest:.3g} Hz."
