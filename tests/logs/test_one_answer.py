@@ -289,3 +289,13 @@ def test_a_command_names_no_column_for_two_signals(names: tuple[str, ...]) -> No
         name, _ = split_label(label)
         named += [part for part in name.split(" - ") if part not in ("none", "COLUMN")]
     assert len(named) == len({*named}), words
+
+
+@pytest.mark.parametrize("name", ["signal1", "xyz", "Out 3"])
+def test_a_column_that_is_left_over_is_called_so_where_it_is_offered_as_the_effort(
+    name: str,
+) -> None:
+    plan = planned({"time": TIME, "velocity": SPEED, name: 3.0 * SPEED + ANGLE})
+    (question,) = (each for each in plan.questions if each.signal == "effort")
+    assert f"{name} may be it, as the column that is left over" in question.problem
+    assert plan.command().endswith(f'--effort "{name}"')

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Iterable
 
 import numpy as np
@@ -17,6 +18,7 @@ from erclutch.logs.columns.seen_columns import UNITS_OF_KIND, SeenColumn, SeenCo
 from erclutch.logs.columns.shapes import reads_about_a_zero
 from erclutch.logs.columns.two_courses import is_rate_of
 from erclutch.logs.columns.vocabulary import MEASURED, NAMES, NEED_UNIT, NOT_MEASURED, TOLD
+from erclutch.logs.plan import Question
 from erclutch.signals.recording import SIGNALS
 from erclutch.signals.units import in_other_words, is_unit
 
@@ -148,6 +150,19 @@ def missing(
             break
     problem = f"no column for {alternatives or signal}{doubt}; the file has: {seen.table.listed}"
     return MissingColumnError(problem, remedy=remedy, answers=answers)
+
+
+def with_what_is_left_over(question: Question, option: str, seen: SeenColumns) -> Question:
+    """A question about an effort whose option names a column that nothing speaks for, with a word of that column."""
+    _, *labels = shlex.split(option)
+    name = labels[0] if labels else ""
+    is_missing = question.short.startswith(
+        "no column for "
+    )  # a name given wrongly is answered elsewhere
+    if not is_missing or name not in seen.columns or name in question.short:
+        return question
+    more = f"; {name} may be it, as the column that is left over: give another answer if it is no force or torque"
+    return question.adding(more)
 
 
 def _position_options(free: Iterable[SeenColumn]) -> str:

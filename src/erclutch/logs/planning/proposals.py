@@ -30,6 +30,7 @@ from erclutch.logs.planning.missing_columns import (
     sensor_options,
     usual_unit,
     with_an_unreadable_unit,
+    with_what_is_left_over,
 )
 from erclutch.logs.planning.missing_values import must_be_said
 from erclutch.logs.planning.no_field import is_a_mark, maybe_field
@@ -98,6 +99,8 @@ def propose_answers(draft: Draft) -> None:
         else:
             efforts = _efforts(draft, others) if signal in ("slip", "position") else []
             option = _column_option(seen, signal, others, [*motions, *proposed], efforts)
+            if signal == "effort":
+                questions[signal] = with_what_is_left_over(question, option, seen)
         is_open = draft.supply is None and ("COLUMN" in option or "none" in option)
         if signal == "field" and is_open:
             pattern = name_pattern.proposed(Path(seen.table.path).name)
