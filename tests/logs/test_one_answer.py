@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.errors import UnitError
+from erclutch.errors import SeveralColumnsError, UnitError
 from erclutch.logs import ColumnMap, Plan, Table, apply, plan_of, read_table
 from erclutch.logs.columns.labels import split_label
 from erclutch.signals import units
@@ -68,6 +68,16 @@ def test_of_several_joints_one_is_proposed_with_its_own_effort() -> None:
         planned(columns).command()
         == 'erclutch inspect a.csv --slip "pitch/velocity" --effort "pitch/effort"'
     )
+
+
+def test_the_error_of_the_only_question_has_its_answers() -> None:
+    """They were lost between the rule that asks and the error that says so."""
+    two = {"position 1": ANGLE, "position 2": np.cos(TIME * 7)}
+    plan = planned({"t": TIME, "current": LEVELS, **two, "force": SPEED**3})
+    (question,) = plan.questions
+    with pytest.raises(SeveralColumnsError) as asked:
+        plan.require_answers()
+    assert asked.value.answers == question.answers != ()
 
 
 def test_a_proposed_command_invents_no_unit() -> None:

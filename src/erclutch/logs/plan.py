@@ -149,7 +149,9 @@ class Question:
 
     def error(self) -> MappingError:
         """The question as an error, for whom only an answer helps."""
-        return self.kind(self.problem, remedy=self.remedy, option=self.file_option)
+        return self.kind(
+            self.problem, remedy=self.remedy, answers=self.answers, option=self.file_option
+        )
 
 
 @dataclass(frozen=True)
