@@ -194,8 +194,9 @@ def test_the_wheel_holds_the_licences_and_nothing_of_a_run(
 @pytest.mark.slow
 def test_the_sdist_makes_the_same_wheel(wheel_and_sdist: dict[str, Path], tmp_path: Path) -> None:
     with tarfile.open(wheel_and_sdist[".gz"]) as archive:
-        archive.extractall(tmp_path, filter="data")
         epoch = str(archive.getmembers()[0].mtime)
+    # Python extracts without a warning only where it knows filters, which came with 3.11.4.
+    subprocess.run(["tar", "-xf", wheel_and_sdist[".gz"], "-C", tmp_path], check=True)
     (source,) = tmp_path.iterdir()
     command = [
         sys.executable,
