@@ -37,6 +37,8 @@ MORE = (
     f"The file may be damaged; if it is sound, allow more by the environment: {RAISED}=8192 (MiB)"
 )
 
+_DAMAGED = "Copy the file again, or export it as CSV"
+
 
 class Budget:
     """What one file may unpack to, and how much of that is left.
@@ -172,17 +174,25 @@ def take_zip(path: Path, budget: Budget) -> None:
     Raises:
         LogError: it unpacks to more text than its size allows, or it is damaged.
     """
-    damaged = "Copy the file again, or export it as CSV"
     try:
-        with ZipFile(path) as archive, path.open("rb") as file:
+        with path.open("rb") as file:
+            take_parts(file, budget)
+    except OSError as error:
+        raise LogError(f"the file is damaged ({error})", remedy=_DAMAGED) from error
+
+
+def take_parts(file: BinaryIO, budget: Budget) -> None:
+    """The same of an archive that is open. LogError: see `take_zip`."""
+    try:
+        with ZipFile(file) as archive:
             for part in archive.infolist():
                 budget.take_names()
                 if part.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
                     problem = f"part {part.filename[:60]!r} is packed in a way that is not read"
-                    raise LogError(problem, remedy=damaged)
+                    raise LogError(problem, remedy=_DAMAGED)
                 _take_part(file, part, budget)
     except (BadZipFile, zlib.error, OSError, ValueError, EOFError) as error:
-        raise LogError(f"the file is damaged ({error})", remedy=damaged) from error
+        raise LogError(f"the file is damaged ({error})", remedy=_DAMAGED) from error
 
 
 def _take_part(file: BinaryIO, part: ZipInfo, budget: Budget) -> None:
