@@ -22,6 +22,7 @@ from erclutch.wings.paper.calibration.paper_summary import (
 from erclutch.wings.rig.twin.parameters import RigParameters, default_rig, load_rig
 from erclutch.wings.rig.twin.parameters_file import rig_text, write_rig
 from erclutch.wings.rig.twin.scenarios import prepare
+from tests.support.command import refused
 
 Array = NDArray[np.float64]
 
@@ -203,3 +204,10 @@ def test_a_rig_file_holds_all_of_a_rig(tmp_path: Path) -> None:
         write_rig(tmp_path / "rig.json", rig)
     with pytest.raises(ErclutchError, match="cannot be written"):
         write_rig(tmp_path / "none" / "rig.toml", rig)
+
+
+def test_a_log_is_not_written_over_by_its_rig(tmp_path: Path) -> None:
+    """With --force the rig that was found took the place of the log that it was found by."""
+    (tmp_path / "log.csv").write_text("t [s],E1 [V]\n0,1\n", encoding="utf-8")
+    error = refused("calibrate-twin", "log.csv", "--out", "log.csv", "--force", cwd=tmp_path)
+    assert "log.csv: this is one of the logs" in error

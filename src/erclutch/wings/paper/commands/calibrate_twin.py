@@ -12,7 +12,7 @@ from erclutch.cli import terminal
 from erclutch.cli.options import DEFAULT_READING, LogOptions
 from erclutch.cli.quantities import SECONDS
 from erclutch.errors import require
-from erclutch.files import may_write_file
+from erclutch.files import may_write_file, spare_logs
 from erclutch.signals.percent import percent
 from erclutch.wings.rig.twin.parameters import RigParameters, load_rig
 
@@ -91,6 +91,7 @@ def calibrate_twin(
     require(0, seed=seed, evaluations=evaluations, rounds=rounds)
     require(1, workers=workers, runs=runs)
     require(0.0, held=held)
+    spare_logs([] if log is None else [log], [out])
     may_write_file(out, force)
     start = load_rig(rig_file)
     if go_on:
