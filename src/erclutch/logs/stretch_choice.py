@@ -99,9 +99,8 @@ class StretchChoice:
         self._count = 0  # stretches so far
         self._slot = 0  # parts of the logs, of each of which one stretch is kept
         self._due = self._place_in_slot()
-        self._since_motion: list[
-            Stretch
-        ] = []  # the last stretch that begins in motion, and those behind it
+        # The last stretch that begins in motion, and those behind it.
+        self._since_motion: list[Stretch] = []
         self._even: list[Stretch] = []
         self._rare: list[_Rare] = []
         self._holders: Counter[int] = Counter()  # how many kept stretches hold a cell

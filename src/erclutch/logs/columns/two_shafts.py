@@ -133,9 +133,8 @@ def _ends_of_clutch(table: Table, signal: str) -> tuple[str, str] | None:
     """
     short_names = NAMES[signal].split()
     si_units = _UNITS_OF_MOTION[signal]
-    driving: dict[
-        tuple[str, str | None], list[str]
-    ] = {}  # by what the name says besides, and the unit
+    # By what the name says besides, and the unit.
+    driving: dict[tuple[str, str | None], list[str]] = {}
     driven: dict[tuple[str, str | None], list[str]] = {}
     numbered: dict[tuple[str, str | None], list[str]] = {}
     called_so: set[str] = set()  # columns whose whole name says that they are such a motion

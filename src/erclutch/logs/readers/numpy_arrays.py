@@ -46,9 +46,8 @@ def find(path: str, variable: str | None) -> Table:
     if not is_one:
         take_zip(file, budget)
     nodes: dict[str, np.ndarray[Any, Any]] = {}
-    tables: dict[
-        str, dict[str, np.ndarray[Any, Any]]
-    ] = {}  # of arrays with names for their columns
+    # Of arrays with names for their columns.
+    tables: dict[str, dict[str, np.ndarray[Any, Any]]] = {}
     of_objects: list[str] = []
     of_others: list[str] = []
     archive: Any = nullcontext() if is_one else np.load(file, allow_pickle=False)

@@ -29,9 +29,8 @@ _NO_TESTS = set_of("channel ch ai ao input output sensor range limit port adc da
 
 def with_levels_of_a_legend(table: Table) -> Table:
     """The table with a column of the field by its legend, where no other column may be the field; else as it is."""
-    legend: dict[
-        str, StatedLevel
-    ] = {}  # field of each test or word that a line above the rows gives one
+    # Field of each test or word that a line above the rows gives one.
+    legend: dict[str, StatedLevel] = {}
     for key, text in [*table.metadata.items()][:_MOST_LINES]:
         stated = stated_in(text)
         if stated is not None:

@@ -235,9 +235,8 @@ def align_tables(
     own = {name: values[rows_a] for name, values in a.columns.items() if name not in clocks_a}
     count = clock_a.time.size
     moved: dict[str, Array] = {}  # columns of B at A's times
-    turns: dict[
-        str, float
-    ] = {}  # a full turn of each of them that starts again after it, in its unit
+    # A full turn of each of them that starts again after it, in its unit.
+    turns: dict[str, float] = {}
     for name, values in b.columns.items():
         if name in clocks_b:
             continue
