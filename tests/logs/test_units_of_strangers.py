@@ -188,3 +188,53 @@ def test_a_first_word_that_is_no_unit_of_the_next_is_none(name: str) -> None:
 def test_units_in_front_take_linear_time() -> None:
     for name in ("ms_" + "a" * 20_000, "ms " * 7_000 + "x", "mA_current_" + "[" * 20_000):
         assert split_end(name) == (name, None)
+
+
+@pytest.mark.parametrize(
+    ("name", "stem", "unit"),
+    [
+        ("torque.mNm", "torque", "mN*m"),
+        ("torque@mNm", "torque", "mN*m"),
+        ("TorquemNm", "Torque", "mN*m"),
+        ("brakeTorquekNm", "brakeTorque", "kN*m"),
+        ("drehmomentcNm", "drehmoment", "cN*m"),
+        ("torque2mNm", "torque2", "mN*m"),
+        ("vel.mm_s", "vel", "mm/s"),
+        ("motor#rpm", "motor", "rpm"),
+        ("data.torque.Nm", "data.torque", "N*m"),
+        ("T.Nm", "T", "N*m"),
+        ("Torque..N.m.", "Torque", "N*m"),
+        ("brakeTorqueNm", "brakeTorque", "N*m"),
+    ],
+)
+def test_a_prefix_goes_with_its_unit(name: str, stem: str, unit: str) -> None:
+    """Nm was read of mNm behind a dot or a word: a torque a thousand times too large, in silence."""
+    assert split_end(name) == (stem, unit)
+
+
+@pytest.mark.parametrize(
+    "name", ["peakNm", "stiffnesskNm", "Torque..mN.m.", "torque_N.mm", "torqueMNm", "a.min", "x.in"]
+)
+def test_what_may_be_two_units_is_none(name: str) -> None:
+    assert split_end(name) == (name, None)
+
+
+def test_units_behind_marks_take_linear_time() -> None:
+    for part in (".ms", "_.", "m.", "Nm", "@", "a~b"):
+        assert split_end(part * 10_000) is not None
+
+
+def test_a_log_with_dots_in_its_names_is_read_in_its_units(tmp_path: Path) -> None:
+    path = log(
+        tmp_path / "log.csv",
+        "time.ms,speed.rpm,current.mA,torque.mNm",
+        1000.0 * TIME,
+        SPEED,
+        1000.0 * CURRENT,
+        1000.0 * TORQUE,
+    )
+    recording = read(path)
+    np.testing.assert_allclose(recording.time, TIME, atol=1e-8)
+    np.testing.assert_allclose(recording.signals["slip"], np.pi / 30.0 * SPEED, atol=1e-5)
+    np.testing.assert_allclose(recording.signals["field"], CURRENT, atol=1e-8)
+    np.testing.assert_allclose(recording.signals["effort"], TORQUE, atol=1e-5)

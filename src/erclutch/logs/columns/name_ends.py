@@ -14,7 +14,9 @@ from erclutch.signals.units import fits
 KEPT_NAMES = 1 << 14
 
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
-_AS_THEY_ARE = "A mA V mV kV N kN kg krpm gauss Pa kPa MPa s ms us ns um mm cm m rad deg rpm T mT"
+_AS_THEY_ARE = (
+    "A mA V mV kV N mN kN kg krpm gauss Pa kPa MPa s ms us ns um mm cm m rad deg rpm T mT"
+)
 _JOINT_DIGITS = 2  # of a joint's number at most
 TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s degps=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
@@ -28,7 +30,7 @@ _TURNS_A_TIME = "rev_s=turn/s rot_s=turn/s rev_min=rpm rot_min=rpm r_min=rpm 1_m
 _FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kVmm=kV/mm kA_m=kA/m kA_per_m=kA/m A_per_m=A/m kAm=kA/m kApm=kA/m Oe=Oe"
 _OTHERS = "Upm=rpm UPM=rpm Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% percent=% psi=psi"
 _TORQUES = (
-    "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf ozin=oz*in "
+    "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m cNm=cN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf ozin=oz*in "
     "oz_in=oz*in inoz=oz*in"
 )
 _WEIGHTS = (
@@ -105,10 +107,14 @@ _BARE = {
 _LOWER_ENDS = {
     end.lower(): unit
     for end, unit in ENDS.items()
-    if end not in ("mA", "mV", "mT", "MPa", "T", "C", "kAm", "Oe")
+    if end not in ("mA", "mV", "mT", "mN", "MPa", "T", "C", "kAm", "Oe")
 }
 #: ``Torque (N.m)`` and ``Torque(N.m)`` as R writes them: each sign is a dot.
 _BY_R = re.compile(r"(\w[\w.]*?)\.\.?(\w[\w.]*)\.")
+#: A name, a mark that programs put between words, and what may be a unit: ``torque.mNm``, ``speed@rpm``.
+_BEHIND_A_MARK = re.compile(r"(.*[^\W_])[.:@#~|]([^\W\d_]{2}\w*)")
+#: What stands in front of units.
+_PREFIXES = frozenset("mkcuµM")
 #: Where a word of a name begins with a large letter: ``brakeTorqueNm``.
 _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 #: A large letter behind such a word is its unit.
@@ -198,8 +204,10 @@ def split_end(name: str) -> tuple[str, str | None]:
     if bare:
         return name, bare
     # Torque (Nm) in names without brackets: Torque..Nm. as R writes it, Torque_Nm_ as MATLAB does.
-    if _BY_R.fullmatch(written):
-        return _split_at_dot(name)
+    is_by_r = _BY_R.fullmatch(written)
+    stem, unit = _split_at_dot(name) if is_by_r else _split_at_mark(written)
+    if is_by_r or unit:
+        return stem, unit
     without_bracket = written.rstrip("_")
     if without_bracket and without_bracket != written:
         stem, unit = split_end(without_bracket)
@@ -251,11 +259,26 @@ def split_end(name: str) -> tuple[str, str | None]:
     return (stem, unit) if unit else _split_at_front(name)
 
 
+def _split_at_mark(name: str) -> tuple[str, str | None]:
+    """``vel`` and ``mm/s`` of ``vel.mm_s``, which is not in s; the whole name and None where no unit is behind a mark.
+
+    Nor is there one where a unit stands in front of the mark, as in ``torque_N.mm``: both are parts of it.
+    """
+    parts = _BEHIND_A_MARK.fullmatch(name)
+    unit = _unit_of_end(parts[2]) if parts else None
+    if parts is None or unit is None:
+        return name, None
+    *front, word = re.split(r"[\W_]+", parts[1])
+    return (name, None) if front and _unit_of_end(word) else (parts[1], unit)
+
+
 def _split_at_dot(name: str) -> tuple[str, str | None]:
     """``Torque`` and ``N*m`` of ``Torque..N.m.``, by the longest end that is a unit."""
     parts = [part for part in name.strip().split(".") if part]
     for place in range(1, len(parts)):
         unit = _unit_of_end("_".join(parts[place:]))
+        if unit and place > 1 and _unit_of_end(parts[place - 1]):
+            return name, None  # a dot of mN.m is a product or a quotient
         if unit:
             return ".".join(parts[:place]), unit
     return name, None
@@ -268,12 +291,29 @@ def _split_at_capital(name: str) -> tuple[str, str | None]:
         stem = "".join(words[:-count])
         end = "_".join(words[-count:])
         unit = ENDS.get(end) or _LOWER_ENDS.get(end.lower())
+        if end == "MNm":
+            return name, None  # mega, or milli with the large letter of a word
         if stem and unit and len(end) > 1:
-            return stem, unit
+            return _with_prefix(stem, end) or (stem, unit)
     last_word = re.split(r"[\W_]+", words[-2].lower())[-1] if len(words) > 1 else ""
     if last_word in _LETTERS_BEHIND.get(words[-1], ()):
         return "".join(words[:-1]), ENDS.get(words[-1]) or words[-1].lower()
     return name, None
+
+
+def _with_prefix(stem: str, end: str) -> tuple[str, str | None] | None:
+    """``torque`` and ``mN*m`` of ``torquem`` and ``Nm``; None where the stem ends in no letter that units begin with.
+
+    Without that letter a word for a quantity is left, or no letter. Else nobody knows: ``peakNm``, ``stiffnesskNm``.
+    """
+    unit = ENDS.get(stem[-1] + end) if stem[-1] in _PREFIXES else None
+    if unit is None:
+        return None
+    shorter = stem[:-1]
+    last_word = re.split(r"[\W\d_]+|(?<=[a-z])(?=[A-Z])", shorter)[-1].lower()
+    if last_word and last_word not in _MEASURED:
+        return stem + end, None
+    return shorter.rstrip("_.:@#~| "), unit
 
 
 def _split_at_front(name: str) -> tuple[str, str | None]:
