@@ -205,6 +205,11 @@ def test_units_in_front_take_linear_time() -> None:
         ("T.Nm", "T", "N*m"),
         ("Torque..N.m.", "Torque", "N*m"),
         ("brakeTorqueNm", "brakeTorque", "N*m"),
+        ("currentmA", "current", "mA"),
+        ("CoilCurrentmA", "CoilCurrent", "mA"),
+        ("brake_forcekN", "brake_force", "kN"),
+        ("voltagekV", "voltage", "kV"),
+        ("timems", "time", "ms"),
     ],
 )
 def test_a_prefix_goes_with_its_unit(name: str, stem: str, unit: str) -> None:
@@ -213,7 +218,18 @@ def test_a_prefix_goes_with_its_unit(name: str, stem: str, unit: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["peakNm", "stiffnesskNm", "Torque..mN.m.", "torque_N.mm", "torqueMNm", "a.min", "x.in"]
+    "name",
+    [
+        "peakNm",
+        "stiffnesskNm",
+        "Torque..mN.m.",
+        "torque_N.mm",
+        "torqueMNm",
+        "a.min",
+        "x.in",
+        "programmA",
+        "itemms",
+    ],
 )
 def test_what_may_be_two_units_is_none(name: str) -> None:
     assert split_end(name) == (name, None)

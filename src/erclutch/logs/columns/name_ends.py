@@ -169,11 +169,12 @@ _FRACTION = re.compile(r"[^\W\d_]{1,7}/[^\W\d_]{1,7}")
 _RATES = ("rad/s", "m/s", "V/m", "A/m", "1/s")
 _DASHES = " -–—"
 _WORD = 5  # letters of a unit that is written out
-#: What a unit in front of a name is that of, where no unit ends the name: ``ms_time``, ``mA current``, ``kN:force``.
+#: A unit in front of a name, where no unit ends the name: ``ms_time``, ``mA current``, ``kN:force``.
 _IN_FRONT = re.compile(
     r"(ms|us|ns|mA|mV|kV|kN|mm|cm|Nm|mNm|kNm|Ncm|Nmm)[ _:.]([^\W\d_]{3,20})(?:[ _.]\w{1,30})?"
 )
-_OF_UNITS_IN_FRONT = {
+#: The words that stand beside a unit without doubt, behind it or in front of it (``currentmA``).
+_WORDS_OF_UNITS = {
     **dict.fromkeys(("ms", "us", "ns"), set_of("time timestamp zeit temps tiempo tempo elapsed")),
     "mA": set_of("current strom courant corriente corrente coil"),
     **dict.fromkeys(("mV", "kV"), set_of("voltage spannung tension")),
@@ -255,8 +256,7 @@ def split_end(name: str) -> tuple[str, str | None]:
         stem, unit = split_end(front)
         if unit and stem != front:
             return f"{stem}_{last}", unit
-    stem, unit = _split_at_capital(name)
-    return (stem, unit) if unit else _split_at_front(name)
+    return _split_without_a_mark(name)
 
 
 def _split_at_mark(name: str) -> tuple[str, str | None]:
@@ -282,6 +282,15 @@ def _split_at_dot(name: str) -> tuple[str, str | None]:
         if unit:
             return ".".join(parts[:place]), unit
     return name, None
+
+
+def _split_without_a_mark(name: str) -> tuple[str, str | None]:
+    """``torque`` and ``N*m`` of ``torqueNm``, ``time`` and ``ms`` of ``ms_time``; None where no unit is told."""
+    for split in (_split_at_capital, _split_at_front):
+        stem, unit = split(name)
+        if unit:
+            return stem, unit
+    return _split_behind_word(name)
 
 
 def _split_at_capital(name: str) -> tuple[str, str | None]:
@@ -310,8 +319,8 @@ def _with_prefix(stem: str, end: str) -> tuple[str, str | None] | None:
     if unit is None:
         return None
     shorter = stem[:-1]
-    last_word = re.split(r"[\W\d_]+|(?<=[a-z])(?=[A-Z])", shorter)[-1].lower()
-    if last_word and last_word not in _MEASURED:
+    word = _last_word(shorter)
+    if word and word not in _MEASURED:
         return stem + end, None
     return shorter.rstrip("_.:@#~| "), unit
 
@@ -319,9 +328,23 @@ def _with_prefix(stem: str, end: str) -> tuple[str, str | None] | None:
 def _split_at_front(name: str) -> tuple[str, str | None]:
     """``time`` and ``ms`` of ``ms_time``; the whole name and None where its first word is no unit of the next one."""
     match = _IN_FRONT.fullmatch(name.strip())
-    if match is None or match[2].lower() not in _OF_UNITS_IN_FRONT.get(match[1], ()):
+    if match is None or match[2].lower() not in _WORDS_OF_UNITS.get(match[1], ()):
         return name, None
     return name.strip()[len(match[1]) + 1 :], ENDS[match[1]]
+
+
+def _split_behind_word(name: str) -> tuple[str, str | None]:
+    """``coilCurrent`` and ``mA`` of ``coilCurrentmA``; the whole name and None where the word before is of no unit."""
+    for end, words in _WORDS_OF_UNITS.items():
+        stem = name.removesuffix(end)
+        if stem != name and _last_word(stem) in words:
+            return stem, ENDS[end]
+    return name, None
+
+
+def _last_word(name: str) -> str:
+    """In small letters; "" behind a digit or a sign."""
+    return re.split(r"[\W\d_]+|(?<=[a-z])(?=[A-Z])", name)[-1].lower()
 
 
 def in_other_letters(name: str, unit: str, *, may_be_a_letter: bool = False) -> str | None:
