@@ -100,6 +100,10 @@ def test_what_cannot_be_read_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LogError, match=r"run\.csv is encrypted"):
         read_table(locked)
 
+    with pytest.raises(LogError) as refused:
+        read_table(packed(tmp_path / "words.zip", run_csv="no numbers\n"))
+    assert str(refused.value).startswith("words.zip, run.csv: ")
+
     tables = packed(tmp_path / "tables.zip", run_csv=f"{LOG}\n\n{LOG}")
     with pytest.raises(LogError, match=r"run\.csv.*Unpack it"):
         read_table(tables)

@@ -12,9 +12,12 @@ from erclutch.logs.readers.text_blocks import text_extent, text_windows
 from erclutch.logs.readers.text_bytes import DAMAGE
 from erclutch.logs.readers.text_tables import read_tables
 
+#: Endings of texts.
+ENDINGS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".log")
+
 READER = LogReader(
     # Testing machines write a text cut at tabs as .xls, which Excel opens; a workbook has a mark of its own.
-    suffixes=(".csv", ".txt", ".tsv", ".dat", ".asc", ".log", ".xls"),
+    suffixes=(*ENDINGS, ".xls"),
     claims=claims_nothing,
     read=read_tables,
     windows=text_windows,

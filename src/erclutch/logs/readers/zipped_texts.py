@@ -17,12 +17,12 @@ from erclutch.errors import LogError, SeveralRecordingsError, listed, placed, pr
 from erclutch.logs.log_reader import LogReader, LogSource
 from erclutch.logs.readers import found_recordings
 from erclutch.logs.readers.budget import Budget, take_parts
+from erclutch.logs.readers.text import ENDINGS
 from erclutch.logs.readers.text_tables import read_tables
 from erclutch.logs.table import Table
 
 _MARK = b"PK\x03\x04"
 _HEADER = 30  # bytes in front of a part's name
-_TEXTS = (".csv", ".txt", ".tsv", ".dat", ".asc", ".log")
 #: What macOS and other systems put beside the files of an archive.
 _OF_SYSTEMS = ("__MACOSX", ".")
 _ENCRYPTED = 1  # bit of a part's flags
@@ -37,7 +37,7 @@ def _holds_texts(head: bytes) -> bool:
         extra_length = int.from_bytes(head[place + 28 : place + 30], "little")
         name = head[place + _HEADER : place + _HEADER + name_length].decode("utf-8", "replace")
         if not name.endswith("/"):
-            return name.lower().endswith(_TEXTS)
+            return name.lower().endswith(ENDINGS)
         place += _HEADER + name_length + extra_length
     return False
 
@@ -63,7 +63,7 @@ def _read(source: LogSource) -> Table:
     except (BadZipFile, zlib.error, ValueError, EOFError) as error:
         raise LogError(f"the archive is damaged ({error})", remedy="Copy the file again") from error
 
-    with placed(name):
+    with placed(f"{source.name}, {name}"):
         try:
             table = read_tables(replace(source, data=data, variable=None))
         except SeveralRecordingsError as error:
@@ -87,7 +87,7 @@ def _parts(parts: Sequence[ZipInfo]) -> tuple[dict[str, ZipInfo], list[str]]:
         if part.is_dir() or of_a_system:
             continue
         name = printable(part.filename)
-        if not name.lower().endswith(_TEXTS):
+        if not name.lower().endswith(ENDINGS):
             others.append(name)
         elif name in texts:
             # Which of the two a program unpacks, nobody knows.
