@@ -181,3 +181,23 @@ def test_logs_that_do_not_go_together_are_told_before_the_click(
     assert other.name in page.locator("#together").inner_text()
     page.uncheck(f"[name='log.{other.name}']")
     page.wait_for_selector(".main[formaction*='/fit/']:enabled")
+
+
+@pytest.mark.slow
+def test_a_page_tells_why_its_script_got_no_answer(
+    served: Served, open_page: Callable[..., Any], tmp_path: Path
+) -> None:
+    """The page said "Looking whether they go together …" for ever, and kept the commands of earlier settings."""
+    page, place = open_page(), f"http://127.0.0.1:{served.port}{served.base}"
+    one, other = german(served.folder / "silent.csv"), german(served.folder / "silent-other.csv")
+    page.goto(f"{place}/log/{one.name}")
+    page.click("text=Together with other logs")
+    one.rename(one.with_suffix(".gone"))
+    page.check(f"[name='log.{other.name}']")
+    page.wait_for_selector("#together:has-text('the workspace has no such file')", timeout=60_000)
+    page.route("**/together/**", lambda route: route.abort())
+    page.uncheck(f"[name='log.{other.name}']")
+    page.wait_for_selector("#together:has-text('The server does not answer')")
+    page.route("**/words/**", lambda route: route.abort())
+    page.fill("[name='unit.effort']", "N*mm")
+    page.wait_for_selector("#read:has-text('The server does not answer')")

@@ -93,5 +93,6 @@ class Strip {
       if (from !== null && Math.abs(to - from) <= least) traces.go(to - half, to + half);
       from = null;
     });
+    canvas.addEventListener("pointercancel", () => { from = null; }); // the browser has taken the drag for its own
   }
 }

@@ -79,11 +79,12 @@ class Desk:
             try:
                 return await answer(request)
             except ErclutchError as error:
-                if request.method == "PUT":
-                    return JSONResponse({"problem": str(error)}, 400)
+                status = 404 if isinstance(error, NotThereError) else 400
+                if _is_asked_by_script(request):
+                    return JSONResponse({"problem": str(error)}, status)
                 return self._page(
                     "problem",
-                    status=404 if isinstance(error, NotThereError) else 400,
+                    status=status,
                     title="This did not work",
                     problem=actions.on_page(str(error)),
                     back=origin(request),
@@ -100,12 +101,10 @@ class Desk:
             why = "there is no such file any more"
         else:
             raise error
-        return self._page(
-            "problem",
-            status=404,
-            title="This did not work",
-            problem=f"A file of the folder changed while this page was made ({why}). Go back to the overview.",
-        )
+        problem = f"A file of the folder changed while this page was made ({why}). Go back to the overview."
+        if _is_asked_by_script(request):
+            return JSONResponse({"problem": problem}, 404)
+        return self._page("problem", status=404, title="This did not work", problem=problem)
 
     @staticmethod
     def _with_form(answer: Callable[[Request, Form], Awaitable[Response]]) -> Answer:
@@ -168,6 +167,11 @@ class Desk:
         if any(entry.name == name for entry in self._space.logs()):
             return "log"
         return "page" if name.endswith(".html") else "file"
+
+
+def _is_asked_by_script(request: Request) -> bool:
+    """Whether a script of the page waits for the answer, which a page of its own does not reach."""
+    return request.method == "PUT" or request.headers.get("accept") == "application/json"
 
 
 def _communicate(process: Any) -> tuple[bytes, bytes]:

@@ -99,9 +99,7 @@ class LogAnswers(Desk):
         try:
             return JSONResponse(json.loads(job.output)["over_time"])
         except (ValueError, KeyError):
-            return JSONResponse(
-                {"problem": actions.on_page(last_line(job)) or "this takes a while: try again"}
-            )
+            return _no_result_of(job)
 
     async def _together(self, request: Request) -> Response:
         """Whether logs can be fitted together, in a sentence where they cannot."""
@@ -116,7 +114,7 @@ class LogAnswers(Desk):
         try:
             found: dict[str, Any] = json.loads(job.output)
         except ValueError:
-            return JSONResponse({"problem": actions.on_page(last_line(job))})
+            return _no_result_of(job)
         refused = [found["problem"] or "", *found["refused"].values()]
         first_problem = next(filter(None, refused), "")
         return JSONResponse({"problem": actions.on_page(first_problem)})
@@ -240,6 +238,12 @@ class LogAnswers(Desk):
             name = f"{stem}-{number}"
             number += 1
         return name
+
+
+def _no_result_of(job: Job) -> Response:
+    """Why a look has no result: what it said last, or that it runs still."""
+    why = actions.on_page(last_line(job)) or "this takes a while: try again"
+    return JSONResponse({"problem": why})
 
 
 def _lines(form: Form, log: str) -> dict[str, Any]:

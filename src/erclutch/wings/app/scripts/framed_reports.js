@@ -10,8 +10,8 @@ export function fillFrames() {
   }
   addEventListener("message", ({ source, data }) => {
     const frame = frames.find(({ contentWindow }) => contentWindow === source);
-    if (!frame || typeof data !== "object") return;
-    const { height, top } = data;
+    if (!frame) return;
+    const { height, top } = Object(data); // a report may send anything
     if (Number.isFinite(height)) frame.style.height = `${Math.min(height + 4, 60_000)}px`;
     if (Number.isFinite(top)) {
       const place = frame.getBoundingClientRect().top + scrollY + top - 10;

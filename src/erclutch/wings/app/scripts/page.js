@@ -5,11 +5,16 @@ export const base = document.body.dataset.base;
 
 export const $ = id => document.getElementById(id);
 
-/** The JSON value that the app answers. */
+export const NO_ANSWER = "The server does not answer. Is erclutch app still running?";
+
+/** The JSON value that the app answers: `{problem}`, with words for the user, where it refuses or does not answer. */
 export async function ask(address) {
-  const answer = await fetch(address);
-  if (!answer.ok) throw new Error(answer.statusText);
-  return answer.json();
+  try {
+    const answer = await fetch(address, { headers: { Accept: "application/json" } });
+    return await answer.json();
+  } catch {
+    return { problem: NO_ANSWER };
+  }
 }
 
 /** The fields of a form, as they stand now. */

@@ -34,11 +34,15 @@ export function warnOfLogsApart() {
   if (!warning) return;
   const form = $("reading");
   const fit = form.querySelector("button.main[formaction*='/fit/']");
+  let choices = 0;
   form.addEventListener("change", async event => {
     if (!event.target.name?.startsWith("log.")) return;
+    choices += 1;
+    const choice = choices;
     warning.hidden = false;
     warning.textContent = "Looking whether they go together …";
     const { problem } = await ask(`${warning.dataset.together}?${fieldsOf(form)}`);
+    if (choice !== choices) return; // a later choice has an answer of its own
     warning.textContent = problem;
     warning.hidden = !problem;
     fit.disabled = Boolean(problem);

@@ -2,7 +2,7 @@
 
 import { $, ask, base } from "./page.js";
 
-const NO_ANSWER = 2000; // ms until the next try
+const UNTIL_NEXT_TRY = 2000; // ms, where the app does not answer
 
 export function followTheJob() {
   const job = $("job");
@@ -10,12 +10,10 @@ export function followTheJob() {
 }
 
 async function look(number) {
-  let state;
-  try {
-    state = await ask(`${base}/job/${number}.json`);
-  } catch {
-    $("doing").textContent = "The server does not answer. Is erclutch app still running?";
-    setTimeout(() => look(number), NO_ANSWER);
+  const state = await ask(`${base}/job/${number}.json`);
+  if (state.problem) {
+    $("doing").textContent = state.problem;
+    setTimeout(() => look(number), UNTIL_NEXT_TRY);
     return;
   }
   if (state.state !== "running") {

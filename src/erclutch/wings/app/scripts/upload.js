@@ -1,6 +1,6 @@
 // A log that is dropped on the page, or chosen, is copied into the folder.
 
-import { $, base } from "./page.js";
+import { $, NO_ANSWER, base } from "./page.js";
 
 export function takeDroppedFiles() {
   const drop = $("drop");
@@ -26,7 +26,7 @@ function send(file) {
     const percent = Math.floor((100 * loaded) / Math.max(total, 1));
     say(`Copying ${file.name}: ${percent} %`);
   };
-  request.onerror = () => say("The server does not answer. Is erclutch app still running?", "problem");
+  request.onerror = () => say(NO_ANSWER, "problem");
   request.onload = () => {
     const { log, problem } = answerOf(request);
     if (request.status === 200 && log) location.href = base + log;
