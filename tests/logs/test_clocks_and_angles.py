@@ -176,6 +176,22 @@ def test_a_stroke_that_returns_quickly_is_no_angle(tmp_path: Path) -> None:
         ("x1000 rpm", "1000 rpm"),
         ("rpm x100", "100 rpm"),
         ("×0.1 Nm", "0.1 N*m"),
+        ("kmph", "1 km/h"),  # pint: a thousand miles an hour
+        ("KMH", "1 km/h"),
+        ("км/ч", "1 km/h"),
+        ("мНм", "1 mN*m"),
+        ("мН·м", "1 mN*m"),
+        ("мкм", "1 um"),
+        ("мкА", "1 uA"),
+        ("Гс", "0.1 mT"),
+        ("高斯", "0.1 mT"),
+        ("毫伏", "1 mV"),
+        ("A_rms", "1 A"),
+        ("KV", "1 kV"),
+        ("º/s", "1 deg/s"),
+        ("foot-pounds", "1.3558179483314004 N*m"),
+        ("ounce-inches", "7.061551814226043 mN*m"),
+        ("rotations", "1 turn"),
     ],
 )
 def test_units_of_benches_and_their_multiples(written_unit: str, means: str) -> None:

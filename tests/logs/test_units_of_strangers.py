@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.errors import MappingError
+from erclutch.errors import MappingError, UnitError
 from erclutch.logs import plan_of, read, read_table
-from erclutch.logs.columns.labels import split_label
+from erclutch.logs.columns.labels import own_unit, split_label
 from erclutch.logs.columns.name_ends import split_end
-from erclutch.logs.mapping import ColumnMap
+from erclutch.logs.mapping import ColumnChoice, ColumnMap
 from erclutch.logs.plan import Plan
 from erclutch.signals import units
 
@@ -44,6 +44,43 @@ def planned(path: Path) -> Plan:
 def test_turns_a_minute_are_converted(tmp_path: Path, speed: str) -> None:
     recording = read(brake(tmp_path / "b.csv", speed))
     assert recording.signals["slip"] == pytest.approx(SPEED * 2.0 * np.pi / 60.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    "speed",
+    [
+        "Fordulatszám [1/perc]",
+        "Частота вращения [мин-1]",
+        "Скорость вращения [1/мин]",
+        "Rotational speed [1/minute]",
+        "회전수 [1/분]",
+        "Hız (devir) [1/dk]",
+        "Speed [rotations/min]",
+        "Velocità [giri/minuto]",
+    ],
+)
+def test_a_minute_of_any_language_counts_turns(tmp_path: Path, speed: str) -> None:
+    """All but 1/min and min-1 were taken for a rate without turns: a speed 6.28 times too low, in silence."""
+    path = brake(tmp_path / "log.csv", speed)
+    assert read(path).signals["slip"] == pytest.approx(SPEED * np.pi / 30.0, abs=1e-4)
+
+
+def test_a_rate_that_may_count_turns_is_asked_about(tmp_path: Path) -> None:
+    path = brake(tmp_path / "log.csv", "w [1/perc]")
+    with pytest.raises(UnitError, match="may mean turns or plain 1/s"):
+        read(path, ColumnMap({"slip": ColumnChoice("w")}))
+
+
+@pytest.mark.parametrize("unit", ["RPM/1000", "A/10", "(V/100)", "N*m / 1000"])
+def test_a_unit_over_a_number_is_asked_about(tmp_path: Path, unit: str) -> None:
+    """RPM/1000 was a thousandth of a turn, in silence; most people mean thousands of turns."""
+    with pytest.raises(UnitError, match="may be a part of"):
+        units.parse(unit)
+    assert units.parse("1/10 mm").factor == pytest.approx(1e-4)
+    assert units.parse("m/s2").factor == 1.0
+    if unit.startswith("RPM"):
+        with pytest.raises(MappingError, match="Speed"):
+            read(brake(tmp_path / "log.csv", f"Speed ({unit})"))
 
 
 def test_degrees_of_a_german_bench_are_no_thousand_million_radians(tmp_path: Path) -> None:
@@ -254,3 +291,53 @@ def test_a_log_with_dots_in_its_names_is_read_in_its_units(tmp_path: Path) -> No
     np.testing.assert_allclose(recording.signals["slip"], np.pi / 30.0 * SPEED, atol=1e-5)
     np.testing.assert_allclose(recording.signals["field"], CURRENT, atol=1e-8)
     np.testing.assert_allclose(recording.signals["effort"], TORQUE, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("speed_mrad_s", "mrad/s"),  # its end was a second
+        ("velocity_mm_min", "mm/min"),
+        ("speed_kmph", "km/h"),
+        ("speed_revps", "turn/s"),
+        ("elapsed_min", "min"),
+        ("time_in_min", "min"),
+        ("time_h", "h"),
+        ("Time min", "min"),
+        ("t_millis", "ms"),
+        ("minutes", "min"),
+    ],
+)
+def test_speeds_and_times_in_other_units_end_a_name(name: str, unit: str) -> None:
+    """The command that was printed for a time in minutes had it in seconds."""
+    assert split_end(name)[1] == unit
+
+
+@pytest.mark.parametrize("name", ["pos_min", "x_h", "force_min", "Speed min", "current_h"])
+def test_the_least_of_a_signal_is_no_time(name: str) -> None:
+    assert split_end(name)[1] is None
+
+
+def test_a_speed_a_minute_counts_turns_by_its_name() -> None:
+    assert own_unit("speed_1_min", None, ("rad/s",)) == "turn/min"
+    assert own_unit("shear_1_min", None, ("rad/s",)) is None
+
+
+@pytest.mark.parametrize("name", ["speed_0.1rpm", "rpm_x1000", "speed_rpm_x10", "speed_100rpm"])
+def test_tenths_and_thousands_of_turns_are_no_turns(name: str) -> None:
+    """They were read as turns a minute, in silence."""
+    assert own_unit(name, None, ("rad/s",)) is None
+    assert own_unit("Status_RPM_2", None, ("rad/s",)) == "rpm"
+
+
+@pytest.mark.parametrize(("name", "step"), [("time_10ms", 1.0), ("t_100us", 100.0), ("t_cs", 1.0)])
+def test_a_time_in_steps_of_its_own_is_asked_for_its_unit(
+    tmp_path: Path, name: str, step: float
+) -> None:
+    """The command that was printed took steps of 100 us for ms, or the rows for points without a time."""
+    path = log(
+        tmp_path / "log.csv",
+        f"{name},Speed (rad/s),Current (A),Torque (Nm)",
+        *(step * ROWS, SPEED, CURRENT, TORQUE),
+    )
+    assert planned(path).examples == (f'--time "{name} [UNIT]"',)

@@ -11,10 +11,10 @@ import re
 RAISED = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻", "0123456789+-")
 # A turn, a minute and a second in a score of languages: what stands over the line of a fraction, and under it.
 _TURN = (
-    r"(?:U|[Uu]mdr|r|R|REV|trs?|tours?|revs?|giri|giros?|vueltas?|obr|ot|omw|varv|kierr|rot|ford|f(?=\s*/\s*perc)"
+    r"(?:U|[Uu]mdr|[Uu]mdrehungen|r|R|REV|trs?|tours?|revs?|rotations?|giri|giros?|vueltas?|obr|ot|omw|varv|kierr|rot|ford|f(?=\s*/\s*perc)"
     r"|(?:d|dev|devir)(?=\s*/\s*(?:dk|dak|sn|san))|t(?=\s*/\s*mi?n(?!\w))|обор|στρ|vòng|รอบ|회전)\.?"
 )
-_MINUTE = r"(?:mn|MIN|dk|dak|dakika|perc|λεπτό|phút|นาที|분)(?!\w)"
+_MINUTE = r"(?:mn|MIN|minut[oa]|минут[уы]|dk|dak|dakika|perc|λεπτό|phút|นาที|분)(?!\w)"
 _SECOND = r"(?:sn|san|saniye|δευτ|giây)(?!\w)"
 _FRACTIONS = (
     (rf"(?<![\w.]){_TURN}(?=\s*/)", "turn"),
@@ -41,6 +41,7 @@ _EASTERN = (
     ("微秒", "us"),
     ("分钟|分鐘|分", "min"),
     ("秒|초", "s"),
+    ("微米", "um"),
     ("毫米|ミリメートル", "mm"),
     ("厘米", "cm"),
     ("米|メートル", "m"),
@@ -50,7 +51,10 @@ _EASTERN = (
     ("牛顿|牛|ニュートン", "N"),
     ("毫安", "mA"),
     ("安培|安|アンペア", "A"),
+    ("毫伏", "mV"),
     ("伏特|伏|ボルト", "V"),
+    ("毫特", "mT"),
+    ("高斯", "G"),
     ("千帕", "kPa"),
     ("帕|パスカル", "Pa"),
 )
@@ -62,6 +66,10 @@ _CYRILLIC = (
     ("м", "m"),
     ("мм", "mm"),
     ("см", "cm"),
+    ("мкм", "um"),
+    ("км", "km"),
+    ("мкс", "us"),
+    ("ч", "h"),
     ("об", "turn"),
     ("кг", "kg"),
     ("кгс", "kgf"),
@@ -69,17 +77,22 @@ _CYRILLIC = (
     ("град", "deg"),
     ("Н", "N"),
     ("кН", "kN"),
+    ("мН", "mN"),
     ("Нм", "N*m"),
+    ("кНм", "kN*m"),
+    ("мНм", "mN*m"),
     ("Па", "Pa"),
     ("кПа", "kPa"),
     ("МПа", "MPa"),
     ("А", "A"),
     ("мА", "mA"),
+    ("мкА", "uA"),
     ("В", "V"),
     ("мВ", "mV"),
     ("кВ", "kV"),
     ("Тл", "T"),
     ("мТл", "mT"),
+    ("Гс", "G"),
 )
 # Written unit -> what pint understands by it. Pint reads Nm as newton x molal, U/min as enzyme units, gauss in CGS.
 SPELLINGS = (
@@ -99,7 +112,7 @@ SPELLINGS = (
     *((re.compile(rf"(?<![\w.]){written}(?!\w)"), means) for written, means in _OVER_A_SECOND),
     *((re.compile(written), means) for written, means in _EASTERN),
     *((re.compile(rf"(?<!\w){written}(?!\w)"), means) for written, means in _CYRILLIC),
-    (re.compile(r"\b(?:oz|ozf)\s*[-.*·]?\s*in\b"), "ounce_force*inch"),
+    (re.compile(r"\b(?:oz|ozf|ounces?)\s*[-.*·]?\s*in(?:ch|ches)?\b"), "ounce_force*inch"),
     (re.compile(r"\bin\s*[-.*·]?\s*(?:oz|ozf)\b"), "ounce_force*inch"),
     *(
         (
@@ -108,7 +121,7 @@ SPELLINGS = (
             ),
             means,
         )
-        for pounds in ("(?:lbf|lbs|lb)",)
+        for pounds in ("(?:lbf|lbs|lb|pounds?)",)
         for arm, means in (
             ("(?:inch|in)", "pound_force*inch"),
             ("(?:foot|feet|ft)", "pound_force*foot"),
@@ -125,6 +138,10 @@ SPELLINGS = (
     (re.compile(r"(?<![\w.])KN(?!\w)"), "kN"),
     (re.compile(r"(?<![\w.])K[Gg](f?)(?!\w)"), r"kg\1"),  # kelvin times gram is nothing
     (re.compile(r"(?<![\w.])K[Pp]a(?!\w)"), "kPa"),
+    (re.compile(r"(?<![\w.])KV(?!\w)"), "kV"),
+    # Pint reads kmph as a thousand miles an hour.
+    (re.compile(r"(?<![\w.])(?:[Kk]mp?h|KMP?H)(?!\w)"), "km/h"),
+    (re.compile("º"), "°"),  # the sign of an ordinal, from a Spanish keyboard
     (re.compile(r"(?<![\w.])Mpa(?!\w)"), "MPa"),
     # A dot may stand for the line of the fraction.
     (re.compile(r"(?<![\w.])rad\.s(?:-1)?(?![\w-])"), "rad/s"),
@@ -153,11 +170,14 @@ SPELLINGS = (
     # Pint reads Pas as several pascals.
     (re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"), r"\1*s"),
     (re.compile(r"-¹"), "^-1"),
-    (re.compile(r"(?<![\w.])revs?(?!\w)"), "turn"),
+    (re.compile(r"(?<![\w.])(?:revs?|REV|rotations?)(?!\w)"), "turn"),
     (re.compile(r"(?<![\w.])[Aa]mps?(?!\w)"), "ampere"),  # pint reads amps as attometers per second
-    (re.compile(r"(?<![\w.])([mkuµμ]?V)\s?(?:DC|AC|dc|ac|RMS|rms|eff)(?!\w)"), r"\1"),
+    (re.compile(r"(?<![\w.])([mkuµμ]?V)[\s_]?(?:DC|AC|dc|ac|RMS|rms|eff)(?!\w)"), r"\1"),
     # ADC without a blank may be the counts of a converter.
-    (re.compile(r"(?<![\w.])([mkuµμ]?A)(?:\sDC|\sAC|\s?(?:dc|ac|RMS|rms|eff))(?!\w)"), r"\1"),
+    (
+        re.compile(r"(?<![\w.])([mkuµμ]?A)(?:[\s_]DC|[\s_]AC|[\s_]?(?:dc|ac|RMS|rms|eff))(?!\w)"),
+        r"\1",
+    ),
     (re.compile(r"(?<![\w.])rads(?!\w)"), "rad"),  # and rads as a dose
     (re.compile(r"(?<![\w.])(?:dps|DPS)(?!\w)"), "deg/s"),
     (re.compile(r"(?<![\w.])(?:ips|IPS)(?!\w)"), "inch/s"),

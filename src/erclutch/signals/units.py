@@ -48,7 +48,10 @@ _ODD_COUNT = re.compile(r"(?!10*/)[\d.]+/")
 _FORM = re.compile(r"[\w\s.+*/()^%°µμΩ²³⁻¹-]*")
 _POWER = re.compile(r"(?:\^|\*\*)\s*\(?\s*[+-]?\d(?:\.\d)?(?![\d.eE])\s*\)?(?!\s*(?:\^|\*\*))")
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*", re.DOTALL)
-_AMBIGUOUS_SPEED = re.compile(r"\s*(?:[kM]?[Hh]z|1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
+_RATE = (("second", -1.0),)
+_PER_MINUTE = 1.0 / 60.0
+# RPM/1000 is a thousandth of a turn a minute by its form, and thousands of turns by what most people mean.
+_OVER_A_NUMBER = re.compile(r"\(?(?P<unit>.*[^\W\d]\)?)\s*/\s*(?P<number>[1-9]\d*(?:\.\d+)?)\s*\)?")
 
 # A product of a few numbers and symbols with small powers; two signs never stand side by side.
 _FACTOR = r"\(?(?:\d{1,9}(?:\.\d{1,9})?|[^\W\d_]+|[%°][^\W\d_]*)(?:\^?-?\d|[²³])?\)?"
@@ -147,6 +150,11 @@ def parse(text: str) -> Unit:
     if _DEGREE_OR_GON.fullmatch(text):
         remedy = f"Say which: {in_other_words(text)}, or gon in place of deg"
         raise UnitError(f"'{text}' may count in degrees or in gons", remedy=remedy)
+    divided = _OVER_A_NUMBER.fullmatch(text)
+    if divided and is_unit(divided["unit"]):
+        unit, number = divided["unit"].strip(), divided["number"]
+        problem = f"'{text}' may be a part of {unit}, or {unit} that were divided"
+        raise UnitError(problem, remedy=f"Say which: 1/{number} {unit}, or {number} {unit}")
     spelled = text.strip()
     tens = _TENS.fullmatch(spelled) if "10" in text else None
     if tens:
@@ -262,9 +270,41 @@ def is_unit(text: str) -> bool:
     return True
 
 
+def is_over_a_number(text: str) -> bool:
+    """Whether the text is a unit that a number divides, RPM/1000: nobody knows which way."""
+    divided = _OVER_A_NUMBER.fullmatch(text)
+    return divided is not None and is_unit(divided["unit"])
+
+
 def is_known_unit(text: str) -> bool:
     """Whether the text reads as a unit, of a temperature too."""
     return is_unit(text) or is_temperature(text)
+
+
+def is_per_minute(unit: str | None) -> bool:
+    """Whether a unit is 1/min, in any spelling: min⁻¹, мин-1, 1/perc. It may count turns, without a word of them."""
+    return _is_rate(unit, _PER_MINUTE)
+
+
+def is_per_second(unit: str | None) -> bool:
+    """Whether a unit is 1/s, in any spelling but Hz."""
+    return _is_rate(unit, 1.0) and not _is_in_hertz(unit or "")
+
+
+def _is_rate(unit: str | None, factor: float) -> bool:
+    if not unit or not is_unit(unit):
+        return False
+    given = parse(unit)
+    return given.dimension == _RATE and math.isclose(given.factor, factor)
+
+
+def _is_in_hertz(unit: str) -> bool:
+    return "z" in unit.lower()
+
+
+def _may_count_turns(unit: str) -> bool:
+    """Whether a rate may be one of turns or one of nothing: 1/min, Hz."""
+    return is_per_minute(unit) or (parse(unit).dimension == _RATE and _is_in_hertz(unit))
 
 
 def fits(unit: str, si_units: Iterable[str]) -> tuple[float, str] | None:
@@ -278,11 +318,10 @@ def fits(unit: str, si_units: Iterable[str]) -> tuple[float, str] | None:
     given = parse(unit)
     wanted = [parse(si) for si in si_units]
     for si in wanted:
-        of_time_alone = "second" in dict(si.dimension) and len(si.dimension) == 1
-        ambiguous = of_time_alone and _AMBIGUOUS_SPEED.fullmatch(unit)
-        if given.dimension == si.dimension and not ambiguous:
+        is_ambiguous = si.dimension == _RATE and _may_count_turns(unit)
+        if given.dimension == si.dimension and not is_ambiguous:
             return given.factor / si.factor, si.text
-    plain = given.factor == 1.0 and "z" not in unit.lower()  # no per cent, no Hz
+    plain = given.factor == 1.0 and not _is_in_hertz(unit)  # no per cent
     for si in wanted:
         without_angle = tuple(power for power in si.dimension if power != ("radian", 1.0))
         if plain and given.dimension == without_angle != si.dimension:
@@ -309,7 +348,7 @@ def conversion(unit: str, kind: SignalKind, column: str) -> tuple[float, str]:
         raise UnitError(f"{problem} erclutch does not know", remedy=remedy) from error
     if fitting is not None:
         return fitting
-    if _AMBIGUOUS_SPEED.fullmatch(unit) and any("/s" in si for si in kind.si_units):
+    if _may_count_turns(unit) and any("/s" in si for si in kind.si_units):
         remedy = f"Say which: --{kind.name} {shell_word(f'{column} [rpm]')}, [turn/s] or [1/s]"
         raise UnitError(f"{problem} may mean turns or plain 1/s", remedy=remedy)
     remedy = f"Choose another column or give its unit, such as {option}"

@@ -52,7 +52,8 @@ _NONE_WRITTEN = ("None", "N/A", "n/a", "null", "NULL", "undefined")  # by progra
 # Names of a speed that is counted in turns: n is its symbol in ISO 80000-3.
 _TURNS = re.compile(
     r"drehz|umdr\b|\brpm\b|umdrehung|rotational|rotation|tours|(?:^|[./:])n(?:_.*)?$|(?<![a-z])(?:speed|spd)|velocity|vitesse|"
-    r"velocidad|velocit[aà]|giri|pr[eę]dko[sś][cć]|obrot|ot[aá][cč]k|toerental|varvtal|转速|轉速|回転|회전|вращ|оборот",
+    r"velocidad|velocit[aà]|giri|pr[eę]dko[sś][cć]|obrot|ot[aá][cč]k|toerental|varvtal|fordulat|pyörim|kierros|devir|"
+    r"tura[tț]|στροφ|转速|轉速|回転|회전|вращ|оборот",
     re.I,
 )
 _SHEARED = re.compile(r"shear|scher|cisail|cizall|taglio|剪切|せん断|전단|сдвиг", re.I)
@@ -94,14 +95,15 @@ _LETTER = re.compile(r"(.*?[^\W\d_]\S*?)(?:\s+[-–—])?\s+([AVNTms])")
 _COMMA = re.compile(r"(.*[^\W\d_]\S*)\s*,\s*([^\s,]+)")  # as Russian headers have it: ``Сила, Н``
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
-#: As in Status_RPM_2; a torque per rpm is none.
-_RPM_WITHIN = re.compile(r"(?<![a-z/])(?<!per)(?<!per[_ ])rpm(?![a-z/]|.*per)", re.I)
-_PER_MINUTE = re.compile(r"\s*(?:1\s*/\s*min|min\s*(?:\^|\*\*)?\s*-\s*1|min⁻¹)\s*")
-_PER_SECOND = re.compile(r"\s*(?:1\s*/\s*s(?:ec)?|s\s*(?:\^|\*\*)?\s*-\s*1|s⁻¹)\s*")
+#: As in Status_RPM_2; a torque per rpm is none, nor are tenths or thousands of rpm (``speed_0.1rpm``, ``rpm_x1000``).
+_RPM_WITHIN = re.compile(
+    r"(?<![a-z/])(?<!per)(?<!per[_ ])(?<!\.\d)(?<!\.0\d)(?<!10)(?<!00)rpm(?![a-z/]|.*per|[_ ]?[x*×]_?\d)",
+    re.I,
+)
 #: Names of the speed that ISO 80000-3 calls rotational frequency, in turns a second.
 _COUNTS_TURNS = re.compile(
     r"drehzahl|drehfrequenz|umdrehung|rotation(?:al)? freq|(?:^|[./:])n(?:_(?:ist|mess|act|meas))?$|"
-    r"转速|轉速|回転数|회전수",
+    r"fordulatsz|частота\s+вращ|转速|轉速|回転数|회전수",
     re.I,
 )
 
@@ -140,7 +142,8 @@ def split_label(label: str) -> tuple[str, str | None]:
         unit = in_other_letters(name, unit.strip()) or unit.strip()
         counts = unit in COUNTS and not unit.startswith("step")  # a step there may be one of a test
         is_reverse = unit in ("rev", "Rev") and _GOES_BACK.search(name)  # Torque (rev) beside (fwd)
-        known = units.is_known_unit(unit) and not is_reverse
+        is_a_unit = units.is_known_unit(unit) or units.is_over_a_number(unit)
+        known = is_a_unit and not is_reverse
         if counts or (not unit.isdecimal() and known):
             return name.rstrip("/ ") or name, unit
         worded = _WORDED.fullmatch(unit) if pattern is _ROUND else None
@@ -251,14 +254,16 @@ def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None
     The speed of a shaft in 1/min is one of turns; a shear rate in 1/min is none. A rotational frequency, n or
     ``Drehzahl``, in 1/s counts turns too; an angular velocity in 1/s is in rad/s.
     """
-    if unit and _PER_SECOND.fullmatch(unit) and _COUNTS_TURNS.search(name):
+    if _COUNTS_TURNS.search(name) and units.is_per_second(unit):
         return "turn/s"
+    counts_turns = _TURNS.search(name) and not _SHEARED.search(name)
     if unit:
-        counts_turns = _TURNS.search(name) and not _SHEARED.search(name)
-        return "turn/min" if _PER_MINUTE.fullmatch(unit) and counts_turns else unit
+        return "turn/min" if counts_turns and units.is_per_minute(unit) else unit
     _, end = split_end(name)
     if not end and _RPM_WITHIN.search(name):
         end = "rpm"
+    elif end == "1/min" and counts_turns:
+        end = "turn/min"
     if not end:
         return None
     return end if end == "°C" or units.fits(end, si_units) else None
@@ -342,7 +347,7 @@ def name_columns(
 
     alone = [name.strip("[] ()") for name in bare]
     if not any(units_of) and are_units_alone(alone):
-        units_of = ["rpm" if _PER_MINUTE.fullmatch(unit) else unit for unit in alone]
+        units_of = ["rpm" if units.is_per_minute(unit) else unit for unit in alone]
         units_of = [None if unit and unit.lower() in TIMES else unit for unit in units_of]
         notes.append("the columns are called by their units alone")
 

@@ -23,10 +23,14 @@ _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s degps=deg/s dps=deg/s 
 _OTHER_SPEEDS = (
     "kmh=km/h km_h=km/h kph=km/h rad_per_s=rad/s deg_per_s=deg/s m_per_s=m/s mm_per_s=mm/s "
     "rad_per_sec=rad/s deg_per_sec=deg/s m_per_sec=m/s mm_per_sec=mm/s "
-    "cm_s=cm/s cmps=cm/s cm_per_s=cm/s inps=in/s ips=in/s in_per_s=in/s in_per_sec=in/s"
+    "cm_s=cm/s cmps=cm/s cm_per_s=cm/s inps=in/s ips=in/s in_per_s=in/s in_per_sec=in/s kmph=km/h "
+    "mrad_s=mrad/s mradps=mrad/s mdeg_s=mdeg/s um_s=um/s m_min=m/min cm_min=cm/min mm_min=mm/min mm_per_min=mm/min"
 )
 # No in_s: time_in_s is no speed. No rps: radians or revolutions. No kN_m, N_mm, lbf_in: a stiffness is written so too.
-_TURNS_A_TIME = "rev_s=turn/s rot_s=turn/s rev_min=rpm rot_min=rpm r_min=rpm 1_min=1/min ft_s=ft/s ft_min=ft/min"
+_TURNS_A_TIME = (
+    "rev_s=turn/s rot_s=turn/s rev_min=rpm rot_min=rpm r_min=rpm revps=turn/s rev_per_s=turn/s rev_per_min=rpm "
+    "1_min=1/min ft_s=ft/s ft_min=ft/min"
+)
 _FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kVmm=kV/mm kA_m=kA/m kA_per_m=kA/m A_per_m=A/m kAm=kA/m kApm=kA/m Oe=Oe"
 _OTHERS = "Upm=rpm UPM=rpm Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% percent=% psi=psi"
 _TORQUES = (
@@ -48,7 +52,10 @@ _INCHES_IN_WORDS = "inches=in inch=in pounds=lbf kips=kip kip=kip klbf=kip klbs=
 _AMPERE_TURNS = "A_turns=A A_turn=A amp_turns=A ampere_turns=A Aturns=A"
 _TURNS_IN_WORDS = "turns=turn turns_s=turn/s turns_per_second=turn/s"
 _SPEEDS_IN_WORDS = "radians_per_second=rad/s degrees_per_second=deg/s meters_per_second=m/s"
-_TIMES_IN_WORDS = "seconds=s milliseconds=ms microseconds=us nanoseconds=ns msec=ms usec=us nsec=ns"
+_TIMES_IN_WORDS = (
+    "seconds=s milliseconds=ms microseconds=us nanoseconds=ns msec=ms usec=us nsec=ns millis=ms micros=us nanos=ns "
+    "minutes=min mins=min hours=h hrs=h"
+)
 # What only looks like a second or a metre at its end: a shear rate, a viscosity, an acceleration.
 _LONGER = (
     "1_s=1/s per_s=1/s Pa_s=Pa*s mPa_s=mPa*s Pas=Pa*s mPas=mPa*s cP=cP m_s2=m/s^2 rad_s2=rad/s^2"
@@ -102,6 +109,8 @@ _BARE = {
         "milliamps": "mA",
         "seconds": "s",
         "milliseconds": "ms",
+        "minutes": "min",
+        "hours": "h",
     },
 }
 _LOWER_ENDS = {
@@ -186,6 +195,8 @@ _WORDS_OF_UNITS = {
         ("Nm", "mNm", "kNm", "Ncm", "Nmm"), set_of("torque moment drehmoment couple par coppia")
     ),
 }
+#: What is a unit behind a word for the time alone: pos_min is the least position, and x_h a height.
+_BEHIND_A_TIME = {"min": "min", "h": "h", "hr": "h"}
 _POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
 
 
@@ -220,11 +231,12 @@ def split_end(name: str) -> tuple[str, str | None]:
             return name, None  # squared meters: no length
         end = "_".join(words[-count:])
         unit = _BARE.get(end) or _unit_of_end(end) or in_other_letters(stem, end)
+        unit = unit or _of_a_time(stem, end)
         # Of a level nothing but its number would be left: ``2 kV/mm``.
         if unit is None and _FRACTION.fullmatch(end) and not stem.replace(".", "").isdigit():
             with suppress(UnitError):  # ``cmd/act`` is none
                 unit = end if fits(end, _RATES) is not None else None
-        is_time = end == "s" and stem.lower() in TIMES
+        is_time = end in ("s", "h") and stem.lower() in TIMES
         if stem and unit and (len(end) > 1 or is_time):
             return stem, unit
 
@@ -238,6 +250,7 @@ def split_end(name: str) -> tuple[str, str | None]:
     )
     for stem, end in longest_first:
         unit = _unit_of_end(end) or in_other_letters(stem, end) or _inches(stem, end)
+        unit = unit or _of_a_time(stem, end)
         if not unit:
             continue
         if stem.lower().endswith("_per"):
@@ -374,6 +387,13 @@ def _inches(stem: str, end: str) -> str | None:
     if end.lower() == "in" and word in _IN_INCHES:
         return "in"
     return "in/s" if end.lower() == "in_s" and word in _IN_INCHES_A_SECOND else None
+
+
+def _of_a_time(stem: str, end: str) -> str | None:
+    """The minutes of ``elapsed_min`` and the hours of ``time_h``; None where the stem is no time."""
+    word = re.split(r"[\W_]+", stem.lower().removesuffix("_in").removesuffix(" in"))[-1]
+    is_time = word in TIMES or word in _WORDS_OF_UNITS["ms"]
+    return _BEHIND_A_TIME.get(end.lower()) if is_time else None
 
 
 def _unit_of_end(end: str) -> str | None:

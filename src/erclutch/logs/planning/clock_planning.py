@@ -38,6 +38,8 @@ _LONGEST_TICK = 1e5
 _OTHER_RATE = 0.01  # share by which a given rate differs from that of the file at least
 _STEADY_STEPS = 0.2  # of their mean, between the shortest and the longest: a rate stands for them
 _COUNTED = frozenset({"tick", "ticks", "frame", "frames", "sample", "samples", "scan", "scans"})
+#: A time that is counted in steps of so long, or in a part of a second that no reader knows: time_10ms, t_cs.
+_IN_STEPS = re.compile(r"[_ ](?:\d+ ?[munµ]?s|[cd]s)$")
 _NUMBERED_TIME = re.compile(r"[tT]_?\d")
 _RATES = {
     "fs",
@@ -343,7 +345,15 @@ def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> tuple[str, str] |
     even = step > 0 and bool(np.all(np.abs(steps - step) <= EVEN * step))
     is_a_count = step.is_integer() and not 1.0 < step <= _LONGEST_TICK
     unit = "d" if counts_days(first.values) else likely_unit(first.values)
+    if even and _IN_STEPS.search(name):
+        return f"{name} grows by {step:.4g} from row to row: if it is the time", _option(
+            name, "UNIT"
+        )
     if not even or is_a_count or (step.is_integer() and unit == "s"):
         return None
     why = f"{name} grows by {step:.4g} from row to row: if that is {unit}"
-    return why, f"--time {shell_word(f'{name} [{unit}]')}"
+    return why, _option(name, unit)
+
+
+def _option(name: str, unit: str) -> str:
+    return f"--time {shell_word(f'{name} [{unit}]')}"
