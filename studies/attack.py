@@ -76,9 +76,15 @@ TESTS = {
     ),
 }
 #: Where damage to the numbers is seen, as `LogReader.tells_damage` says: there no other number may come in silence.
-SEEN = ("xlsx", "ods", "csv gz", "mat 5", "hdf5 checked", "parquet checked", "mcap")
+SEEN = (
+    *("xlsx", "ods", "csv gz", "mat 5", "hdf5 checked", "parquet checked", "mcap"),
+    *("npz", "zip"),
+)
 #: Readers in a process of their own, whose crash is one line for the user.
-IN_CHILD = ("mdf", "tdms", "spreadsheet", "hdf5", "rosbag", "mat", "parquet")
+IN_CHILD = (
+    *("mdf", "tdms", "spreadsheet", "hdf5", "rosbag", "mat", "parquet"),
+    *("feather", "numpy_arrays"),
+)
 #: There checksums hold the numbers, and none holds names and units: h5py writes the latter without.
 UNCHECKED_NAMES = ("hdf5 checked",)
 MOST_MIB = 954  # 1 GB

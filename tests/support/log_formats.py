@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 import json
+import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -237,11 +238,63 @@ def write_parquet(path: Path, columns: Columns, checksums: bool = False) -> None
     import pyarrow as pa
     from pyarrow import parquet
 
+    parquet.write_table(_arrow_table(columns, pa), path, write_page_checksum=checksums)
+
+
+def write_feather(path: Path, columns: Columns) -> None:
+    """Feather by pyarrow: units as metadata of the fields."""
+    import pyarrow as pa
+    from pyarrow import feather
+
+    feather.write_feather(_arrow_table(columns, pa), str(path))
+
+
+def _arrow_table(columns: Columns, pa: Any) -> Any:
     fields = [
         pa.field(name, pa.float64(), metadata={"unit": unit}) for name, (unit, _) in columns.items()
     ]
-    table = pa.table([values for _, values in columns.values()], schema=pa.schema(fields))
-    parquet.write_table(table, path, write_page_checksum=checksums)
+    return pa.table([values for _, values in columns.values()], schema=pa.schema(fields))
+
+
+def write_npz(path: Path, columns: Columns) -> None:
+    """NumPy's archive: an array a column, and the unit in its name."""
+    arrays: dict[str, Any] = {
+        f"{name}_{unit.replace('*', '').replace('/', '_')}": values
+        for name, (unit, values) in columns.items()
+    }
+    np.savez(path, **arrays)
+
+
+def write_npy(path: Path, columns: Columns) -> None:
+    """NumPy's file of one array with named fields."""
+    names = [
+        f"{name}_{unit.replace('*', '').replace('/', '_')}" for name, (unit, _) in columns.items()
+    ]
+    rows = np.array(_rows(columns), dtype=[(name, "f8") for name in names])
+    np.save(path, rows)
+
+
+def write_zip(path: Path, columns: Columns) -> None:
+    """A ZIP archive of one text."""
+    import zipfile
+
+    with tempfile.TemporaryDirectory() as folder:
+        text = Path(folder) / "log.csv"
+        write_text(text, columns)
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            archive.write(text, "run 1/log.csv")
+
+
+def write_labelled(path: Path, columns: Columns) -> None:
+    """Lines that a microcontroller prints, with a name in front of each number."""
+    lines = [
+        ", ".join(
+            f"{name}: {value!r} {unit}"
+            for (name, (unit, _)), value in zip(columns.items(), row, strict=True)
+        )
+        for row in _rows(columns)
+    ]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 #: Name of the format -> reader, name of the file or folder, its writer.
@@ -279,6 +332,11 @@ FORMATS: dict[str, tuple[str, str, Callable[[Path, Columns], None]]] = {
         "b.parquet",
         lambda path, columns: write_parquet(path, columns, checksums=True),
     ),
+    "feather": ("feather", "a.feather", write_feather),
+    "npz": ("numpy_arrays", "a.npz", write_npz),
+    "npy": ("numpy_arrays", "a.npy", write_npy),
+    "zip": ("zipped_texts", "a.zip", write_zip),
+    "labelled lines": ("labelled_lines", "serial.txt", write_labelled),
 }
 
 
