@@ -152,6 +152,10 @@ def test_such_a_log_is_understood(tmp_path: Path) -> None:
         "2025-03-12 10:00:0{t:.3f} INFO ",
         "2025-03-12 10:00:0{whole},{part:03d} - bench.rig - INFO - ",
         "[2025-03-12T10:00:0{t:.3f}] ",
+        "[INFO] [174174520{t:.9f}] [bench.node]: ",
+        "[WARN] [{t:.6f}]: ",
+        "[INFO] time: {t:.3f} s, ",
+        "INFO: time: {t:.3f} s, ",
     ],
 )
 def test_the_time_in_front_of_named_values_is_read(tmp_path: Path, stamp: str) -> None:
@@ -169,7 +173,9 @@ def test_the_time_in_front_of_named_values_is_read(tmp_path: Path, stamp: str) -
     np.testing.assert_allclose(log.signals["field"], np.repeat([0.0, 0.5, 1.0, 1.5], 100))
 
 
-@pytest.mark.parametrize("sign", ["[", " ", "1", "2025-03-12 10:00:00 - ", "[1", "_", "a - "])
+@pytest.mark.parametrize(
+    "sign", ["[", " ", "1", "2025-03-12 10:00:00 - ", "[1", "_", "a - ", "[INFO] [1", "INFO "]
+)
 def test_long_lines_with_a_time_take_no_long_time(sign: str) -> None:
     begin = process_time()
     assert time_of(sign * 20_000) is not None

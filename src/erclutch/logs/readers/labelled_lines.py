@@ -36,6 +36,11 @@ _LOGGED = re.compile(
     r"\[?(?P<stamp>\d{4}-\d\d-\d\d[ T]\d\d:\d\d:\d\d)(?:[.,](?P<part>\d{1,9}))?\]?"
     r"(?:(?: - [\w.]{1,40}){1,3} - |[ ]{1,3}\[?(?:DEBUG|INFO|WARN|WARNING|ERROR)\]?:?[ ]{1,3}|[ :]{1,3})"
 )
+#: The level of a message, and behind it the time and the node where ROS prints it: ``[INFO] [1714745232.12] [bench]:``.
+_LEVEL = re.compile(
+    r"(?:\[(?:DEBUG|INFO|WARN|WARNING|ERROR)\]|(?:DEBUG|INFO|WARN|WARNING|ERROR)(?=[ :]))"
+    r"[ ]{0,3}(?:\[(?P<stamp>\d{1,12}(?:\.\d{1,9})?)\])?[ ]{0,3}(?:\[[\w./-]{1,60}\])?:?[ ]{0,3}"
+)
 #: Share of the first lines that hold names and numbers, at least, where no mark stands between a name and its number.
 _MOST_LINES = 0.5
 _FEWEST_PAIRS = 2  # in a line: a header block has a line for each name
@@ -44,7 +49,7 @@ _LEFT_OUT = 0.1  # of the lines behind the first, at most: with more it is anoth
 
 
 def time_of(line: str) -> tuple[tuple[str, str, str] | None, int]:
-    """The name, the number and the unit of the time in front of a line, and where its values begin; None and 0."""
+    """The name, the number and the unit of the time in front of a line, or None, and where the line's values begin."""
     stamp = STAMP.match(line)
     if stamp:
         return ("Time", stamp[1], ""), stamp.end()
@@ -55,6 +60,10 @@ def time_of(line: str) -> tuple[tuple[str, str, str] | None, int]:
     logged = _LOGGED.match(line)
     if logged:
         return ("Time", f"{logged['stamp']}.{logged['part'] or 0}", ""), logged.end()
+    level = _LEVEL.match(line)
+    if level:
+        time = ("Time", level["stamp"], "s") if level["stamp"] else None
+        return time, level.end()
     return None, 0
 
 
