@@ -20,7 +20,9 @@ from erclutch.logs.columns.vocabulary import (
     AGAINST,
     BESIDE,
     CURRENTS,
+    EASTERN_COMPUTED,
     EASTERN_OTHERS,
+    EASTERN_TOLD,
     GERMAN,
     GERMAN_OTHERS,
     LOOPS,
@@ -52,7 +54,7 @@ def without_numbers(text: str) -> str:
 _NUMBER = re.compile(r"\d+(?:[.,]\d+)?")
 _NAMES = {signal: frozenset(map(plain, names.split())) for signal, names in NAMES.items()}
 _OTHER_WHOLE = frozenset(map(plain, OTHER))
-_OTHER_WITHIN = tuple(map(plain, EASTERN_OTHERS))
+_OTHER_WITHIN = tuple(map(plain, (*EASTERN_OTHERS, *EASTERN_TOLD, *EASTERN_COMPUTED)))
 _TIME = re.compile(
     r"t|tout|tps|time(?:elapsed|passed|onsample)?|(?:lauf|mess|pru?e?f|versuchs|test|uhr)?zeit|tijd|temps|tiempo|tempo|"
     r"timestamps?|elapsed(?:time)?|steptime|seconds?|sec|tsec|times|"
@@ -291,7 +293,22 @@ def _words_of(name: str) -> tuple[str, ...]:
                 words[place] = "desired"
     if "duty" in words:  # that of a switch goes round, and is no cycle of a test
         words = [word for word in words if word not in ("cycle", "cycles")]
+    if words and words[0] == "tau" and words[1:] in (["d"], ["c"]):
+        words[1] = "desired" if words[1] == "d" else "commanded"
+    if not name.isascii():
+        words += _said_in_a_compound(name)
     return tuple(OF_SEVERAL.get(word, word) for word in words)
+
+
+def _said_in_a_compound(name: str) -> list[str]:
+    """Words for what a Chinese, Japanese or Korean compound says of a signal: that it was told, or computed."""
+    whole = unicodedata.normalize("NFKC", name)
+    said: list[str] = []
+    if any(told in whole for told in EASTERN_TOLD):
+        said.append("setpoint")
+    if any(computed in whole for computed in EASTERN_COMPUTED):
+        said.append("computed")
+    return said
 
 
 def _called_as(name: str, stem: str, signal: str) -> str | None:

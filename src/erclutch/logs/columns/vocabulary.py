@@ -100,10 +100,36 @@ MEASURED = set_of("measured meas mea msr actual act ist gemessen")
 #: Words of what a drive was told, and of what is neither signal: no guess is made from the unit of such a column.
 TOLD = set_of(
     "setpoint set target desired demand demanded commanded command cmd ref reference goal soll consigne consigna "
-    "setpt sollwert ziel objetivo consegna requested request req feedforward"
+    "setpt sollwert ziel objetivo consegna requested request req feedforward dem sp "
+    "deseado deseada desejado desejada desiderato desiderata referencia riferimento souhaite souhaitee voulu voulue "
+    "zadany zadana zadane pozadovany gewenst gewenste hedef istenen borvarde ohje asetus "
+    "заданный заданная заданное задание уставка целевой целевая целевое требуемый требуемая"
 )
-#: What a Chinese or Japanese compound is called by that was told to a supply or a drive.
-EASTERN_TOLD = ("设定", "設定", "目标", "目標", "指令", "给定", "命令", "설정", "목표", "지령")
+#: What a Chinese, Japanese or Korean compound is called by that was told to a supply or a drive.
+EASTERN_TOLD = (
+    *("设定", "設定", "目标", "目標", "指令", "给定", "給定", "命令", "期望", "参考", "参照"),
+    *("설정", "목표", "지령", "기준"),
+)
+#: And that was computed.
+EASTERN_COMPUTED = (
+    *(
+        "估计",
+        "估計",
+        "预测",
+        "預測",
+        "予測",
+        "推定",
+        "仿真",
+        "模拟",
+        "模擬",
+        "计算",
+        "計算",
+        "模型",
+        "理论",
+        "理論",
+    ),
+    *("추정", "예측", "계산", "모의", "이론"),
+)
 #: Words that say in which sense a device moves, in a column beside a speed without a sign.
 SENSES = set_of(
     "cw ccw clockwise counterclockwise anticlockwise forward forwards fwd backward backwards back bwd reverse rev left "
@@ -138,7 +164,11 @@ OTHER = set_of(
 NOT_MEASURED = set_of(
     "predicted pred estimated est estimate simulated sim model calc calculated computed theoretical expected limit max "
     "min std var offset bias residual fit fitted ideal nominal peak design diseno prev previous hat prediction "
-    "reconstructed observer clipped saturated gain cutoff"
+    "reconstructed observer clipped saturated gain cutoff stall "
+    "geschatzt geschaetzt berechnet simuliert modell estime estimee calcule calculee simule simulee modele "
+    "prevu prevue estimado estimada calculado calculada simulado simulada modelo previsto prevista stimato "
+    "stimata calcolato calcolata simulato simulata modello szacowany szacowana obliczony obliczona "
+    "geschat berekend beraknad tahmini hesaplanan оценка расчет расчетный расчетная расчетное модель прогноз"
 )
 #: What the parts of an effort are called that a model adds up.
 PARTS_OF_A_MODEL = set_of(
@@ -151,11 +181,15 @@ MODELS = set_of("dahl lugre stribeck boucwen svm svr pinn lstm gru mlp ann gms m
 AGAINST = {
     "field": set_of("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt hall lvdt gauge "
                   "gage potentiometer pot poti tacho tachometer transducer thermocouple thermistor photodiode adc "
-                  "led lamp fan heater payload leakage capteur straingauge stromsensor stromwandler spannungssensor"),
+                  "led lamp fan heater payload leakage capteur straingauge stromsensor stromwandler spannungssensor "
+                  "mains netz netzstrom batteriestrom loop ripple mode enable enabled status"),
     "slip": set_of("rolling entrainment wind air fan pump flow sound stream freestream data frequency freq frequenz "
-                 "frame sampling refresh ball"),
-    "position": set_of("throttle valve pedal gps cursor mouse time phase attack incidence"),
-    "effort": set_of("ball clamp gravity preload clamping gewichts"),
+                 "frame sampling refresh ball mode enable enabled ok status override critical synchronous idle ratio "
+                 "ripple constant vehicle"),
+    "position": set_of("throttle valve pedal gps cursor mouse time phase attack incidence home initial start mode "
+                     "enable status"),
+    "effort": set_of("ball clamp gravity preload clamping gewichts disturbance disturb dist constant ripple rate mode "
+                     "enable enabled ok status"),
 }  # fmt: skip
 #: Whose effort is what a loop tells a drive, often in volts.
 LOOPS = frozenset({"control", "controller", "ctrl", "pid"})
