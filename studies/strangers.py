@@ -58,8 +58,9 @@ UNDERSTOOD, SECOND, FILLED, ASKED, REFUSED, MISREAD, CRASHED = (
 _PLACE = re.compile(r"COLUMN|RATE Hz|NAME|NUMBER|\[UNIT\]")
 #: Options that may be given several times, each with a signal and its number.
 _OF_SIGNALS = ("constant", "scale", "zero")
-#: What stands for an answer that only the user knows: a rate, the unit of a viscosity.
+#: What stands for an answer that only the user knows: a rate, the unit of a viscosity, and the unit of an effort.
 _ANSWERS = {"RATE Hz": "100 Hz", "[UNIT]": "[mPa*s]"}
+_UNIT_OF_EFFORT = "[N*m]"
 FIT_MODELS = (
     "bingham",
     "casson",
@@ -207,8 +208,9 @@ def _second_try(path: Path, truth: dict[str, Any]) -> tuple[str, list[str], str]
     left_open = {_PLACE.search(word)[0] for word in open_ones}  # type: ignore[index]
     if not words or len(left_open) > 1 or not left_open <= {*_ANSWERS}:
         return ASKED, [], "no command, or with columns to fill in"
-    for place in left_open:
-        words = [word.replace(place, _ANSWERS[place]) for word in words]
+    for at, word in enumerate(words):
+        unit = _UNIT_OF_EFFORT if words[at - 1] == "--effort" else _ANSWERS["[UNIT]"]
+        words[at] = word.replace("[UNIT]", unit).replace("RATE Hz", _ANSWERS["RATE Hz"])
     fault = _is_right(words, path, truth)
     return ASKED if fault else FILLED if open_ones else SECOND, words, fault
 

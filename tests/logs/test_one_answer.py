@@ -309,3 +309,15 @@ def test_a_column_that_is_left_over_is_called_so_where_it_is_offered_as_the_effo
     (question,) = (each for each in plan.questions if each.signal == "effort")
     assert f"{name} may be it, as the column that is left over" in question.problem
     assert plan.command().endswith(f'--effort "{name}"')
+
+
+@pytest.mark.parametrize("letter", ["h", "z", "l"])
+def test_a_letter_for_a_length_that_is_left_over_is_offered_as_the_position(letter: str) -> None:
+    plan = planned({"F": ANGLE**3, letter: ANGLE, "t": TIME})
+    assert f'--position "{letter}"' in plan.command()
+    assert letter not in chosen(plan).values()
+
+
+@pytest.mark.parametrize("columns", [{"h": ANGLE, "k": SPEED}, {"h": 0.0 * ANGLE}, {"k": ANGLE}])
+def test_a_letter_that_may_be_no_position_is_not_offered(columns: dict[str, Array]) -> None:
+    assert "--position" not in planned({"F": ANGLE**3, **columns, "t": TIME}).command()

@@ -108,3 +108,28 @@ def test_the_command_that_is_printed_settles_it(tmp_path: Path) -> None:
     said = good("inspect", "BF_traj.csv", cwd=tmp_path, code=1).splitlines()[-1]
     assert said.endswith('erclutch inspect BF_traj.csv --effort "torque"')
     good("inspect", "BF_traj.csv", "--effort", "torque", cwd=tmp_path)
+
+
+@pytest.mark.parametrize("name", ["model_torque_nm", "torque_sim", "tau_hat"])
+def test_the_effort_of_a_model_is_offered_in_a_simulation(tmp_path: Path, name: str) -> None:
+    plan = planned(
+        tmp_path / "simulation_results.csv", {"time": TIME, "velocity": SPEED, name: TORQUE}
+    )
+    (question,) = (each for each in plan.questions if each.signal == "effort")
+    assert "was not measured, by its name" in question.problem
+    assert plan.command().endswith(f'--effort "{name}"')
+
+
+@pytest.mark.parametrize(
+    ("file", "columns"),
+    [
+        ("log_4.csv", {"model_torque": TORQUE}),  # beside measured columns it was not measured
+        ("simulation.csv", {"torque_cmd": TORQUE}),  # what a drive was told moves the model
+        ("simulation.csv", {"model_torque": TORQUE, "estimated_torque": 0.9 * TORQUE}),
+    ],
+)
+def test_the_effort_of_a_model_is_not_offered_elsewhere(
+    tmp_path: Path, file: str, columns: dict[str, Array]
+) -> None:
+    plan = planned(tmp_path / file, {"time": TIME, "velocity": SPEED, **columns})
+    assert plan.command().endswith('--effort "COLUMN [N]"')

@@ -49,6 +49,8 @@ _SENSORS = {
     ),
 }
 _AXES = frozenset("xyz")
+#: Letters for a height, a depth or a length.
+_LENGTHS = frozenset({*"hdzl", "delta", "δ"})
 _COUNTS_A_SECOND = re.compile(
     r"(?:count|ct|cnt|tick|pulse|step|inc|increment|imp|impulse|inkrement)s?e?(?:/| per )s(?:ec)?",
     re.IGNORECASE,
@@ -130,13 +132,8 @@ def missing(
             f"; column {presses[0]} is a load beside a coefficient of friction: their product "
             "rubs, the load presses"
         )
-    for column in free:
-        # A letter speaks for a signal in front of other words only: F_pred.
-        first, *others = column.spoken.stem_words or ("",)
-        words = [first, *(word for word in others if len(word) > 2)]
-        speaks = any(spoken_name(word).forms[signal] for word in words)
-        speaks = speaks and not (signal == "effort" and share_of_rated_torque(column))
-        if signal != "field" and speaks and not_measured(column, signal):
+    if signal != "field":
+        for column in called_and_not_measured(free, signal):
             doubt += f"; column {column.name} was not measured, by its name"
             say_so = f"--{signal} {shell_word(seen.table.label(column.name))}"
             remedy = (
@@ -181,6 +178,13 @@ def _position_options(free: Iterable[SeenColumn]) -> str:
             along_an_axis.append(column.name)
     if len(along_an_axis) == 1:
         return f"--position {shell_word(along_an_axis[0])}"
+    # Of an effort, a time and one more column that is called by a letter for a length: ``F, h, t``.
+    others = [column for column in free if "effort" not in column.spoken.may_be]
+    lettered = [column for column in others if column.spoken.plain in _LENGTHS]
+    if len(others) == len(lettered) == 1 and not lettered[0].written_unit:
+        (left_over,) = lettered
+        if not left_over.shape.constant:
+            return f"--position {shell_word(left_over.name)}"
     of_a_sensor = sensor_options(free, "position")
     for column in free:
         is_counted = column.spoken.plain in (*_COUNTED, *_RAW) and not column.unit
@@ -228,6 +232,20 @@ def with_an_unreadable_unit(free: Iterable[SeenColumn], signal: str) -> str:
         if in_brackets and len(spoken_name(in_brackets["name"]).forms[signal] or "") > 2:
             return f"{column.name} [{in_other_words(in_brackets['unit'])}]"
     return ""
+
+
+def called_and_not_measured(free: Iterable[SeenColumn], signal: str) -> list[SeenColumn]:
+    """Columns that a word calls the signal and that were told, computed or modelled by another word."""
+    columns: list[SeenColumn] = []
+    for column in free:
+        # A letter speaks for a signal in front of other words only: F_pred.
+        first, *others = column.spoken.stem_words or ("",)
+        words = [first, *(word for word in others if len(word) > 2)]
+        speaks = any(spoken_name(word).forms[signal] for word in words)
+        speaks = speaks and not (signal == "effort" and share_of_rated_torque(column))
+        if speaks and not_measured(column, signal):
+            columns.append(column)
+    return columns
 
 
 def not_measured(column: SeenColumn, signal: str) -> bool:

@@ -8,6 +8,7 @@ file tells. It is no alarm where columns themselves say what was measured or tol
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import PurePath
 
 import numpy as np
@@ -17,6 +18,7 @@ from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.shapes import FEW, known_rows
 from erclutch.logs.columns.vocabulary import MEASURED, TOLD, set_of
 from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.missing_columns import called_and_not_measured
 from erclutch.signals.array import SIGMA_OF_MAD, Array
 
 _SIMULATED = set_of(
@@ -65,7 +67,14 @@ def doubt_what_was_planned(draft: Draft) -> None:
         draft.doubt("effort", doubt, effort.answer)
     elif (question := draft.questions.get("effort")) is not None:
         why = f"the file's name says that it was {how}, not measured"
-        draft.questions["effort"] = question.adding(f"; {why}")
+        question = question.adding(f"; {why}")
+        modelled = called_and_not_measured(draft.seen.without(draft.taken), "effort")
+        modelled = [each for each in modelled if not each.spoken.says(TOLD)]
+        if how == "computed" and len(modelled) == 1 and not question.option:
+            # In a simulation every column is the model's: its effort is offered, as a bare torque is.
+            option = f"--effort {shell_word(table.label(modelled[0].name))}"
+            question = replace(question, option=option)
+        draft.questions["effort"] = question
 
 
 def _made_how(draft: Draft) -> str:
