@@ -57,3 +57,14 @@ def test_the_measured_effort_beside_it_is_taken(tmp_path: Path, told: str) -> No
 @pytest.mark.parametrize("name", ["torque_filtered", "扭矩", "토크", "момент", "Drehmoment ist"])
 def test_a_measured_effort_is_taken_as_before(tmp_path: Path, name: str) -> None:
     assert effort_of(planned(tmp_path / "log.csv", f"{name} (Nm)")) == name
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("Tq", "Tbrake", "M_brems", "Fmeas", "remkracht", "moment hamowania", "siła tłumika"),
+        *("jarrumomentti", "sönüm kuvveti", "torque do freio"),
+    ],
+)
+def test_an_effort_in_the_words_of_another_bench_is_taken(tmp_path: Path, name: str) -> None:
+    assert effort_of(planned(tmp_path / "log.csv", name)) == name

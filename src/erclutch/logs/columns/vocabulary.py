@@ -25,6 +25,8 @@ NAMES = {
     "pradcewki bobinakımı spoelstroom spanning spänning virta jannite intensite intensidad campomagnetico "
     "champmagnetique magnetfeld inductionmagnetique corrientedebobina courantdebobine 磁场 磁場 자기장 "
     "占空比 デューティ デューティ比 デューティサイクル 듀티 듀티비 듀티사이클 "
+    "iexc imag ispule uspule vcoil ucoil imr feldstarke kaamivirta proudcivky aram feszultseg dongđien "
+    "магнитнаяиндукция "
     "cour spg stromstarke ток напряжение 전류 전압 prad napiecie proud napeti stroom akım gerilim",
     "slip": "slip w v n omega speed velocity vel sliprate slipspeed shearrate gammadot relativespeed rpm anglevelocity "
     "vs vrel drehzahl geschwindigkeit winkelgeschwindigkeit schlupf vitesse velocidad velocidade velocita "
@@ -32,6 +34,7 @@ NAMES = {
     "速度 转速 角速度 滑差 轉速 回転数 回転速度 "
     "скорость обороты частотавращения угловаяскорость 속도 각속도 회전수 회전속도 predkosc predkoscobrotowa "
     "obroty rychlost otacky snelheid toerental varvtal hastighet hız rotacao giri devir nopeus hoeksnelheid "
+    "ω omegarel vinkelhastighet kierrosluku kulmanopeus fordulatszam vongquay tocđo nist nact 转速差 "
     "revoluciones umdrehungen winkelgeschw predkosckatowa drehz geschw gesch vit",
     "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung "
     "deplacement desplazamiento deslocamento spostamento posicion posicao angulo "
@@ -40,13 +43,16 @@ NAMES = {
     "перемещение положение угол ход 변위 위치 각도 przemieszczenie połozenie poloha uhel verplaatsing "
     "positie hoek vinkel konum elongation allongement elongacion alargamiento alongamento allungamento verlangerung "
     "verlaengerung wydluzenie curso corsa angolo kat skok yerdegistirme acı posun forskjutning lage siirtyma "
-    "伸长 伸び 伸长量 удлинение",
+    "伸长 伸び 伸长量 удлинение θ displ positionangulaire 回転角 회전각 스트로크 ходпоршня slaglangd "
+    "kulma strok zdvih elmozdulas loket",
     "effort": "effort force torque f m load moment shearstress tau t te drehmoment kraft moment couple fuerza par "
     "forca coppia forza fx fy fz mx my mz tx ty tz loadcell torq trq tor frc schubspannung torsion effet dampingforce "
     "dampkraft friction tauf taufric reibung frottement 摩擦力 力 扭矩 转矩 力矩 载荷 荷载 阻尼力 荷重 トルク "
     "момент крутящиимомент сила усилие нагрузка 토크 힘 하중 모멘트 마찰력 siła sila kracht koppel vridmoment "
     "obciazenie kuvvet tork ff ffric binario momentotorcente voima vaantomomentti remkoppel momenthamujacy "
     "momentobrotowy silatlumienia siłatłumienia sonumlemekuvveti frentorku torquedefreno torquedefrenagem "
+    "tq tbrake mbrems mbremse fmeas tmeas momenthamowania siłatłumika remkracht dempkracht jarrumomentti sonumkuvveti "
+    "torquedofreio effortamortisseur "
     "制动力矩 制动力 감쇠력 제동토크 제동력 drehm drehmom cple fd fmr",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
