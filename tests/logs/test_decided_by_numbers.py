@@ -62,3 +62,81 @@ def test_a_load_cell_is_no_field(name: str) -> None:
     )
     assert column_of(plan, "field") == ""
     assert not any(question.signal == "field" for question in plan.questions)
+
+
+@pytest.mark.parametrize(
+    ("names", "effort", "slip"),
+    [
+        (("angular speed", "linear speed"), "torque", "angular speed"),
+        (("rotational velocity", "tangential velocity"), "Torque", "rotational velocity"),
+        (("angular speed", "linear speed"), "force", "linear speed"),
+    ],
+)
+def test_without_units_the_words_for_a_motion_tell_what_makes_a_power_with_the_effort(
+    names: tuple[str, str], effort: str, slip: str
+) -> None:
+    first, second = names
+    plan = planned({"time": TIME, first: RATE, second: 0.2 * RATE + NOISE, effort: TORQUE})
+    assert column_of(plan, "slip") == slip
+    assert not plan.questions
+
+
+@pytest.mark.parametrize(
+    ("names", "effort"),
+    [
+        (("angular speed", "motor speed"), "torque"),  # of one nothing says how it moves
+        (("angular speed front", "angular speed rear"), "torque"),
+        (("angular speed", "linear speed"), "load"),
+    ],
+)
+def test_words_for_a_motion_tell_nothing_where_one_is_missing(
+    names: tuple[str, str], effort: str
+) -> None:
+    first, second = names
+    plan = planned({"time": TIME, first: RATE, second: 0.2 * RATE + NOISE, effort: TORQUE})
+    assert any("slip may be any of" in question.problem for question in plan.questions)
+
+
+@pytest.mark.parametrize(
+    ("slip", "other"),
+    [
+        ("Sliding Speed", "Disc Speed 1"),
+        ("relative speed", "output speed"),
+        ("Relativdrehzahl", "Motordrehzahl"),
+        ("vitesse de glissement", "vitesse disque"),
+    ],
+)
+def test_the_speed_of_one_surface_over_the_other_is_the_slip(slip: str, other: str) -> None:
+    plan = planned({"time": TIME, other: RATE, slip: 40.0 + 0.4 * RATE + NOISE, "torque": TORQUE})
+    assert column_of(plan, "slip") == slip
+    assert not plan.questions
+
+
+def test_of_two_sliding_speeds_none_is_taken() -> None:
+    two = {"Sliding Speed 1": RATE, "Sliding Speed 2": 0.4 * RATE + NOISE}
+    plan = planned({"time": TIME, **two, "torque": TORQUE})
+    assert any("slip may be any of" in question.problem for question in plan.questions)
+
+
+POINTS = {"X1": RATE % 7, "Y1": RATE % 11, "X2": RATE % 13, "Y2": RATE % 5}
+
+
+def test_coordinates_of_several_points_are_no_field() -> None:
+    motion = {"Elapsed Time": TIME, "Extension": RATE, "Load": TORQUE}
+    plan = planned({**motion, **POINTS, "X_AVG": RATE % 3, "Y_AVG": RATE % 2})
+    assert not plan.questions
+    assert any("is a coordinate of one of several points" in note for note in plan.notes)
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("X1", "X2", "Y1"),  # inputs and an output of a program that learns
+        ("X1", "Y1"),
+        ("X1", "Y1", "X2", "Y3"),
+    ],
+)
+def test_letters_that_are_no_points_may_be_the_field(names: tuple[str, ...]) -> None:
+    open_ones = dict(zip(names, POINTS.values(), strict=False))
+    plan = planned({"time": TIME, "velocity": RATE, "force": TORQUE, **open_ones})
+    assert any(question.signal == "field" for question in plan.questions)

@@ -102,7 +102,7 @@ def test_a_set_speed_that_goes_one_way_makes_points_of_the_measured_one(tmp_path
     ("header", "speed", "further"),
     [
         ("q", SPEED % 7 - 3.0, SPEED % 11),  # it turns back
-        ("q", SPEED - 2000.0, SPEED % 11),  # through rest, as in a swing
+        ("q", 900.0 * np.sin((SPEED - 2950.0) / 1300.0), SPEED % 11),  # through rest, as in a swing
         ("q", SPEED, np.cumsum(1.0 + SPEED % 3)),  # another column may be the time
     ],
 )

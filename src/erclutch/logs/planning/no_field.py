@@ -52,6 +52,8 @@ _MARKS = frozenset(
         "complete completed finished reached arrived"
     ).split()
 )
+#: What is made of several points.
+_OF_POINTS = frozenset({"avg", "average", "mean", "mittel"})
 _MANY = 4  # columns: more are told together
 _LOAD_CELL = re.compile(r"(?<![^\W_])(?:lc ?\d+|load ?cell\w*)(?![^\W_])", re.IGNORECASE)
 #: What a sine that a drive was told is made with; a field that alternates may be described so too.
@@ -186,8 +188,9 @@ def _why_by_itself(seen: SeenColumns, column: SeenColumn) -> str:
                 return f"is a motion, beside {other.name}"
     if is_of_models(seen, column):
         return "is what a model says of the effort"
-    if _is_of_a_matrix(seen, column):
-        return "is an entry of a matrix by its name"
+    place = _place_among_others(seen, column)
+    if place:
+        return place
     if not _OF_A_SINE.isdisjoint(words[-1:]) and has_a_told_motion(seen):
         return "belongs to the motion that the drive was told"
     return ""
@@ -242,6 +245,15 @@ def is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
     )
 
 
+def _place_among_others(seen: SeenColumns, column: SeenColumn) -> str:
+    """What a letter with an index is in a table that holds all of its like; "" where it may be anything."""
+    if _is_of_a_matrix(seen, column):
+        return "is an entry of a matrix by its name"
+    if _is_of_a_point(seen, column):
+        return "is a coordinate of one of several points by its name"
+    return ""
+
+
 def _is_of_a_matrix(seen: SeenColumns, column: SeenColumn) -> bool:
     """Whether a name is a letter with the row and the column of a matrix, whose entries all stand in the table: K12."""
     letter = column.spoken.plain_stem.rstrip("0123456789")
@@ -257,3 +269,19 @@ def _is_of_a_matrix(seen: SeenColumns, column: SeenColumn) -> bool:
     rows = {place[0] for place in places}
     columns = {place[1] for place in places}
     return min(len(rows), len(columns)) > 1 and len(places) == len(rows) * len(columns)
+
+
+def _is_of_a_point(seen: SeenColumns, column: SeenColumn) -> bool:
+    """Whether a name is x or y in front of what tells points apart, and each point has both: X1, Y1, X2, Y2.
+
+    A program of learning calls its inputs X1, X2, ... and its output y: there the field may be one of them.
+    """
+    points: dict[str, set[str]] = {"x": set(), "y": set()}
+    for other in seen.columns.values():
+        axis, point = other.spoken.plain_stem[:1], other.spoken.plain_stem[1:]
+        if axis in points and (point.isdecimal() or point in _OF_POINTS):
+            points[axis].add(point)
+    own = column.spoken.plain_stem
+    return (
+        len(points["x"]) > 1 and points["x"] == points["y"] and own[1:] in points.get(own[:1], ())
+    )

@@ -14,6 +14,7 @@ from erclutch.logs.columns.candidates import DIGITS, candidates
 from erclutch.logs.columns.names import plain
 from erclutch.logs.columns.seen_columns import KINDS, UNITS_OF_KIND, SeenColumn, SeenColumns
 from erclutch.logs.columns.two_courses import move_alike
+from erclutch.logs.columns.vocabulary import set_of
 
 #: What the length between the marks of a specimen is called in the headers of testing machines.
 _GAUGE_LENGTH = re.compile(
@@ -27,10 +28,24 @@ _ALIKE = 0.03  # of the largest speed, by which two sensors of one motion differ
 _SENSORS = frozenset(
     ("electrical optical encoder hall laser tacho magnetic resolver sensor gyro esc el").split()
 )
+#: What the speed of one surface over another is called, which is the slip itself.
+_BETWEEN_SURFACES = set_of(
+    "sliding relative rubbing gleitgeschwindigkeit relativgeschwindigkeit relativdrehzahl differenzdrehzahl "
+    "glissement relativa relativo deslizamiento scorrimento скольжения относительная 滑动速度 相对速度 相对转速 "
+    "滑り速度 すべり速度 摺動速度 相対速度"
+)
+#: What tells a turning motion from a motion along a line, where no unit does.
+_WAYS = {
+    "N*m": set_of("angular rotational rotary rotatory winkelgeschwindigkeit angulaire angulare"),
+    "N": set_of("linear translational translatory tangential peripheral lineaire lineare"),
+}
 
 
 def one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tuple[list[str], str]:
     """The speed that makes a power with the effort, whatever column that is; else all, or that on the effort's side."""
+    between = [name for name in speeds if seen.columns[name].spoken.says(_BETWEEN_SURFACES)]
+    if len(between) == 1:
+        return between, ", and it is the speed of one surface over the other"
     efforts, _ = candidates(seen, "effort", [*taken, *speeds])
     kind = _kind_of(seen, efforts)
     of_that_kind = _only_one_of_kind(seen, speeds, kind)
@@ -116,9 +131,16 @@ def _kind_of(seen: SeenColumns, efforts: Sequence[str]) -> str:
 
 
 def _only_one_of_kind(seen: SeenColumns, names: Sequence[str], kind: str) -> list[str]:
-    """The only motion that makes a power with an effort of a kind, where the units of all tell; else none."""
+    """The only motion that makes a power with an effort of a kind, where all units tell, or all names; else none."""
     if not kind:
         return []
     fits = {name: seen.columns[name].fits(UNITS_OF_KIND[kind]) for name in names}
+    if {*fits.values()} == {None}:
+        own_ways = _WAYS.get(kind, frozenset())
+        of_that_kind = [name for name in names if seen.columns[name].spoken.says(own_ways)]
+        other_ways = frozenset[str]().union(*_WAYS.values()) - own_ways
+        others = [name for name in names if seen.columns[name].spoken.says(other_ways)]
+        are_told = len(of_that_kind) + len(others) == len(names)
+        return of_that_kind if len(of_that_kind) == 1 and are_told else []
     of_that_kind = [name for name in names if fits[name]]
     return of_that_kind if len(of_that_kind) == 1 and None not in fits.values() else []

@@ -24,6 +24,7 @@ _NOISE = 0.01  # of its range, by which a swept speed that was measured goes bac
 IN_NO_ORDER = "are in no order"  # ends the reason for points that follow each other by chance
 _FEWEST_MIXED = 200  # rows, for chance to be told from a course
 _SPREAD_OF_CHANCE = 8.0  # times 1 / sqrt(rows): four deviations of that ratio
+_DIGITS_OF_A_STEP = 1e-6  # of a step, by which equal steps that are computed differ
 #: The same as `_NOISE`, where a column numbers the points: each of them was set, and wanders.
 _NOISE_OF_POINTS = 0.05
 #: What the column is called that numbers the points; a logger counts samples.
@@ -132,15 +133,24 @@ def _swept_speed(seen: SeenColumns) -> str:
 def _goes_one_way(
     speed: Array, fewest: int = _FEWEST, noise: float = _NOISE, either_sign: bool = False
 ) -> bool:
-    """Whether a speed, of one sign or of either, only grows or falls, up to its noise: a share of its range."""
+    """Whether a speed, of one sign or of either, only grows or falls, up to its noise: a share of its range.
+
+    Through zero it does so by equal steps: those of a table. What was measured does not repeat its steps to the digit.
+    """
     if speed.size < fewest or not np.isfinite(speed).all() or speed.min() == speed.max():
         return False
-    if speed.min() < 0.0 < speed.max() and not either_sign:
+    if speed.min() < 0.0 < speed.max() and not either_sign and not _has_equal_steps(speed):
         return False
     back = noise * float(np.ptp(speed)) if _FEWEST <= speed.size <= _MOST_NOISY else 0.0
     grows = (np.maximum.accumulate(speed) - speed).max() <= back
     falls = (speed - np.minimum.accumulate(speed)).max() <= back
     return bool(grows or falls)
+
+
+def _has_equal_steps(speed: Array) -> bool:
+    """Whether a speed goes on by one step, as where somebody set it."""
+    steps = np.diff(speed)
+    return bool(np.ptp(steps) <= _DIGITS_OF_A_STEP * np.abs(steps).max())
 
 
 def is_untimed(draft: Draft, question: Question) -> bool:
