@@ -114,6 +114,22 @@ def test_a_motion_is_asked_for_its_rate(
         read(path, field="none")
 
 
+@pytest.mark.parametrize("speed", [SPEED - 2950.0, 2950.0 - SPEED, 7.85 * np.arange(-20, 21)])
+def test_a_speed_that_goes_through_zero_by_equal_steps_was_set(
+    tmp_path: Path, speed: np.ndarray
+) -> None:
+    path = written(tmp_path, "omega [rad/s],m [N*m]", speed, -np.tanh(speed / 9.0))
+    log = read(path, field="none")
+    assert any("column omega goes one way through the table" in note for note in log.notes)
+
+
+def test_a_measured_ramp_through_zero_is_asked_for_its_rate(tmp_path: Path) -> None:
+    speed = SPEED - 2950.0 + np.random.default_rng(0).normal(0.0, 0.5, SPEED.size)
+    path = written(tmp_path, "Speed [rpm],Torque [N*m]", speed, -np.tanh(speed / 900.0))
+    with pytest.raises(MappingError, match="no time column and no sampling rate"):
+        read(path, field="none")
+
+
 @pytest.mark.slow
 def test_rows_are_points_where_the_user_says_that_there_is_no_time(tmp_path: Path) -> None:
     path = written(tmp_path, "Speed [rpm],Torque [N*m]", MANY % 700, MANY % 9)
