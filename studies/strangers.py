@@ -185,6 +185,8 @@ def judged(path: Path, truth: dict[str, Any]) -> tuple[str, str]:
         plan = plan_of(table, ColumnMap())
     except AlikeRecordingsError:
         fault = _is_right(["inspect", str(path), "--variable", "all"], path, truth)
+        if not fault and not truth["holds"]:
+            return _of_rows_that_lack_something(path, truth)
         return (MISREAD, fault) if fault else (UNDERSTOOD, "several logs of the same columns")
     except ErclutchError as error:
         return (ASKED if "variable" in error.remedy else REFUSED), str(error)
@@ -197,8 +199,19 @@ def judged(path: Path, truth: dict[str, Any]) -> tuple[str, str]:
     except ErclutchError as error:
         return REFUSED, str(error)
     if not truth["holds"]:
-        return MISREAD, f"taken without a question: {truth['why']}"
+        return _of_rows_that_lack_something(path, truth)
     return UNDERSTOOD, f"{recording.rows} rows"
+
+
+def _of_rows_that_lack_something(path: Path, truth: dict[str, Any]) -> tuple[str, str]:
+    """The outcome of a file whose columns are read and whose rows lack something: `inspect` looks at the rows too."""
+    last = (_run("inspect", str(path)).stdout.strip().splitlines() or [""])[-2:]
+    for line in last:
+        if "Not understood yet" in line:
+            return ASKED, line
+        if "nothing can be fitted" in line:
+            return REFUSED, line
+    return MISREAD, f"taken without a question: {truth['why']}"
 
 
 def _second_try(path: Path, truth: dict[str, Any]) -> tuple[str, list[str], str]:
