@@ -577,3 +577,48 @@ def test_a_zero_for_one_signal_leaves_the_zero_of_the_run_for_another(tmp_path: 
     anew = ("--zero", "slip=3", "--zero", "effort=2310")
     score = json.loads(good("score", "two.csv", "--run", "run", *anew, "--json", cwd=tmp_path))
     assert score["models"][0]["rmse"] == pytest.approx(1.0, rel=0.05)
+
+
+def _signed(place: Path, path: Path, factor: float) -> Path:
+    """The second log with its torque times a factor."""
+    table = pd.read_csv(place / "two.csv")
+    table["M [N*m]"] *= factor
+    table.to_csv(path, index=False)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("factor", "option"),
+    [(-1.0, ("--scale", "effort=-1")), (1000.0, ("--effort", "M [mN*m]"))],
+)
+def test_a_factor_that_explains_an_error_is_told(
+    place: Path, tmp_path: Path, factor: float, option: tuple[str, str]
+) -> None:
+    """A torque with the other sign was told as a device that has changed."""
+    log = _signed(place, tmp_path / "turned.csv", factor)
+    out = " ".join(good("score", log, "--run", place / "run", cwd=tmp_path).split())
+    told = re.search(r"The effort measured here is (\S+) times the estimated", out)
+    assert told
+    assert float(told[1]) == pytest.approx(factor, rel=0.1)
+    assert "That is far more" not in out
+    mended = good("score", log, "--run", place / "run", *option, cwd=tmp_path)
+    assert "times the estimated" not in " ".join(mended.split())
+
+
+def test_a_log_in_other_units_is_refused_with_the_options_that_settle_it(
+    place: Path, tmp_path: Path
+) -> None:
+    table = pd.read_csv(place / "two.csv")
+    table.columns = [name.partition(" [")[0] for name in table.columns]
+    table.columns = ["time", "voltage", "speed", "torque"]
+    table.to_csv(tmp_path / "bare.csv", index=False)
+    error = refused(
+        "score", "bare.csv", "--run", place / "run", *BARE, "--time", "time [s]", cwd=tmp_path
+    )
+    assert error.startswith("error: bare.csv: effort in units as logged")
+    assert '--field "COLUMN [V]" --slip "COLUMN [rad/s]" --effort "COLUMN [N*m]"' in error
+    told = ("--field", "voltage [V]", "--slip", "speed [rad/s]", "--effort", "torque [N*m]")
+    good("score", "bare.csv", "--run", place / "run", *told, "--time", "time [s]", cwd=tmp_path)
+
+
+BARE = ("--field", "voltage", "--slip", "speed", "--effort", "torque")

@@ -114,7 +114,7 @@ def test_errors_are_one_line(base: Path, tmp_path: Path) -> None:
         (base, log, "--share", "0.01"): "10 rows to recalibrate with, at least 20",
         (base, log, "--share", "1.5"): "--share 1.5",
         (base, log, "--stretches", "0"): "--stretches 0",
-        (base, other): "for a model of single",
+        (base, other): "other.csv: effort in N, ",
         (base, log, "--device", "coaxial"): "coaxial",
         (base, log, "--out", "nowhere/NEW"): "parent",
     }

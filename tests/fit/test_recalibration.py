@@ -218,7 +218,7 @@ def test_errors_are_a_line_each() -> None:
     new = made(1)
     with pytest.raises(CheckError, match="19 rows to recalibrate with, at least 20"):
         recalibrate(base_of("law"), new, np.arange(4000) < 19)
-    with pytest.raises(ErclutchError, match="for a model of single"):
+    with pytest.raises(ErclutchError, match="effort in kN, field in V"):
         recalibrate(base_of("law"), replace(new, units=Units("kN", "V", "m/s")))
     with pytest.raises(ErclutchError, match="device coaxial"):
         recalibrate(base_of("law"), replace(new, device="coaxial", elements=new.elements * 2))

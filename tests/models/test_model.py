@@ -274,13 +274,13 @@ def test_a_lag_over_a_segment_of_a_single_row() -> None:
 def test_data_in_other_units_or_of_another_device() -> None:
     model, data = model_of(), rows_of()
     model.predict(data)
-    for other in (
-        replace(data, units=Units("N*m", "kV", "rad/s")),
-        replace(data, units=Units("N", "V", "rad/s")),
-        replace(data, units=Units("N*m", "V", "m/s")),
-        rows_of("coaxial"),
+    for other, problem in (
+        (replace(data, units=Units("N*m", "kV", "rad/s")), "field in kV.*for the model"),
+        (replace(data, units=Units("N", "V", "rad/s")), "effort in N,.*for the model"),
+        (replace(data, units=Units("N*m", "V", "m/s")), "slip in m/s.*for the model"),
+        (rows_of("coaxial"), "data of device"),
     ):
-        with pytest.raises(ErclutchError, match="data of device"):
+        with pytest.raises(ErclutchError, match=problem):
             model.predict(other)
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 from erclutch.errors import ErclutchError, MappingError, shell_word
 from erclutch.models.model import Model, Rows
 from erclutch.signals.array import Array
+from erclutch.signals.device import Units
 from erclutch.signals.recording import POSITION, TEMPERATURE
 from erclutch.signals.units import UNKNOWN
 
@@ -32,12 +33,18 @@ def require_same_signals(model: Model, data: Rows) -> None:
     if units.field == UNKNOWN and data.units.field == "":
         # A model of a field without a stated unit also takes a field that has no dimension.
         units = replace(units, field="")
-    if data.device != device or data.units != units:
+    if data.device != device:
         raise ErclutchError(
             f"data of device {data.device} ({data.units.text()}) for a model of {device} ({model.units.text()})",
             where=model.name,
-            remedy="Read the log with the device and the units of the training data",
+            remedy="Read the log with the device of the training data",
         )
+    if data.units != units:
+        where: str = getattr(data, "where", model.name)  # rows of a caller's own may not know
+        problem = (
+            f"{data.units.text()}, for the model {model.name} of a log with {model.units.text()}"
+        )
+        raise ErclutchError(problem, where=where, remedy=_in_units_of_training(data.units, units))
     # Rows of a caller's own may know none.
     given_units: Mapping[str, str] = getattr(data, "extra_units", {})
     for name, unit in model.extra_units.items():
@@ -58,6 +65,27 @@ def require_same_signals(model: Model, data: Rows) -> None:
                 where=model.name,
                 remedy=f"Read the log with --resample {1 / own:.6g}",
             )
+
+
+def _in_units_of_training(given: Units, wanted: Units) -> str:
+    """How the log is read in the units of a model, or the model's own log in units, where it had none."""
+    here: list[str] = []  # options for the log that is read now
+    at_home: list[str] = []  # and for that of the model
+    for signal in ("field", "slip", "effort"):
+        unit: str = getattr(given, signal)
+        wanted_unit: str = getattr(wanted, signal)
+        if unit == wanted_unit:
+            continue
+        options, told = (at_home, unit) if wanted_unit == UNKNOWN else (here, wanted_unit)
+        options.append(f"--{signal} {shell_word(_labelled(told))}")
+    if at_home:
+        return f"Fit the model's own log again with its units, such as {' '.join(at_home)}"
+    which = "these columns" if len(here) > 1 else "this column"
+    return f"Read the log in the model's units; if it says none and is in them, name {which}: {' '.join(here)}"
+
+
+def _labelled(unit: str) -> str:
+    return f"COLUMN [{unit or '-'}]"
 
 
 def further_inputs(names: Sequence[str], given: Mapping[str, Array]) -> dict[str, Array]:

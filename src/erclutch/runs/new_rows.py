@@ -162,6 +162,8 @@ class ModelScore:
         guessed: share of rows outside what it was trained on.
         where: where these rows lie, in words; empty where there are none.
         held: what its prediction band holds; None without a band.
+        gain: measured over estimated effort, by least squares; NaN where the model says nothing but zero.
+        left_by_gain: share of the RMSE that is left where the estimate is multiplied by the gain.
         by_log: the same of each log, where there are several.
     """
 
@@ -170,6 +172,8 @@ class ModelScore:
     guessed: float
     where: str
     held: Coverage | None
+    gain: float = np.nan
+    left_by_gain: float = 1.0
     by_log: tuple[LogScore, ...] = ()
 
     def row(self, run: str) -> dict[str, Any]:
@@ -229,18 +233,28 @@ def score_model(model: Model, data: Dataset, name: str) -> ModelScore:
     if len(data.sources) > 1:
         for log, (start, stop) in zip(data.sources, data.source_rows, strict=True):
             rows = slice(start, stop)
-            size = float(effort[rows] @ effort[rows])
-            gain = float(data.effort[rows] @ effort[rows]) / size if size > 0.0 else np.nan
+            gain = _gain(data.effort[rows], effort[rows])
             share = None if inside is None else float(inside[rows].mean())
             by_log.append(LogScore(log, rms(data.effort[rows] - effort[rows]), gain, share))
+    figures = scored(data.effort, effort)
+    gain = _gain(data.effort, effort)
+    left = rms(data.effort - gain * effort) / figures.rmse.value if figures.rmse.value else 1.0
     return ModelScore(
         model=name,
-        figures=scored(data.effort, effort),
+        figures=figures,
         guessed=float(outside.mean()),
         where=where_outside(model, data, outside),
         held=held,
+        gain=gain,
+        left_by_gain=left,
         by_log=tuple(by_log),
     )
+
+
+def _gain(measured: Array, estimated: Array) -> float:
+    """Measured over estimated effort, by least squares; NaN where the estimate is zero all over."""
+    size = float(estimated @ estimated)
+    return float(measured @ estimated) / size if size > 0.0 else np.nan
 
 
 def where_outside(model: Model, data: Dataset, outside: NDArray[np.bool_]) -> str:

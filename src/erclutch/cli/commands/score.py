@@ -32,6 +32,8 @@ COMMAND = {
 
 #: Times its error at home that a model errs on another log, bands apart, before a remedy is told.
 _WORSE = 1.5
+#: Share of an error that one factor leaves, at most, where the factor is told: of a sign or of a unit.
+_EXPLAINED = 0.3
 
 
 def score(
@@ -215,11 +217,14 @@ def _words_on(scores: Sequence[_Scored], data: Dataset, *, all_new: bool) -> lis
             )
             error = each.score.figures.rmse
             at_home = each.recommended_at
-            if all_new and error.low > at_home.high and error.value > _WORSE * at_home.value:
-                command = f"erclutch recalibrate {shell_word(str(each.run))} LOG --out NEW"
+            is_far_more = error.low > at_home.high and error.value > _WORSE * at_home.value
+            adapt = f"erclutch recalibrate {shell_word(str(each.run))} LOG --out NEW"
+            if is_far_more and each.score.left_by_gain < _EXPLAINED:
+                lines.append(_of_one_factor(each.score.gain, adapt))
+            elif all_new and is_far_more:
                 lines.append(
                     "That is far more than on those rows. Lines below say where it guesses; if the device itself has "
-                    f"changed, adapt the model: {command}"
+                    f"changed, adapt the model: {adapt}"
                 )
     meanings = [
         "guessed: rows unlike those that the model was fitted to",
@@ -230,6 +235,16 @@ def _words_on(scores: Sequence[_Scored], data: Dataset, *, all_new: bool) -> lis
         meanings.append(f"{worst}: the same of the {piece} that the band fits least")
     lines.append("; ".join(meanings) + ".")
     return lines
+
+
+def _of_one_factor(gain: float, adapt: str) -> str:
+    """What to do where measured and estimated effort differ by a factor: of a sign, of a unit, or of an aged device."""
+    factor = terminal.number(gain, 3)
+    line = f"The effort measured here is {factor} times the estimated: this factor alone makes most of the error."
+    if gain < 0.0:
+        turns = "--scale effort=-1 or --scale slip=-1"
+        return f"{line} If a signal has another sign here than in the run's logs, turn it: {turns}"
+    return f"{line} If it is a unit, say the right one; if the device itself has changed, adapt the model: {adapt}"
 
 
 def _trained_on(run: Run, recordings: Sequence[Recording]) -> list[str]:
