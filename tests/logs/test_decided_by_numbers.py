@@ -118,6 +118,23 @@ def test_of_two_sliding_speeds_none_is_taken() -> None:
     assert any("slip may be any of" in question.problem for question in plan.questions)
 
 
+@pytest.mark.parametrize(
+    ("effort", "unit", "slip"),
+    [("torque", "N*m", "disc speed"), ("friction force", "N", "sliding speed")],
+)
+def test_a_sliding_speed_makes_a_power_with_a_force_and_not_with_a_torque(
+    effort: str, unit: str, slip: str
+) -> None:
+    columns = {"time": TIME, "disc speed": RATE, "sliding speed": 0.04 * RATE, effort: TORQUE}
+    units = {"time": "s", "disc speed": "rpm", "sliding speed": "m/s", effort: unit}
+    plan = plan_of(Table("a.csv", columns, units, "x", path="a.csv"), ColumnMap())
+    assert column_of(plan, "slip") == slip
+    plan = plan_of(
+        Table("a.csv", columns, {**units, "disc speed": None}, "x", path="a.csv"), ColumnMap()
+    )
+    assert bool(plan.questions or plan.doubts) == (effort == "torque")
+
+
 POINTS = {"X1": RATE % 7, "Y1": RATE % 11, "X2": RATE % 13, "Y2": RATE % 5}
 
 

@@ -43,14 +43,16 @@ _WAYS = {
 
 def one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tuple[list[str], str]:
     """The speed that makes a power with the effort, whatever column that is; else all, or that on the effort's side."""
-    between = [name for name in speeds if seen.columns[name].spoken.says(_BETWEEN_SURFACES)]
-    if len(between) == 1:
-        return between, ", and it is the speed of one surface over the other"
     efforts, _ = candidates(seen, "effort", [*taken, *speeds])
     kind = _kind_of(seen, efforts)
     of_that_kind = _only_one_of_kind(seen, speeds, kind)
     if of_that_kind:
         return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
+    between = [name for name in speeds if seen.columns[name].spoken.says(_BETWEEN_SURFACES)]
+    # A torque makes no power with the speed of a pin along its track.
+    makes_power = [name for name in between if not kind or seen.columns[name].kind in ("", kind)]
+    if len(between) == len(makes_power) == 1:
+        return between, ", and it is the speed of one surface over the other"
     # The speeds of axes that were not used never change. Where none does, nobody filled them in.
     resting = [name for name in speeds if seen.columns[name].shape.constant]
     if len(resting) == len(speeds):
