@@ -245,3 +245,25 @@ def test_tps_is_the_time_in_french_or_the_sensor_of_a_throttle(name: str, is_sur
     # Where the speed is the rate of a position in these seconds, they are a time.
     angle = np.cumsum(speed) * 0.05
     assert not planned({**columns, "angle [rad]": angle}).doubts
+
+
+@pytest.mark.parametrize("name", ["Operational Hours", "tool_age_min", "Operating hours"])
+def test_how_long_machines_have_run_is_no_time_where_it_falls(tmp_path: Path, name: str) -> None:
+    hours: Array = 10.0 + (3500.0 * TIME) % 150.0
+    speed: Array = 5.0 * np.sin(6.0 * TIME)
+    names = f"speed [rad/s],torque [N*m],{name}"
+    plan = plan_of(
+        read_table(written(tmp_path / "log.csv", names, [speed, np.tanh(speed), hours])),
+        ColumnMap(),
+    )
+    assert "time" not in plan.choices
+    assert any("no time column" in question.problem for question in plan.questions)
+
+
+def test_running_hours_that_rise_are_the_time(tmp_path: Path) -> None:
+    speed: Array = 5.0 * np.sin(6.0 * TIME)
+    names = "speed [rad/s],torque [N*m],Operating hours"
+    path = written(tmp_path / "log.csv", names, [speed, np.tanh(speed), TIME])
+    plan = plan_of(read_table(path), ColumnMap())
+    assert plan.clock is not None
+    assert (plan.clock.column, plan.clock.factor) == ("Operating hours", 3600.0)

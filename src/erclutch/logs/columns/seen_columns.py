@@ -36,6 +36,8 @@ EVEN = 1e-3
 _SIDES = frozenset(("motor", "rotor", "joint", "link", "load", "output", "input", "spring", "arm"))
 #: Words for the signals of a device: what is left of a name may be that of a limb.
 _SIGNALS = frozenset(word for signal in SINGLE for word in NAMES[signal].split())
+#: Words for the hours that a machine has run, or a fluid was in use.
+_AGES = frozenset("operating operational operation service usage tool machine engine age".split())
 _STEADY = 0.05  # share of its level by which a supply varies at most
 _VARIES = 0.5  # and by which a field varies at least
 
@@ -231,7 +233,8 @@ class SeenColumns:
 
         in_seconds: list[SeenColumn] = []
         for column in open_ones:
-            if column.fits(("s",)) and OTHER.isdisjoint(column.spoken.words):
+            is_another = not OTHER.isdisjoint(column.spoken.words) or _is_an_age(column)
+            if column.fits(("s",)) and not is_another:
                 in_seconds.append(column)
         # A time that the file states says more.
         stated = self.table.clock is not None or self.table.sample_period is not None
@@ -365,6 +368,11 @@ def _desired(columns: Mapping[str, SeenColumn]) -> list[str]:
 def is_of_steps(column: SeenColumn) -> bool:
     """Whether a column is called like the time from row to row, and does not rise as a time does."""
     return column.spoken.plain_stem in STEPS_OF_TIME and not column.shape.rises
+
+
+def _is_an_age(column: SeenColumn) -> bool:
+    """Whether a column counts how long machines have run (``Operating Hours``): it falls where another one begins."""
+    return column.spoken.says(_AGES) and bool(np.any(column.steps < 0.0))
 
 
 def _is_finer(column: SeenColumn, dates: Array) -> bool:
