@@ -118,6 +118,12 @@ def test_of_two_sliding_speeds_none_is_taken() -> None:
     assert any("slip may be any of" in question.problem for question in plan.questions)
 
 
+@pytest.mark.parametrize("share", ["disc relative speed", "Relativdrehzahl"])
+def test_a_relative_speed_may_be_the_share_of_a_speed_by_its_numbers(share: str) -> None:
+    plan = planned({"time": TIME, "disc speed": RATE, share: 0.01 * RATE, "torque": TORQUE})
+    assert any("slip may be any of" in question.problem for question in plan.questions)
+
+
 @pytest.mark.parametrize(
     ("effort", "unit", "slip"),
     [("torque", "N*m", "disc speed"), ("friction force", "N", "sliding speed")],

@@ -13,7 +13,7 @@ import numpy as np
 from erclutch.logs.columns.candidates import DIGITS, candidates
 from erclutch.logs.columns.names import plain
 from erclutch.logs.columns.seen_columns import KINDS, UNITS_OF_KIND, SeenColumn, SeenColumns
-from erclutch.logs.columns.two_courses import move_alike
+from erclutch.logs.columns.two_courses import is_course_times_a_number, move_alike
 from erclutch.logs.columns.vocabulary import set_of
 
 #: What the length between the marks of a specimen is called in the headers of testing machines.
@@ -29,10 +29,14 @@ _SENSORS = frozenset(
     ("electrical optical encoder hall laser tacho magnetic resolver sensor gyro esc el").split()
 )
 #: What the speed of one surface over another is called, which is the slip itself.
-_BETWEEN_SURFACES = set_of(
-    "sliding relative rubbing gleitgeschwindigkeit relativgeschwindigkeit relativdrehzahl differenzdrehzahl "
-    "glissement relativa relativo deslizamiento scorrimento скольжения относительная 滑动速度 相对速度 相对转速 "
-    "滑り速度 すべり速度 摺動速度 相対速度"
+_SLIDING = set_of(
+    "sliding rubbing gleitgeschwindigkeit glissement deslizamiento scorrimento скольжения "
+    "滑动速度 滑り速度 すべり速度 摺動速度"
+)
+#: The same, or the share that a speed is of the rated one.
+_RELATIVE = set_of(
+    "relative relativa relativo relativgeschwindigkeit relativdrehzahl differenzdrehzahl относительная "
+    "相对速度 相对转速 相対速度"
 )
 #: What tells a turning motion from a motion along a line, where no unit does.
 _WAYS = {
@@ -48,11 +52,9 @@ def one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tupl
     of_that_kind = _only_one_of_kind(seen, speeds, kind)
     if of_that_kind:
         return of_that_kind, f", and the effort is that of a {KINDS[kind]}"
-    between = [name for name in speeds if seen.columns[name].spoken.says(_BETWEEN_SURFACES)]
-    # A torque makes no power with the speed of a pin along its track.
-    makes_power = [name for name in between if not kind or seen.columns[name].kind in ("", kind)]
-    if len(between) == len(makes_power) == 1:
-        return between, ", and it is the speed of one surface over the other"
+    between = _between_surfaces(seen, speeds, kind)
+    if between:
+        return [between], ", and it is the speed of one surface over the other"
     # The speeds of axes that were not used never change. Where none does, nobody filled them in.
     resting = [name for name in speeds if seen.columns[name].shape.constant]
     if len(resting) == len(speeds):
@@ -67,6 +69,21 @@ def one_slip(seen: SeenColumns, speeds: list[str], taken: Sequence[str]) -> tupl
         why = f", and {', '.join(others)} agrees with it to {_ALIKE:.0%}"
         return seen.of_one_side([first], efforts), why
     return seen.of_one_side(speeds, efforts), ""
+
+
+def _between_surfaces(seen: SeenColumns, speeds: Sequence[str], kind: str) -> str:
+    """The only speed that is called that of one surface over the other, beside an effort of a kind; else ""."""
+    called = [name for name in speeds if seen.columns[name].spoken.says(_SLIDING | _RELATIVE)]
+    if len(called) != 1:
+        return ""
+    slip = seen.columns[called[0]]
+    others = [seen.columns[name] for name in speeds if name != slip.name]
+    # A torque makes no power with the speed of a pin along its track.
+    makes_no_power = bool(kind) and slip.kind not in ("", kind)
+    is_a_share = not slip.spoken.says(_SLIDING) and any(
+        is_course_times_a_number(slip.values, other.values) for other in others
+    )
+    return "" if makes_no_power or is_a_share else slip.name
 
 
 def _are_of_sensors(seen: SeenColumns, speeds: list[str]) -> bool:
