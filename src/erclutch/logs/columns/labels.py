@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from erclutch.errors import LogError, printable
 from erclutch.logs.columns.label_forms import in_usual_form
 from erclutch.logs.columns.name_ends import ENDS, TIMES, in_other_letters, split_end
 from erclutch.logs.columns.vocabulary import set_of
+from erclutch.logs.columns.words_behind_units import without_words_behind
 from erclutch.signals import units
 
 _LONGEST = 1000  # letters of a name: to understand a name takes the square of its length
@@ -40,6 +41,10 @@ _OF_A_UNIT = re.compile(
 _WORDS_TOO = set_of("in min max a at bar are cd mol rev Rev step")
 _SLASH = re.compile(r"(.+?)\s+(?:/|in)\s+(\S.*)", re.DOTALL)
 _UNIT_ALONE = re.compile(r"in\s+(\S+)")  # what an oscilloscope writes over its time
+#: ``[in 1/min]`` is a unit that is told, and no inch; ``[in lbf]`` is an inch, and ``(in use)`` is neither.
+_TOLD_IN = re.compile(
+    r"in\s+(?!lb|oz|ozf|pound|ounce|hg|h2o|wc|aq)(\S.*)", re.IGNORECASE | re.DOTALL
+)
 _CHANNEL = re.compile(r"\d{3,4} <([^<>]+)> \(([VA](?:DC|AC))\)")
 #: Units that say no more than that a column holds whole numbers of a converter or an encoder.
 COUNTS = set_of("count counts LSB lsb bit bits digit digits tick ticks step steps")
@@ -100,6 +105,9 @@ _RPM_WITHIN = re.compile(
     r"(?<![a-z/])(?<!per)(?<!per[_ ])(?<!\.\d)(?<!\.0\d)(?<!10)(?<!00)rpm(?![a-z/]|.*per|[_ ]?[x*×]_?\d)",
     re.I,
 )
+_THOUSANDS_A_MINUTE = re.compile(
+    r"\s*[x×*]?\s*(?:1000|10(?:\^|\*\*)3|10³)\s*(?:/\s*min|[x×*·]?\s*(?:1\s*/\s*min|min\s*\^?\s*-\s*1|min⁻¹))\s*"
+)
 #: Names of the speed that ISO 80000-3 calls rotational frequency, in turns a second.
 _COUNTS_TURNS = re.compile(
     r"drehzahl|drehfrequenz|umdrehung|rotation(?:al)? freq|(?:^|[./:])n(?:_(?:ist|mess|act|meas))?$|"
@@ -107,6 +115,10 @@ _COUNTS_TURNS = re.compile(
     re.I,
 )
 
+#: Newtons with a prefix in letters of one size, of which nobody knows the prefix: the unit is asked about.
+_MEGA_OR_MILLI = re.compile(
+    r"(?:force|load|kraft|thrust|fuerza|forza)[^\W\d_]*[\s_.(\[/:-]+(mn|un)[)\]]?$", re.IGNORECASE
+)
 #: What may have a sense and is never counted in revolutions.
 _GOES_BACK = re.compile(r"torque|moment|force|load|current|speed|vel|couple|kraft", re.IGNORECASE)
 
@@ -131,7 +143,7 @@ def split_label(label: str) -> tuple[str, str | None]:
     in_brackets = _SQUARE.fullmatch(label)
     if in_brackets:
         name, unit = in_brackets.groups()
-        unit = unit.strip()
+        unit = _without_in(unit.strip())
         if unit and not unit.isdecimal():  # an index is none
             return name, in_other_letters(name, unit, may_be_a_letter=True) or unit
     for pattern in (_ROUND, _SLASH, _CURLY):
@@ -139,7 +151,8 @@ def split_label(label: str) -> tuple[str, str | None]:
         if match is None:
             continue
         name, unit = (part for part in match.groups() if part is not None)
-        unit = in_other_letters(name, unit.strip()) or unit.strip()
+        unit = _without_in(unit.strip())
+        unit = in_other_letters(name, unit) or unit
         counts = unit in COUNTS and not unit.startswith("step")  # a step there may be one of a test
         is_reverse = unit in ("rev", "Rev") and _GOES_BACK.search(name)  # Torque (rev) beside (fwd)
         is_a_unit = units.is_known_unit(unit) or units.is_over_a_number(unit)
@@ -158,6 +171,12 @@ def split_label(label: str) -> tuple[str, str | None]:
         if speaks and units.is_known_unit(unit):
             return name, unit
     return label, None
+
+
+def _without_in(unit: str) -> str:
+    """``1/min`` of ``in 1/min``, as a German writes it in brackets; else the text as it is."""
+    told = _TOLD_IN.fullmatch(unit)
+    return told[1] if told and units.is_known_unit(told[1]) else unit
 
 
 def _ends_in_its_unit(words: str, unit: str) -> bool:
@@ -248,7 +267,7 @@ def _front_and_unit(label: str, *, letters: bool) -> tuple[str, str | None]:
     return front, unit if is_symbol else None
 
 
-def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None:
+def own_unit(name: str, unit: str | None, si_units: Collection[str]) -> str | None:
     """The unit of a column: the file's (turns a minute where the name says turns), or its name's end if that fits.
 
     The speed of a shaft in 1/min is one of turns; a shear rate in 1/min is none. A rotational frequency, n or
@@ -258,8 +277,14 @@ def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None
         return "turn/s"
     counts_turns = _TURNS.search(name) and not _SHEARED.search(name)
     if unit:
+        if counts_turns and _THOUSANDS_A_MINUTE.fullmatch(unit):
+            return "krpm"
         return "turn/min" if counts_turns and units.is_per_minute(unit) else unit
     _, end = split_end(name)
+    unsure = _MEGA_OR_MILLI.search(name)
+    if unsure and "N" in si_units and (unsure[1].islower() or name.isupper()):
+        return unsure[1].lower()
+    end = end or split_label(without_words_behind(name))[1]
     if not end and _RPM_WITHIN.search(name):
         end = "rpm"
     elif end == "1/min" and counts_turns:
@@ -267,6 +292,11 @@ def own_unit(name: str, unit: str | None, si_units: Iterable[str]) -> str | None
     if not end:
         return None
     return end if end == "°C" or units.fits(end, si_units) else None
+
+
+def says_a_unit(name: str) -> bool:
+    """Whether a unit of whatever quantity stands in a name."""
+    return bool(split_end(name)[1] or split_label(without_words_behind(name))[1])
 
 
 def without_copy_number(name: str) -> str:

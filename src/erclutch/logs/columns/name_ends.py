@@ -7,7 +7,9 @@ from contextlib import suppress
 from functools import lru_cache
 
 from erclutch.errors import UnitError
+from erclutch.logs.columns.quantities_in_words import is_of
 from erclutch.logs.columns.vocabulary import set_of
+from erclutch.logs.columns.words_behind_units import without_words_behind
 from erclutch.signals.units import fits
 
 #: Names that are kept once they are understood: a file may have as many columns, and each rule asks for each name anew.
@@ -15,7 +17,7 @@ KEPT_NAMES = 1 << 14
 
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
 _AS_THEY_ARE = (
-    "A mA V mV kV N mN kN kg krpm gauss Pa kPa MPa s ms us ns um mm cm m rad deg rpm T mT"
+    "A mA V mV kV N mN kN daN kg krpm gauss Pa kPa MPa s ms us ns um mm cm m rad mrad deg rpm T mT"
 )
 _JOINT_DIGITS = 2  # of a joint's number at most
 TIMES = ("t", "time", "zeit", "temps")
@@ -32,10 +34,13 @@ _TURNS_A_TIME = (
     "1_min=1/min ft_s=ft/s ft_min=ft/min"
 )
 _FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kVmm=kV/mm kA_m=kA/m kA_per_m=kA/m A_per_m=A/m kAm=kA/m kApm=kA/m Oe=Oe"
-_OTHERS = "Upm=rpm UPM=rpm Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% percent=% psi=psi"
+_OTHERS = (
+    "Upm=rpm UPM=rpm RPM=rpm Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% "
+    "percent=% psi=psi"
+)
 _TORQUES = (
-    "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m cNm=cN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf ozin=oz*in "
-    "oz_in=oz*in inoz=oz*in"
+    "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m cNm=cN*m dNm=dN*m uNm=uN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf "
+    "ozin=oz*in oz_in=oz*in inoz=oz*in"
 )
 _WEIGHTS = (
     "in_oz=oz*in kgcm=kgf*cm kgfcm=kgf*cm kgfm=kgf*m kg_cm=kgf*cm gcm=gf*cm g_cm=gf*cm gfcm=gf*cm"
@@ -47,6 +52,7 @@ _POUNDS = {
     for end in (f"{arm}{pound}", f"{pound}{arm}", f"{arm}_{pound}")
 }
 _IN_WORDS = "degrees=deg degree=deg radians=rad radian=rad meters=m metres=m millimeters=mm millimetres=mm newtons=N"
+_NEWTONS_IN_WORDS = "newton=N kilonewtons=kN kilonewton=kN millinewtons=mN millinewton=mN"
 _INCHES_IN_WORDS = "inches=in inch=in pounds=lbf kips=kip kip=kip klbf=kip klbs=kip"
 # Ampere-turns are amperes, as SI has them, and no turns of a shaft.
 _AMPERE_TURNS = "A_turns=A A_turn=A amp_turns=A ampere_turns=A Aturns=A"
@@ -65,6 +71,7 @@ _WRITTEN = " ".join(
         *(_SPEEDS, _OTHER_SPEEDS, _TURNS_A_TIME, _FIELDS, _OTHERS, _TORQUES, _WEIGHTS),
         *(
             _IN_WORDS,
+            _NEWTONS_IN_WORDS,
             _INCHES_IN_WORDS,
             _AMPERE_TURNS,
             _TURNS_IN_WORDS,
@@ -120,8 +127,10 @@ _LOWER_ENDS = {
 }
 #: ``Torque (N.m)`` and ``Torque(N.m)`` as R writes them: each sign is a dot.
 _BY_R = re.compile(r"(\w[\w.]*?)\.\.?(\w[\w.]*)\.")
+#: ``Winkel °``; 90° in a name is a place.
+_BEFORE_DEGREES = " _,.:=/-"
 #: A name, a mark that programs put between words, and what may be a unit: ``torque.mNm``, ``speed@rpm``.
-_BEHIND_A_MARK = re.compile(r"(.*[^\W_])[.:@#~|]([^\W\d_]{2}\w*)")
+_BEHIND_A_MARK = re.compile(r"(.*[^\W_])[.:@#~|/-]([^\W\d_]{2}\w*)")
 #: What stands in front of units.
 _PREFIXES = frozenset("mkcuµM")
 #: Where a word of a name begins with a large letter: ``brakeTorqueNm``.
@@ -162,7 +171,15 @@ _IN_SMALL_LETTERS = (
     ),
     (
         re.compile(r"force|load|kraft|effort|fuerza|forza|thrust|^f(?:_|\b)", re.IGNORECASE),
-        {"kn": "kN", "KN": "kN"},
+        {
+            **dict.fromkeys(("kn", "KN"), "kN"),
+            **dict.fromkeys(("cn", "cN", "CN"), "cN"),
+            **dict.fromkeys(("dan", "DAN"), "daN"),
+            **dict.fromkeys(("uN", "µN"), "uN"),
+            **dict.fromkeys(("LB", "LBS", "LBF"), "lbf"),
+            **{"MN": "MN", "KIP": "kip", "KIPS": "kip", "KG": "kg", "KGF": "kgf", "GF": "gf"},
+            **dict.fromkeys(("g", "gram", "grams", "GRAM", "GRAMS"), "g"),
+        },
     ),
     (
         re.compile(r"stress|pressure|tau|druck|spannung|contrainte|pression", re.IGNORECASE),
@@ -179,24 +196,13 @@ _RATES = ("rad/s", "m/s", "V/m", "A/m", "1/s")
 _DASHES = " -–—"
 _WORD = 5  # letters of a unit that is written out
 #: A unit in front of a name, where no unit ends the name: ``ms_time``, ``mA current``, ``kN:force``.
-_IN_FRONT = re.compile(
-    r"(ms|us|ns|mA|mV|kV|kN|mm|cm|Nm|mNm|kNm|Ncm|Nmm)[ _:.]([^\W\d_]{3,20})(?:[ _.]\w{1,30})?"
-)
-#: The words that stand beside a unit without doubt, behind it or in front of it (``currentmA``).
-_WORDS_OF_UNITS = {
-    **dict.fromkeys(("ms", "us", "ns"), set_of("time timestamp zeit temps tiempo tempo elapsed")),
-    "mA": set_of("current strom courant corriente corrente coil"),
-    **dict.fromkeys(("mV", "kV"), set_of("voltage spannung tension")),
-    "kN": set_of("force load kraft thrust fuerza forza"),
-    **dict.fromkeys(
-        ("mm", "cm"), set_of("position displacement stroke travel weg extension distance hub")
-    ),
-    **dict.fromkeys(
-        ("Nm", "mNm", "kNm", "Ncm", "Nmm"), set_of("torque moment drehmoment couple par coppia")
-    ),
-}
+_IN_FRONT = re.compile(r"([^\s_:\d]{2,12})[ _:.]([^\W\d_]{3,20})(?:[ _.]\w{1,30})?")
+#: Units that stand right behind the word of their quantity (``currentmA``).
+_RIGHT_BEHIND = "ms us ns mA mV kV kN mm cm mNm kNm Ncm Nmm Nm".split()
 #: What is a unit behind a word for the time alone: pos_min is the least position, and x_h a height.
 _BEHIND_A_TIME = {"min": "min", "h": "h", "hr": "h"}
+#: Units that are words in front of another: the smallest, the input, the back, the gravity.
+_WORDS_IN_FRONT = set_of("min in rev ft at bar mol pt pa cd lb turns turn cycle")
 _POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
 
 
@@ -207,8 +213,22 @@ def split_end(name: str) -> tuple[str, str | None]:
     One letter alone before the end is a name of its own (``i_d``, ``F_N``), but for the time (``t_s``). The number of a
     joint or the letter of a side may stand behind the unit (``torque_Nm_2``), or in its place (``Torque_A``). A blank
     may stand for the ``_`` where the unit is longer than a letter (``speed rpm``): ``coil A`` may be the first of two
-    coils.
+    coils. Words that tell what was done with the numbers may stand behind the unit (``Force_kN_filtered``).
     """
+    written = name.strip()
+    angle = written.removesuffix("°").rstrip(_BEFORE_DEGREES)
+    if written.endswith("°") and angle[-1:].isalpha():
+        return angle, "deg"
+    stem, unit = _split_at_end(name)
+    shorter = without_words_behind(name)
+    if unit or shorter == written:
+        return stem, unit
+    stem, unit = split_end(shorter)
+    return (stem + written[len(shorter) :], unit) if unit else (name, None)
+
+
+def _split_at_end(name: str) -> tuple[str, str | None]:
+    """A name and the unit that is its end; the whole name and None where none is."""
     written = name.strip()
     word = _AMPS_OR_VOLTS.search(written)  # at the end of coil_amps
     letter = word[0].strip("_ .-")[0].upper() if word else None
@@ -237,7 +257,7 @@ def split_end(name: str) -> tuple[str, str | None]:
             with suppress(UnitError):  # ``cmd/act`` is none
                 unit = end if fits(end, _RATES) is not None else None
         is_time = end in ("s", "h") and stem.lower() in TIMES
-        if stem and unit and (len(end) > 1 or is_time):
+        if stem and unit and (len(end) > 1 or is_time or end == "g"):
             return stem, unit
 
     front, _, last = written.rpartition("_")
@@ -278,8 +298,13 @@ def _split_at_mark(name: str) -> tuple[str, str | None]:
     Nor is there one where a unit stands in front of the mark, as in ``torque_N.mm``: both are parts of it.
     """
     parts = _BEHIND_A_MARK.fullmatch(name)
-    unit = _unit_of_end(parts[2]) if parts else None
-    if parts is None or unit is None:
+    if parts is None:
+        return name, None
+    unit = _unit_of_end(parts[2]) or in_other_letters(parts[1], parts[2])
+    if unit is None:
+        return name, None
+    # A force over mm is a stiffness: behind a dash or a slash the unit is one of the word before.
+    if name[len(parts[1])] in "/-" and not is_of(unit, _last_word(parts[1])):
         return name, None
     *front, word = re.split(r"[\W_]+", parts[1])
     return (name, None) if front and _unit_of_end(word) else (parts[1], unit)
@@ -341,16 +366,19 @@ def _with_prefix(stem: str, end: str) -> tuple[str, str | None] | None:
 def _split_at_front(name: str) -> tuple[str, str | None]:
     """``time`` and ``ms`` of ``ms_time``; the whole name and None where its first word is no unit of the next one."""
     match = _IN_FRONT.fullmatch(name.strip())
-    if match is None or match[2].lower() not in _WORDS_OF_UNITS.get(match[1], ()):
+    if match is None:
         return name, None
-    return name.strip()[len(match[1]) + 1 :], ENDS[match[1]]
+    unit = match[1]
+    if unit in _WORDS_IN_FRONT or not is_of(unit, match[2].lower()):
+        return name, None
+    return name.strip()[len(unit) + 1 :], ENDS.get(unit, unit)
 
 
 def _split_behind_word(name: str) -> tuple[str, str | None]:
     """``coilCurrent`` and ``mA`` of ``coilCurrentmA``; the whole name and None where the word before is of no unit."""
-    for end, words in _WORDS_OF_UNITS.items():
+    for end in _RIGHT_BEHIND:
         stem = name.removesuffix(end)
-        if stem != name and _last_word(stem) in words:
+        if stem != name and is_of(end, _last_word(stem)):
             return stem, ENDS[end]
     return name, None
 
@@ -392,7 +420,7 @@ def _inches(stem: str, end: str) -> str | None:
 def _of_a_time(stem: str, end: str) -> str | None:
     """The minutes of ``elapsed_min`` and the hours of ``time_h``; None where the stem is no time."""
     word = re.split(r"[\W_]+", stem.lower().removesuffix("_in").removesuffix(" in"))[-1]
-    is_time = word in TIMES or word in _WORDS_OF_UNITS["ms"]
+    is_time = word in TIMES or is_of("ms", word)
     return _BEHIND_A_TIME.get(end.lower()) if is_time else None
 
 

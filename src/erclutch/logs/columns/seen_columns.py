@@ -15,7 +15,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from erclutch.errors import UnitError
-from erclutch.logs.columns.labels import own_unit, without_unit
+from erclutch.logs.columns.labels import own_unit, says_a_unit, without_unit
 from erclutch.logs.columns.name_ends import KEPT_NAMES, split_end
 from erclutch.logs.columns.names import SpokenName, spoken, spoken_name
 from erclutch.logs.columns.names_in_company import told_by_company
@@ -395,7 +395,7 @@ def unit_fits(
     """Whether the unit of a column, or the unit that ends its name, is one for some SI units; None without a unit."""
     known = own_unit(name, unit, si_units)
     if not known:
-        return False if split_end(name)[1] else None
+        return False if says_a_unit(name) else None
     try:
         return units.fits(known, si_units) is not None
     except UnitError:
