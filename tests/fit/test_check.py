@@ -344,6 +344,23 @@ def test_one_slip_under_a_changing_field_is_fitted_with_a_warning() -> None:
     assert "3 rad/s in all rows" in finding.message
 
 
+def test_a_slip_that_rests_or_keeps_one_speed_is_told() -> None:
+    data = good()
+    slip = 3.0 * (np.arange(N) // 50 % 2) + 1e-3 * np.random.default_rng(2).normal(size=N)
+    slip[::50] = 1.5  # starts and stops
+    found = findings(changed(data, slip=slip, effort=np.tanh(slip) + 0.1 * data.effort))
+    (finding,) = (each for each in found if "no model knows" in each.message)
+    assert (finding.level, finding.subject) == ("warning", "slip")
+    assert "the slip is 0 or 3 rad/s in nearly all rows" in finding.message
+
+
+def test_two_speeds_beside_rest_are_two_slips() -> None:
+    data = good()
+    slip = np.array([0.0, 3.0, 1.0])[np.arange(N) // 50 % 3]
+    found = findings(changed(data, slip=slip, effort=np.tanh(slip) + 0.1 * data.effort))
+    assert not any("no model knows" in each.message for each in found)
+
+
 def test_several_logs_are_counted() -> None:
     data = replace(good(60), sources=("a.csv", "b.csv"), source_rows=((0, 30), (30, 60)))
     assert error_of(data).startswith("2 logs: ")

@@ -46,6 +46,12 @@ _UNIT_GIVEN = pattern(rf"(\w+) <- column (.+) \[(.+?)\].*, {THOUGH} (.+) \(")
 _NOISE_WITHIN = 12.0
 #: Of the largest field: a field that moves by more is no noise about a level.
 _NOISE_AT_MOST = 0.05
+#: Of the largest slip, up to which rows are at rest.
+_RESTS = 0.05
+#: Of a slip, by which a speed that a drive holds wanders.
+_SAME_SLIP = 0.01
+#: Of the rows that move: the others are starts and stops.
+_MOST = 0.9
 #: A motion that has at least this share of its rows in either direction goes to and fro.
 _TO_AND_FRO = 0.2
 #: Such a motion drifts where its trend is so many times its swing.
@@ -225,12 +231,18 @@ def _fields(data: Dataset) -> Iterator[Finding]:
 
 
 def _one_slip(train: Dataset) -> Finding | None:
-    """A slip that never changes: its share of the effort cannot be told."""
+    """A slip that never changes, or that rests where it is not at one level: its share of the effort cannot be told."""
     slips = np.concatenate([element.slip for element in train.elements])
-    if not _is_constant(slips):
+    sizes = np.abs(slips)
+    moving = sizes[sizes > _RESTS * sizes.max()]
+    if _is_constant(slips):
+        where = f"{slips[0]:.4g} {train.units.slip} in all rows"
+    elif np.mean(np.abs(moving - np.median(moving)) <= _SAME_SLIP * np.median(moving)) >= _MOST:
+        where = f"0 or {np.median(moving):.4g} {train.units.slip} in nearly all rows"
+    else:
         return None
     message = (
-        f"the slip is {slips[0]:.4g} {train.units.slip} in all rows: no model knows the effort at any other slip, and "
+        f"the slip is {where}: no model knows the effort at any other slip, and "
         "which part of it depends on the slip"
     )
     return Finding("warning", "slip", message, "Log at several slips to learn it")
