@@ -273,6 +273,17 @@ def test_a_modulus_of_an_oscillation_is_no_stress(name: str) -> None:
     assert effort.column == "sigma"
 
 
+@pytest.mark.parametrize("name", ["ω", "omega", "w"])
+def test_the_omega_of_an_oscillation_is_no_slip(name: str) -> None:
+    columns = {"time": SPAN, name: 6.28 + 0.0 * SPAN, "G'": 2.0 + SWING, "tan(δ)": 1.5 + SWING}
+    units = {name: "rad/s", "G'": "Pa"}
+    assert _signals(columns, units).signal("slip") is None
+    without_moduli = {"time": SPAN, name: 6.28 + SWING, "torque": 2.0 + SWING}
+    slip = _signals(without_moduli, {name: "rad/s", "torque": "N*m"}).signal("slip")
+    assert slip is not None
+    assert slip.column == name
+
+
 @pytest.mark.parametrize(("prime", "mean", "unit"), [("E'", "E_bar", "V"), ("u'", "u_bar", "m/s")])
 def test_a_fluctuation_beside_its_mean_is_asked_about(prime: str, mean: str, unit: str) -> None:
     columns = {"time": SPAN, prime: 0.1 + 0.1 * SWING, mean: 1.0 + SWING, "force": SWING}

@@ -6,18 +6,23 @@ from erclutch.logs.columns.rheometer_names import of_oscillation, said_by_name
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.planning.draft import Draft
 
+#: How the frequency of a sine is written that a speed of turning is written like, too.
+_OMEGAS = frozenset({"ω", "omega", "w"})
+
 
 def pass_over_oscillations(draft: Draft) -> None:
-    """Take what a rheometer's oscillation fills for no signal: moduli, and amplitudes of stresses, in Pa.
+    """Take what a rheometer's oscillation fills for no signal: moduli, amplitudes of stresses in Pa, its frequency.
 
-    The stress itself goes to and fro.
+    The stress itself goes to and fro. The omega of a sine is no speed.
     """
     moduli = of_oscillation(draft.table.columns)
     if not moduli:
         return
     amplitudes: list[str] = []
     for column in draft.seen.columns.values():
-        if column.fits(("Pa",)) and not takes_both_signs(column.values):
+        is_a_size = not takes_both_signs(column.values)
+        is_an_omega = column.spoken.plain_stem in _OMEGAS
+        if is_a_size and (column.fits(("Pa",)) or is_an_omega):
             amplitudes.append(column.name)
     named = draft.taken
     draft.no_signals += [
