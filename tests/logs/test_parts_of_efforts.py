@@ -76,3 +76,26 @@ def test_a_feedback_beside_a_feedforward_is_asked_about_and_alone_it_is_measured
     beside = planned({**alone, "torque_feedforward": SECOND}).signal("effort")
     assert beside is not None
     assert "the output of a controller" in beside.doubt
+
+
+@pytest.mark.parametrize(
+    ("whole", "friction"),
+    [
+        ("tau", "tau_fric"),
+        ("tau_meas", "tau_fric"),
+        ("torque_measured", "torque_friction"),
+    ],
+)
+def test_a_friction_beside_the_measured_effort_of_its_name_is_asked_about(
+    whole: str, friction: str
+) -> None:
+    plan = planned({"speed": SPEED, whole: FIRST + SECOND, friction: FIRST})
+    asked = next(each for each in plan.questions if each.signal == "effort")
+    assert f"any of the columns {whole}, {friction}" in asked.problem
+    assert f'--effort "{whole}"' in plan.command()
+
+
+def test_a_friction_without_a_measured_effort_beside_it_is_the_effort() -> None:
+    effort = planned({"speed": SPEED, "tau_fric": FIRST}).signal("effort")
+    assert effort is not None
+    assert effort.column == "tau_fric"

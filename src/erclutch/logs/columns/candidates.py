@@ -11,7 +11,11 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from erclutch.logs.columns.joints import ESTIMATED, of_joints
-from erclutch.logs.columns.measured_names import of_whole_names, planned_beside_measured
+from erclutch.logs.columns.measured_names import (
+    measured_beside_frictions,
+    of_whole_names,
+    planned_beside_measured,
+)
 from erclutch.logs.columns.names import headed, spoken_name
 from erclutch.logs.columns.parts_of_efforts import parts_of_efforts
 from erclutch.logs.columns.phases import is_of_phases
@@ -120,7 +124,7 @@ def candidates(
         return _without_a_whole_name(seen, signal, free, si_units)
 
     exact = of_whole_names(named, forms)
-    names = [column.name for column in exact or named]
+    names = measured_beside_frictions(signal, exact or named, fitting)
     if signal == "field":
         names = _fields_among(seen, free, names, forms)
     if not exact:

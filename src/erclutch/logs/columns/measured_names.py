@@ -6,7 +6,10 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from erclutch.logs.columns.names import words_of
 from erclutch.logs.columns.seen_columns import SeenColumn
-from erclutch.logs.columns.vocabulary import MEASURED
+from erclutch.logs.columns.vocabulary import MEASURED, set_of
+
+#: Words of a friction, which a controller adds and a study identifies: what was measured may stand beside it.
+_FRICTIONS = set_of("fric friction reib reibung frottement friccion attrito")
 
 
 def of_whole_names(
@@ -63,3 +66,32 @@ def planned_beside_measured(columns: Sequence[SeenColumn]) -> set[str]:
         if len(others) < len(words) and not column.shape.constant:
             measured.add(others)
     return {column.name for column in columns if column.spoken.stem_words in measured}
+
+
+def measured_beside_frictions(
+    signal: str, named: Sequence[SeenColumn], others: Iterable[SeenColumn]
+) -> list[str]:
+    """The names that speak for a signal; where all of them hold a friction, the whole of the effort before them.
+
+    Args:
+        signal: its name; only an effort has a friction.
+        named: columns whose names speak for it: ``tau_fric``.
+        others: columns that may be it by their units: ``tau_meas`` or ``tau`` is the whole.
+    """
+    names = [column.name for column in named]
+    wholes = {_words_without(column, _FRICTIONS) for column in named}
+    holds_whole = any(_words_without(column) in wholes for column in named)
+    if signal != "effort" or holds_whole:
+        return names
+    measured = [
+        column.name
+        for column in others
+        if _words_without(column, MEASURED) in wholes and not column.shape.constant
+    ]
+    return [*measured, *names]
+
+
+def _words_without(column: SeenColumn, words: Iterable[str] = ()) -> tuple[str, ...]:
+    """The words of a name without some, and without the number of a joint at their ends."""
+    letters = (word.rstrip("0123456789") for word in column.spoken.stem_words)
+    return tuple(word for word in letters if word and word not in words)

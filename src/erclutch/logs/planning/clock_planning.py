@@ -22,7 +22,6 @@ from erclutch.logs.planning.named_columns import locate
 from erclutch.logs.planning.unit_of_stamps import (
     FEW_STEPS,
     as_seconds,
-    counts_days,
     doubt_of_seconds,
     doubt_of_unit,
     is_since_1970,
@@ -344,7 +343,7 @@ def _steady_column(seen: SeenColumns, taken: Sequence[str]) -> tuple[str, str] |
     step = float(np.median(steps))
     even = step > 0 and bool(np.all(np.abs(steps - step) <= EVEN * step))
     is_a_count = step.is_integer() and not 1.0 < step <= _LONGEST_TICK
-    unit = "d" if counts_days(first.values) else likely_unit(first.values)
+    unit = likely_unit(first.values)
     if even and _IN_STEPS.search(name):
         return f"{name} grows by {step:.4g} from row to row: if it is the time", _option(
             name, "UNIT"

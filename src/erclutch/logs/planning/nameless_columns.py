@@ -22,6 +22,7 @@ from erclutch.logs.columns.two_courses import over_rate
 from erclutch.logs.planning.clock_by_motion import usual_rate
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.strength_of_efforts import strengths_of_efforts
+from erclutch.logs.planning.unit_of_stamps import likely_unit
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -335,7 +336,9 @@ def _is_long_and_rises(table: Table, name: str) -> bool:
 
 
 def _unit_of_steps(stamps: Array) -> str:
-    """The unit that is offered for stamps nobody names: whole numbers are ms, and others s."""
+    """The unit that is offered for stamps nobody names: whole numbers are ms, dates days, and others s."""
+    if likely_unit(stamps) == "d":
+        return "d"
     return "ms" if float(np.median(np.diff(stamps))).is_integer() else "s"
 
 

@@ -19,11 +19,16 @@ _SLOWEST_IN_US = 1e6  # us a row: from it on they are nanoseconds
 #: Steps between stamps: in no more nothing of a rate is seen.
 FEW_STEPS = 9
 _SINCE_1970 = (1e9, 4.1e9)  # s: 2001 to 2100
-#: Days as they are numbered since 1900 and since the year 0: 1954 to 2119, 1949 to 2100.
-_DAYS = {"spreadsheets": (20_000, 80_000), "MATLAB and Octave": (712_000, 767_000)}
+#: Days as they are numbered since 1900, since the year 0 and since 4713 BC: 1954 to 2119, 1949 to 2100, 1949 to 2102.
+_DAYS = {
+    "spreadsheets": (20_000, 80_000),
+    "MATLAB and Octave": (712_000, 767_000),
+    "astronomers": (2_433_000, 2_489_000),
+}
 #: "temps" for short, or the sensor of a throttle's position.
 _TEMPS_OR_THROTTLE = "tps"
 _STEP_OF_DATES = 1.2e-5  # days: 1 Hz or faster
+_SECONDS_PER_DAY = 86_400.0
 
 
 def as_seconds(
@@ -51,7 +56,7 @@ def as_seconds(
     counted = counts_days(stamps)
     if counted:
         how = f", no unit: dates as {counted} number them, taken as days"
-        return 86_400.0, float(np.floor(stamps[0])), how
+        return _SECONDS_PER_DAY, float(np.floor(stamps[0])), how
     for short, factor in (("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)):
         if stamps.size and _lie_within(stamps * factor, _SINCE_1970):
             return factor, float(stamps[0]), f", no unit: a time since 1970, taken as {short}"
@@ -62,7 +67,25 @@ def counts_days(stamps: Array) -> str:
     """Who numbers days as stamps do that are taken at 1 Hz or faster; "" where they are no dates."""
     if stamps.size < 2 or not np.median(np.abs(np.diff(stamps))) < _STEP_OF_DATES:
         return ""
+    return _who_numbers_days(stamps)
+
+
+def _who_numbers_days(stamps: Array) -> str:
     return next((who for who, ends in _DAYS.items() if _lie_within(stamps, ends)), "")
+
+
+def _may_count_days(stamps: Array) -> str:
+    """Who numbers days as stamps do that grow by whole seconds of a day, 2 or more; "" where nobody does.
+
+    A round step (0.01) is one of a clock that counts s since it was switched on.
+    """
+    steps = np.abs(np.diff(stamps))
+    step = float(np.median(steps)) if steps.size else 0.0
+    seconds = step * _SECONDS_PER_DAY
+    if step < _STEP_OF_DATES or abs(seconds - round(seconds)) > 0.01:
+        return ""
+    is_round = abs(step - float(f"{step:.3g}")) <= 1e-5 * step
+    return "" if is_round else _who_numbers_days(stamps)
 
 
 def is_since_1970(stamps: Array) -> bool:
@@ -83,6 +106,10 @@ def doubt_of_seconds(name: str, stamps: Array) -> str:
     if plain(name) == _TEMPS_OR_THROTTLE:
         return f"time is column {name} in s, though the position of a throttle is called so too"
     step = float(np.median(steps))
+    numbered = _may_count_days(stamps)
+    if numbered:
+        dates = f"dates as {numbered} number them, a row each {step * _SECONDS_PER_DAY:.4g} s"
+        return f"time is column {name} in s, though it may be {dates}"
     if step < SLOW:
         return ""
     counted = likely_unit(stamps)
@@ -93,8 +120,11 @@ def doubt_of_seconds(name: str, stamps: Array) -> str:
 def likely_unit(stamps: Array) -> str:
     """The unit that stamps without one have, by their steps: many whole numbers above 1 are counted by a controller.
 
-    A few of them are the points of an instrument that waits for s. Many that count the rows tell no unit: "".
+    A few of them are the points of an instrument that waits for s. Many that count the rows tell no unit: "". Dates are
+    counted in days.
     """
+    if counts_days(stamps) or _may_count_days(stamps):
+        return "d"
     steps = np.abs(np.diff(stamps))
     step = float(np.median(steps)) if steps.size else 0.0
     whole = are_whole(stamps)
@@ -122,7 +152,7 @@ def doubt_of_unit(name: str, unit: str, stamps: Array, factor: float) -> str:
     steps = np.abs(np.diff(stamps))
     step = float(np.median(steps)) * factor if steps.size >= FEW_STEPS else 0.0  # s
     if 0.0 < step < _FASTEST:
-        return f"time is column {name} in {unit}, though it grows by {step:.2g} s a row then, as no logger is fast"
+        return f"time is column {name} in {unit}, though it grows by {step:.3g} s a row then, as no logger is fast"
     is_smaller = factor < 1.0 and stamps.size > 0
     if not is_smaller or not _lie_within(stamps, _SINCE_1970) or are_whole(stamps):
         return ""
