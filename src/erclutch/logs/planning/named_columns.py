@@ -57,7 +57,8 @@ def unreadable_signals(draft: Draft) -> dict[str, str]:
     timed = told.time is not None or told.rate is not None or table.clock is not None
 
     for name in table.unreadable:
-        meant = _meant_by(name, wanted, time=not timed)
+        bare, _ = split_label(name)  # some readers know such a column by its label alone
+        meant = _meant_by(bare, wanted, time=not timed)
         if not meant or any(
             _meant_by(other, {meant}, time=meant == "time") for other in table.columns
         ):

@@ -13,6 +13,7 @@ from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.columns.word_columns import only_words, parting_columns, parting_note
 from erclutch.logs.log_reader import ROWS_WANTED
 from erclutch.logs.readers.arrow_lists import with_lists_opened
+from erclutch.logs.readers.numbers_in_texts import numbers_in_texts
 from erclutch.logs.readers.switches import switched
 from erclutch.logs.readers.told_units import texts_in, with_told_units
 from erclutch.logs.table import Table, of_arrow
@@ -49,6 +50,7 @@ def table_of_arrow(
     notes += renamed
     columns: dict[str, Array] = {}
     units_of: dict[str, str | None] = {}
+    unit_of = dict(zip(names, units, strict=True))
     texts: dict[str, Any] = {}
     clock_name = ""
     clock: Array | None = None
@@ -78,6 +80,17 @@ def table_of_arrow(
         elif label not in texts:
             notes.append(f"column {label} holds {field.type}: left out")
     texts_left = {label: cells for label, cells in texts.items() if label not in columns}
+    unreadable = {label: f"column {label} holds text" for label in texts_left}
+    if origin is None:  # the cells of one window cannot tell how those of another are written
+        in_texts = numbers_in_texts(texts_left)
+        columns |= in_texts.columns
+        columns = {label: columns[label] for label in names if label in columns}
+        units_of |= {
+            label: in_texts.units.get(label) or unit_of.get(label) for label in in_texts.columns
+        }
+        notes += in_texts.notes
+        unreadable = in_texts.unreadable
+        texts_left = {label: cells for label, cells in texts_left.items() if label not in columns}
     words = parting_columns(texts_left)
     only = only_words(texts_left)
     for label in texts:
@@ -100,7 +113,7 @@ def table_of_arrow(
         clock=clock,
         clock_name=clock_name,
         metadata={**only, **metadata},
-        unreadable={label: f"column {label} holds text" for label in only},
+        unreadable=unreadable,
         notes=tuple(notes),
         words=words,
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from erclutch.errors import LogError, printable
 from erclutch.logs.columns.labels import name_columns
 from erclutch.logs.columns.word_columns import only_words, parting_columns, parting_note
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
-from erclutch.logs.readers.switches import switched
+from erclutch.logs.readers.numbers_in_texts import numbers_in_texts
 from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 
@@ -56,49 +57,54 @@ def read_frame(source: LogSource) -> Table:
         since_first = stamps - (real.iloc[0] if len(real) else stamps)
         clock = np.asarray(since_first.dt.total_seconds(), np.float64)
 
-    labels = list[str]()
-    columns_of_numbers = list[Array]()
-    left = list[str]()
+    of_numbers: list[tuple[int, str, Array]] = []  # place, label and numbers
+    place_of: dict[str, int] = {}  # of those without numbers
     texts: dict[str, Any] = {}
-    told: list[str] = []
-    for label, values in series:
+    for place, (label, values) in enumerate(series):
         if timed and values is timed[0][1]:
             continue
         numbers = None if _is_time(values) else _numbers(values, pandas)
-        if numbers is None and pandas.api.types.is_string_dtype(values):
+        if numbers is not None:
+            of_numbers.append((place, label, numbers))
+            continue
+        place_of[printable(label)] = place
+        if pandas.api.types.is_string_dtype(values):
             texts[printable(label)] = values.reset_index(drop=True)
-            ones_and_zeros = switched(printable(label), values)
-            if ones_and_zeros is not None:
-                numbers, note = ones_and_zeros
-                told.append(note)
-        if numbers is None:
-            left.append(printable(label))
-        else:
-            labels.append(label)
-            columns_of_numbers.append(numbers)
-    if not labels or not len(frame):
+    in_texts = numbers_in_texts(texts, source.decimal)
+    of_numbers += [(place_of[label], label, values) for label, values in in_texts.columns.items()]
+    of_numbers.sort(key=itemgetter(0))
+    left = [label for label in place_of if label not in in_texts.columns]
+    texts_left = {label: cells for label, cells in texts.items() if label in left}
+    if not of_numbers or not len(frame):
         remedy = "Give a DataFrame with one row a sample"
         raise LogError("it has no rows of numbers", remedy=remedy)
 
+    labels = [label for _, label, _ in of_numbers]
+    columns_of_numbers = [values for _, _, values in of_numbers]
     names, units, notes = name_columns(labels)
-    texts_left = {label: cells for label, cells in texts.items() if label in left}
+    of_cells = dict(zip(labels, names, strict=True))
+    units_of = dict(zip(names, units, strict=True))
+    units_of |= {of_cells[label]: unit for label, unit in in_texts.units.items()}
     words = parting_columns(texts_left)
     only = only_words(texts_left)
-    notes += [*told, *(parting_note(label, parting) for label, parting in words.items())]
+    notes += in_texts.notes
+    notes += [parting_note(label, parting) for label, parting in words.items()]
     if others := [label for label in left if label not in words]:
         notes.append(f"columns without numbers left out: {', '.join(others)}")
+    unreadable = {label: f"column {label} holds no real numbers" for label in left}
+    unreadable |= in_texts.unreadable
     digest = hashlib.sha256(repr(names).encode())
     for values in [*columns_of_numbers, *([] if clock is None else [clock])]:
         digest.update(values.tobytes())
     return Table(
         source.name,
         dict(zip(names, columns_of_numbers, strict=True)),
-        dict(zip(names, units, strict=True)),
+        units_of,
         digest.hexdigest(),
         clock=clock,
         clock_name=clock_name,
         metadata=only,
-        unreadable={label: f"column {label} holds text" for label in only},
+        unreadable=unreadable,
         notes=tuple(notes),
         words=words,
     )

@@ -103,8 +103,25 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
     Raises:
         LogError: no line reads as a row of numbers under any dialect.
     """
-    found = _sniffed(text[:SAMPLE], len(text) > SAMPLE, asked)
+    sample = text[:SAMPLE]
+    goes_on = len(text) > SAMPLE
+    try:
+        found = _sniffed(sample, goes_on, asked)
+    except LogError:
+        # The last rows may read as whole numbers in thousands, 700,000; the others, 0,123, then tell the decimal comma.
+        with_comma = _sniffed_with_comma(sample, goes_on) if asked is None else None
+        if with_comma is None:
+            raise
+        found = with_comma
     return replace(found, metadata={**found.metadata})
+
+
+def _sniffed_with_comma(sample: str, goes_on: bool) -> Dialect | None:
+    """The dialect of a text with decimal commas; None where it has none."""
+    try:
+        return _sniffed(sample, goes_on, ",") if "," in sample else None
+    except LogError:
+        return None
 
 
 # A text is sniffed by each who wants to know its columns: tables beside each other, one table, its marks weighed.

@@ -31,6 +31,7 @@ from erclutch.logs.readers import dates, json_layout
 from erclutch.logs.readers.budget import Budget
 from erclutch.logs.readers.found_recordings import JOINT, Found, choose, joined_by_time, names_by
 from erclutch.logs.readers.json_layout import flat, rows_under_numbers
+from erclutch.logs.readers.numbers_in_texts import numbers_in_texts
 from erclutch.logs.readers.text_bytes import DAMAGE
 from erclutch.logs.readers.told_units import texts_in, with_told_units
 from erclutch.logs.table import Table
@@ -267,7 +268,7 @@ def _table(
             shown = f"{label} is {values[first]!r:.40}"
             problem = f"{places[first]}, {shown} where a number is expected"
             unreadable[printable(name)] = problem
-            if all(isinstance(value, str) for value in values):
+            if all(isinstance(value, str | None) for value in values):
                 texts[printable(name)] = pd.Series(values)
             continue
         filled = [np.nan if value is None else value for value in values]
@@ -282,10 +283,21 @@ def _table(
     clock_name, clock = dates.clock_of_dates(texts)
     for name in (clock_name, *clock_name.split(" and ")):
         unreadable.pop(name, None)
+    in_texts = numbers_in_texts(
+        {name: texts[name] for name in texts if name in unreadable}, source.decimal
+    )
+    numbers |= in_texts.columns
+    in_order = map(printable, _short_names(list(columns)))
+    numbers = {name: numbers[name] for name in in_order if name in numbers}
+    for name in in_texts.columns:
+        del unreadable[name]
     if not numbers and unreadable:
         problem = next(iter(unreadable.values()))
         raise LogError(problem, remedy="Log numbers only", where=source.name)
     names, units, renamed = name_columns(list(numbers))
+    of_cells = dict(zip(numbers, names, strict=True))
+    units_of = dict(zip(names, units, strict=True))
+    units_of |= {of_cells[name]: unit for name, unit in in_texts.units.items()}
     words = parting_columns({name: texts[name] for name in texts if name in unreadable})
     left_out: list[str] = []
     for name, problem in unreadable.items():
@@ -294,11 +306,11 @@ def _table(
     return Table(
         name=source.name,
         columns=dict(zip(names, numbers.values(), strict=True)),
-        units=dict(zip(names, units, strict=True)),
+        units=units_of,
         digest=source.digest,
         clock=clock,
         clock_name=clock_name,
-        notes=(*notes, *left_out, *renamed),
+        notes=(*notes, *in_texts.notes, *left_out, *renamed),
         unreadable=unreadable,
         words=words,
         metadata=only_words(texts),
