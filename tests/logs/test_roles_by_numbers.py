@@ -73,6 +73,42 @@ def test_the_current_of_a_machine_in_line_with_the_torque_is_proposed_as_no_fiel
     assert plan.command().endswith("--field none")
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Ankerstrom",
+        "Generatorstrom [A]",
+        "courant d'induit",
+        "Corriente en armadura [A]",
+        "corrente di indotto",
+        "ток якоря",
+        "电枢电流",
+        "发电机电流",
+        "courant du moteur",
+        "corrente motore",
+        "ток двигателя",
+        "电机电流",
+        "モータ電流",
+        "모터 전류",
+    ],
+)
+def test_the_current_of_a_machine_is_no_field_in_other_languages(name: str) -> None:
+    current = 2 + SLOW
+    plan, field = field_of_a_machine(name, 0.12 * current + 0.1 * NOISE, current)
+    assert field.sureness == "doubtful"
+    assert plan.command().endswith("--field none")
+
+
+@pytest.mark.parametrize(
+    "name", ["courant", "corriente de freno", "制动电流", "电流", "Spulenstrom"]
+)
+def test_a_current_of_a_coil_or_of_nothing_else_stays_the_field(name: str) -> None:
+    current = 2 + SLOW
+    _, field = field_of_a_machine(name, 0.12 * current + 0.1 * NOISE, current)
+    assert field.sureness != "doubtful"
+    assert field.column == name
+
+
 def test_the_load_current_of_an_eddy_current_brake_is_confirmed() -> None:
     current = np.tile(np.repeat([0.0, 1.0, 2.0], 25), 8)
     plan, field = field_of_a_machine("load_current [A]", 0.02 * STEPS * current**2 + NOISE, current)

@@ -16,6 +16,7 @@ import numpy as np
 
 from erclutch.errors import UnitError
 from erclutch.logs.columns.labels import own_unit, says_a_unit, without_unit
+from erclutch.logs.columns.machines_in_names import is_of_a_drive
 from erclutch.logs.columns.name_ends import KEPT_NAMES, split_end
 from erclutch.logs.columns.names import SpokenName, spoken, spoken_name
 from erclutch.logs.columns.names_in_company import told_by_company
@@ -208,6 +209,11 @@ class SeenColumns:
             columns = self.columns.values()
             self._saying[words] = [column for column in columns if column.spoken.says(words)]
         return self._saying[words]
+
+    @cached_property
+    def of_drives(self) -> list[SeenColumn]:
+        """The columns that are called like a drive's own quantity, looked up once, whoever asks beside each column."""
+        return [column for column in self.columns.values() if is_of_a_drive(column.spoken)]
 
     def without(self, taken: Iterable[str]) -> list[SeenColumn]:
         """All columns of the file that hold a number, but some."""

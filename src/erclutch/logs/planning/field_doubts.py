@@ -12,6 +12,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
+from erclutch.logs.columns.machines_in_names import is_of_a_drive, is_of_a_machine
 from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import FEW, LOOKED_AT, known_rows, takes_both_signs
 from erclutch.logs.columns.two_courses import go_straight, goes_along
@@ -25,12 +26,6 @@ from erclutch.logs.planning.stated_scales import scales_stated
 from erclutch.logs.planning.told_motions import has_a_told_motion
 from erclutch.signals.array import Array
 
-#: Words of a drive in the name of its current (i_q, q_current, motor_current), and of the current beside it.
-OF_DRIVES = frozenset({"motor", "mot", "servo", "drive", "iq", "isq", "q", "motorstrom"})
-#: Words of a machine that loads the device, or is itself under test; an eddy-current brake has a load current too.
-_OF_MACHINES = frozenset(
-    {"load", "generator", "gen", "dut", "uut", "armature", "absorber", "alternator", "anker"}
-)
 #: What is computed of a motor under test alone.
 _OF_TESTS_OF_MOTORS = frozenset(
     {"efficiency", "wirkungsgrad", "rendement", "eficiencia", "esc", "throttle", "propeller"}
@@ -87,7 +82,7 @@ def leave_out_the_number_of_a_motor(draft: Draft) -> None:
     column = draft.seen.columns[field.column]
     level = float(column.values[0]) if column.values.size else 0.5
     is_a_number = column.shape.constant and level.is_integer() and not column.written_unit
-    if not is_a_number or OF_DRIVES.isdisjoint(column.spoken.stem_words):
+    if not is_a_number or not is_of_a_drive(column.spoken):
         return
     for other in draft.seen.without([*draft.taken, field.column]):
         is_a_current = other.fits(("A",)) and not CURRENTS.isdisjoint(other.spoken.stem_words)
@@ -115,7 +110,7 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
         return
     seen = draft.seen.columns[field.column]
     if effort is None:
-        if seen.spoken.says(OF_DRIVES) and takes_both_signs(seen.values):
+        if is_of_a_drive(seen.spoken) and takes_both_signs(seen.values):
             doubt = "which is called like the current of a drive and takes both signs"
             draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
         return
@@ -123,13 +118,13 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     measured = draft.table.columns.get(effort.column)
     if measured is None:
         return
-    if seen.spoken.says(_OF_MACHINES):
+    if is_of_a_machine(seen.spoken):
         doubt = "which is called like the current of a machine that loads or is tested"
         answer = NONE if go_straight(current, measured) else ""
         draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", answer)
         return
     keeps_its_sign = not takes_both_signs(current) and not seen.shape.keeps_levels
-    if keeps_its_sign and seen.spoken.says(OF_DRIVES) and go_straight(current, measured):
+    if keeps_its_sign and is_of_a_drive(seen.spoken) and go_straight(current, measured):
         doubt = f"which is called like that of a drive and goes straight with {effort.column}"
         draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
         return
@@ -205,7 +200,7 @@ def _unless_it_drives(what: str, field: SignalPlan) -> str:
 
 def is_current_of_a_drive(column: SeenColumn, efforts: Iterable[Array]) -> bool:
     """Whether a column is called like the current of a drive, takes the sign of an effort and goes along with it."""
-    if not column.spoken.says(OF_DRIVES) or column.fits(("A",)) is False:
+    if not is_of_a_drive(column.spoken) or column.fits(("A",)) is False:
         return False
     return any(goes_along(column.values, effort) for effort in efforts)
 

@@ -24,7 +24,7 @@ from erclutch.logs.columns.two_courses import (
     is_size_of,
 )
 from erclutch.logs.planning.draft import Draft
-from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, OF_DRIVES, is_current_of_a_drive
+from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive
 from erclutch.logs.planning.missing_columns import has_short_name
 from erclutch.logs.planning.stated_field import states_a_field, take_stated_field
 from erclutch.logs.planning.told_motions import has_a_told_motion
@@ -144,7 +144,7 @@ def _why_of_a_drive(seen: SeenColumns, column: SeenColumn, taken: Iterable[str])
             efforts.append(other.values)
     if is_current_of_a_drive(column, efforts):
         return "is the current of the drive, which goes along with the effort"
-    beside = [other for other in seen.saying(OF_DRIVES) if is_current_of_a_drive(other, efforts)]
+    beside = [other for other in seen.of_drives if is_current_of_a_drive(other, efforts)]
     if not beside:
         return ""
     if column.spoken.says(_OTHER_AXIS) and column.fits(("A",)) is not False:
