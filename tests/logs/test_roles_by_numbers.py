@@ -109,6 +109,42 @@ def test_a_current_of_a_coil_or_of_nothing_else_stays_the_field(name: str) -> No
     assert field.column == name
 
 
+def beside_a_current(name: str, voltage: str, volts: Array) -> SignalPlan:
+    current = 2 + SLOW
+    columns = {"time [s]": TIME, "speed [rpm]": STEPS, "torque [N*m]": 0.12 * current}
+    field = planned({**columns, voltage: volts, name: current}).signal("field")
+    assert field is not None
+    return field
+
+
+@pytest.mark.parametrize(
+    ("current", "voltage"),
+    [
+        ("armature current", "Voltage"),
+        ("Ankerstrom", "Spannung"),
+        ("corrente di armatura", "Tensione"),
+        ("generator current", "Voltage"),
+    ],
+)
+def test_the_voltage_of_a_machine_is_asked_about(current: str, voltage: str) -> None:
+    field = beside_a_current(current, voltage, 12 + 3 * SLOW)
+    assert (field.column, field.sureness) == (voltage, "doubtful")
+
+
+@pytest.mark.parametrize(
+    ("current", "voltage", "volts"),
+    [
+        ("armature current", "Voltage", 1200.0),  # across a fluid
+        ("motor current", "Voltage", 12.0),  # of the drive that turns the device
+    ],
+)
+def test_the_voltage_of_a_fluid_or_a_coil_beside_a_machine_is_the_field(
+    current: str, voltage: str, volts: float
+) -> None:
+    field = beside_a_current(current, voltage, volts * (1 + 0.2 * SLOW))
+    assert (field.column, field.sureness) == (voltage, "likely")
+
+
 def test_the_load_current_of_an_eddy_current_brake_is_confirmed() -> None:
     current = np.tile(np.repeat([0.0, 1.0, 2.0], 25), 8)
     plan, field = field_of_a_machine("load_current [A]", 0.02 * STEPS * current**2 + NOISE, current)

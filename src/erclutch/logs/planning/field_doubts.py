@@ -223,6 +223,25 @@ def leave_out_the_supply_of_a_drive(draft: Draft) -> None:
             return
 
 
+def doubt_the_voltage_of_a_machine(draft: Draft) -> None:
+    """Doubt a guessed voltage beside the current of an armature or a generator that goes straight with the effort."""
+    field = _guessed_voltage(draft)
+    effort = draft.signals.get("effort")
+    if field is None or field.sureness == "doubtful" or effort is None or not effort.column:
+        return
+    voltage = draft.seen.columns[field.column]
+    largest = float(np.nanmax(np.abs(voltage.values), initial=0.0)) * abs(field.factor)
+    if largest > LARGEST_SUPPLY or voltage.spoken.says(_OF_COILS):
+        return
+    measured = draft.table.columns[effort.column]
+    for other in draft.seen.without([*draft.taken, field.column]):
+        is_a_current = other.fits(("A",)) is not False and "field" in other.spoken.may_be
+        if is_a_current and is_of_a_machine(other.spoken) and go_straight(other.values, measured):
+            doubt = f"which stands beside {other.name}, as the voltage of that machine"
+            draft.doubt("field", f"{doubt}: {_unless_it_drives('a coil', field)}", NONE)
+            return
+
+
 def leave_out_field(draft: Draft, why: str) -> None:
     """Take a guessed field back with a word; the question after it stays open for other columns."""
     column = draft.signals["field"].column
