@@ -115,3 +115,14 @@ def test_the_i_of_a_controller_is_no_current() -> None:
     assert _field(plan) == "Strom"
     alone = _plan({"I": 2.0 + (SPAN > 2.0)}, {})
     assert _field(alone) == "I"
+
+
+@pytest.mark.parametrize("sign", ["\u00b5", "\u03bc", "u"])
+def test_the_output_of_a_sensor_is_told_by_its_name_however_micro_is_written(sign: str) -> None:
+    force = f"Load ({sign}N)"
+    columns = {"Time": SPAN, "Depth": STROKE, force: PULL, "Load (V)": 0.5 + 0.01 * STROKE}
+    units = {"Time": "s", "Depth": "nm", force: "uN", "Load (V)": "V"}
+    plan = plan_of(Table("a", columns, units, "0" * 64), ColumnMap())
+    assert plan.questions == ()
+    assert plan.doubts == ()
+    assert _field(plan) == "none"

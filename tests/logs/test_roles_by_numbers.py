@@ -349,6 +349,22 @@ def test_parts_of_rows_in_no_order_are_points_too(tmp_path: Path) -> None:
     good("inspect", "a.csv", "--variable", "Type=all", "--time", "none", cwd=tmp_path)
 
 
+@pytest.mark.slow
+def test_the_command_for_parts_says_that_what_numbers_all_rows_is_no_field(tmp_path: Path) -> None:
+    speed = np.random.default_rng(3).normal(0.0, 10.0, 300)
+    kinds = np.random.default_rng(4).integers(0, 3, 300)
+    rows = [
+        f"{k + 1},{'MLH'[kind]},{v:.4f},{np.tanh(v / 3):.4f}"
+        for k, (kind, v) in enumerate(zip(kinds, speed, strict=True))
+    ]
+    text = "\n".join(["UDI,Type,speed [rad/s],torque [N*m]", *rows])
+    (tmp_path / "a.csv").write_text(text + "\n", encoding="utf-8")
+    asked = good("inspect", "a.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert asked.endswith('--variable "Type=all" --field none --time none')
+    words = ("--variable", "Type=all", "--field", "none", "--time", "none")
+    good("inspect", "a.csv", *words, cwd=tmp_path)
+
+
 @pytest.mark.parametrize("name", ["", "row", "Unnamed: 0", "Sample"])
 def test_the_number_of_a_row_is_no_input_that_helps_a_law(name: str) -> None:
     plan = planned(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.vocabulary import TOLD
 from erclutch.logs.planning.draft import Draft
@@ -79,4 +80,5 @@ def _level(column: SeenColumn) -> float | None:
 
 def _without_unit(column: SeenColumn) -> str:
     """A name without a unit in brackets, which tells columns of one name apart."""
-    return column.name.removesuffix(f" ({column.written_unit})")
+    front, unit = split_label(column.name)
+    return front if unit else column.name
