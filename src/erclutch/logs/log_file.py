@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from erclutch.errors import LogError, placed
 from erclutch.logs.clock.channel_times import unwoven, with_times_joined
+from erclutch.logs.clock.digits_of_a_clock import with_clock_of_digits
 from erclutch.logs.clock.names_over_times import with_names_at_values
 from erclutch.logs.clock.one_time import with_whole_stamps
 from erclutch.logs.clock.pairs_of_columns import with_pairs_named
@@ -80,6 +81,7 @@ TIDYINGS = (
     Tidying("names that can be read", with_readable_names),
     Tidying("no number where the largest that there is stands for none", without_largest_doubles),
     Tidying("names for what an echo of joint states holds", with_joint_states_named),
+    Tidying("a clock in s, though its digits hold hours and minutes", with_clock_of_digits),
     Tidying("one time a row, though a stamp stands in several columns", with_whole_stamps),
     Tidying("rows for each field, though it has a time of its own", with_rows_for_each_timed_level),
     Tidying("a name for each channel, though it stands over its time", with_names_at_values),

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from erclutch.logs.readers.stamp_signs import in_usual_signs
 from erclutch.signals.array import Array
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def seconds(cells: pd.Series[Any]) -> Array | None:
         return None
     texts = cells.astype(str).str.strip()
     if not is_duration:
-        texts = _with_colons_and_a_point(texts)
+        texts = _with_colons_and_a_point(in_usual_signs(texts))
         first = texts.iloc[0]
         if not _LIKELY.match(first):
             return None
