@@ -369,7 +369,9 @@ def _split_at_front(name: str) -> tuple[str, str | None]:
     if match is None:
         return name, None
     unit = match[1]
-    if unit in _WORDS_IN_FRONT or not is_of(unit, match[2].lower()):
+    # The act of act_force is a unit to pint, as the foot of foot.position is.
+    is_another_word = unit in _WORDS_IN_FRONT or (unit.isalpha() and unit not in ENDS)
+    if is_another_word or not is_of(unit, match[2].lower()):
         return name, None
     return name.strip()[len(unit) + 1 :], ENDS.get(unit, unit)
 
