@@ -13,6 +13,7 @@ from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.words_behind_units import without_words_behind
 from erclutch.logs.mapping import ColumnMap
 from erclutch.logs.plan import Plan
+from erclutch.logs.table import Table
 
 ROWS = np.arange(400)
 TIME = ROWS / 100.0
@@ -142,6 +143,16 @@ def test_in_is_an_inch_before_a_weight_alone(label: str, name: str, unit: str | 
 def test_what_is_no_unit_of_its_name_is_none(name: str) -> None:
     assert own_unit(name, None, ("N", "N*m")) is None
     assert own_unit(name, None, ("m", "rad")) is None
+
+
+@pytest.mark.parametrize("index", ["[0x2201/31]", "[0x4C01/2]", "[12/A]", "[front/left]"])
+def test_an_index_in_brackets_is_no_unit_and_refuses_no_log(index: str) -> None:
+    name = f"User Parameter {index}"
+    assert own_unit(name, None, ("V", "A")) is None
+    assert not says_a_unit(name)
+    columns = {"time": TIME, "velocity": SPEED, "torque": EFFORT, name: CURRENT}
+    plan = plan_of(Table("a.csv", columns, dict.fromkeys(columns), "0" * 64), ColumnMap())
+    assert [question.signal for question in plan.questions if question.signal == "field"]
 
 
 def test_words_are_taken_off_behind_a_unit_and_never_a_whole_name() -> None:

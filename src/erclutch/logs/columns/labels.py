@@ -284,7 +284,10 @@ def own_unit(name: str, unit: str | None, si_units: Collection[str]) -> str | No
     unsure = _MEGA_OR_MILLI.search(name)
     if unsure and "N" in si_units and (unsure[1].islower() or name.isupper()):
         return unsure[1].lower()
-    end = end or split_label(without_words_behind(name))[1]
+    if not end:
+        _, in_brackets = split_label(without_words_behind(name))
+        # No index: User Parameter [0x2201/31].
+        end = in_brackets if in_brackets and units.is_known_unit(in_brackets) else None
     if not end and _RPM_WITHIN.search(name):
         end = "rpm"
     elif end == "1/min" and counts_turns:
@@ -296,7 +299,10 @@ def own_unit(name: str, unit: str | None, si_units: Collection[str]) -> str | No
 
 def says_a_unit(name: str) -> bool:
     """Whether a unit of whatever quantity stands in a name."""
-    return bool(split_end(name)[1] or split_label(without_words_behind(name))[1])
+    if split_end(name)[1]:
+        return True
+    _, in_brackets = split_label(without_words_behind(name))
+    return in_brackets is not None and units.is_known_unit(in_brackets)
 
 
 def without_copy_number(name: str) -> str:
