@@ -20,6 +20,7 @@ _CALLED = set_of(
 )
 #: Names that say how the digits are put together.
 _NAMED = frozenset({"hhmmss", "hms", "hhmmssms"})
+_FIRST = 1000  # rows of which a minute has sixty seconds, if all have
 _NEAR = 3.0  # steps that a minute takes at most where it is crossed
 _MOST = 0.9  # share of the minutes that are crossed so, at least
 _A_JUMP = 1.0  # s between what the digits say and what the number says
@@ -62,9 +63,16 @@ def with_clock_of_digits(table: Table) -> Table:
         return table
     for name, values in table.columns.items():
         is_called_so = plain(name) in _CALLED or spoken_name(name).is_time
-        if table.units.get(name) or not is_called_so or not np.isfinite(values).all():
+        if (
+            table.units.get(name)
+            or not is_called_so
+            or values.size < 2
+            or not np.isfinite(values).all()
+        ):
             continue
         for form in _FORMS:
+            if values[0] == values[-1] or _seconds(values[:_FIRST], form) is None:
+                continue  # most columns, without the memory that all rows take
             seconds = _seconds(values, form)
             is_named_so = plain(name) in _NAMED
             if seconds is not None and _is_told(values, seconds, form, is_named_so=is_named_so):

@@ -65,9 +65,10 @@ def as_seconds(
 
 def counts_days(stamps: Array) -> str:
     """Who numbers days as stamps do that are taken at 1 Hz or faster; "" where they are no dates."""
-    if stamps.size < 2 or not np.median(np.abs(np.diff(stamps))) < _STEP_OF_DATES:
+    who = _who_numbers_days(stamps)  # first, since the steps of a long log take memory
+    if not who or stamps.size < 2:
         return ""
-    return _who_numbers_days(stamps)
+    return who if np.median(np.abs(np.diff(stamps))) < _STEP_OF_DATES else ""
 
 
 def _who_numbers_days(stamps: Array) -> str:
@@ -79,13 +80,15 @@ def _may_count_days(stamps: Array) -> str:
 
     A round step (0.01) is one of a clock that counts s since it was switched on.
     """
-    steps = np.abs(np.diff(stamps))
-    step = float(np.median(steps)) if steps.size else 0.0
+    who = _who_numbers_days(stamps)
+    if not who or stamps.size < 2:
+        return ""
+    step = float(np.median(np.abs(np.diff(stamps))))
     seconds = step * _SECONDS_PER_DAY
     if step < _STEP_OF_DATES or abs(seconds - round(seconds)) > 0.01:
         return ""
     is_round = abs(step - float(f"{step:.3g}")) <= 1e-5 * step
-    return "" if is_round else _who_numbers_days(stamps)
+    return "" if is_round else who
 
 
 def is_since_1970(stamps: Array) -> bool:
