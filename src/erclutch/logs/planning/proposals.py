@@ -37,6 +37,7 @@ from erclutch.logs.planning.no_field import is_a_mark, maybe_field
 from erclutch.logs.planning.points import IN_NO_ORDER
 from erclutch.logs.planning.strength_of_efforts import strengths_of_efforts
 from erclutch.logs.planning.two_ends import motion_between
+from erclutch.logs.planning.units_in_options import with_unit_of_name
 from erclutch.logs.table import MINUS
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
@@ -106,7 +107,7 @@ def propose_answers(draft: Draft) -> None:
             pattern = name_pattern.proposed(Path(seen.table.path).name)
             if pattern:
                 option = f"--name-pattern {shlex.quote(pattern)}"
-        options[signal] = option
+        options[signal] = option = with_unit_of_name(seen, option)
         if signal != "time" or option.startswith("--time"):
             label = shlex.split(option)[1]
             name, _ = split_label(label)
