@@ -203,6 +203,30 @@ def test_a_sensor_that_was_stuck(name: str) -> None:
     assert not [f for f in sensor_findings(rest) if "stuck" in f.message]
 
 
+@pytest.mark.parametrize("name", ["effort", "slip"])
+@pytest.mark.parametrize("rows", [3, 10, 25])
+def test_a_signal_that_was_sampled_slowly_and_held(name: str, rows: int) -> None:
+    """A held signal is late by half its period in the mean; nobody was told."""
+    data = smooth()
+    values = data.effort if name == "effort" else data.elements[0].slip
+    held = values[np.arange(N) // rows * rows]
+    other = "slip" if name == "effort" else "effort"
+    slow = changed(data, effort=held) if name == "effort" else changed(data, slip=held)
+    (finding,) = [f for f in sensor_findings(slow) if "held in between" in f.message]
+    assert f"the {name} changes once in {rows} rows, and the {other} in" in finding.message
+    assert finding.remedy.endswith(f"--resample {1000 / rows:.3g}")
+
+
+def test_counts_of_an_encoder_and_every_second_row_are_not_held() -> None:
+    data = smooth()
+    slip = data.elements[0].slip
+    for values in (np.round(slip), slip[np.arange(N) // 2 * 2], slip):
+        found = sensor_findings(changed(data, slip=values))
+        assert not [f for f in found if "held in between" in f.message]
+    ramp = np.floor(np.arange(N) / 10.0)  # a slow course in counts
+    assert not [f for f in sensor_findings(changed(data, slip=ramp)) if "held" in f.message]
+
+
 def test_a_differenced_encoder() -> None:
     data = good()
     finding = only(findings(changed(data, slip=np.round(data.elements[0].slip))))

@@ -1,4 +1,4 @@
-"""What does not belong to a measurement is looked for: a wrong unit, a sensor that is saturated, spiked or stuck."""
+"""What does not belong to a measurement is looked for: a wrong unit, a sensor saturated, spiked, stuck or too slow."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from erclutch.fit.checks.finding import Finding
 from erclutch.logs.dataset import Dataset
@@ -42,13 +43,21 @@ _STUCK_ROWS = 50
 _STUCK_RUN = 20.0
 #: Share of its range by which the other side of the device moves meanwhile.
 _MOVES = 0.2
+#: Rows from which on a value that stays regularly is one of a slower sampling, held in between.
+_HELD_ROWS = 3
+#: Times that it changes, at least, share of them that are as far apart, and share that an encoder's count has at most.
+_FEWEST_CHANGES = 30
+_REGULAR = 0.8
+_COUNTS = 0.5
+#: Share of its rows in which the other side of the device changes, at least.
+_ALWAYS = 0.7
 
 
 def sensor_findings(data: Dataset) -> tuple[Finding, ...]:
-    """What does not belong to a measurement: magnitudes of no device, spikes, a sensor that is saturated or stuck.
+    """What does not belong to a measurement: magnitudes of no device, spikes, a sensor saturated, stuck or too slow.
 
     Args:
-        data: the rows; a spike or a stuck sensor is looked for in the effort and the slips.
+        data: the rows; a spike, a stuck or a slow sensor is looked for in the effort and the slips.
     """
     signals = [("effort", data.effort)]
     for element in data.elements:
@@ -57,6 +66,7 @@ def sensor_findings(data: Dataset) -> tuple[Finding, ...]:
         *_ranges(data),
         *(_spikes(data, name, values) for name, values in signals),
         *(_stuck(data, name, values) for name, values in signals),
+        *(_held(data, name, values) for name, values in signals),
     ]
     return tuple(finding for finding in findings if finding is not None)
 
@@ -135,18 +145,8 @@ def _spikes(data: Dataset, name: str, values: Array) -> Finding | None:
 
 def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:
     """A value that stays to the last digit, and is met nowhere else, while the other side of the device moves."""
-    if name == "slip":
-        other = "effort"
-        other_side = [data.effort]
-    else:
-        other = "slip"
-        other_side = [element.slip for element in data.elements]
-
-    # Runs of one value, each within a stretch.
-    changes = np.diff(values) != 0
-    begins = np.concatenate(([True], changes, [True]))
-    begins[[span.stop for span in data.clock.spans]] = True
-    starts = np.flatnonzero(begins)
+    other, other_side = _other_side(data, name)
+    starts = _starts_of_runs(data, values)
     lengths = np.diff(starts)
     usually = float(np.quantile(lengths, 0.99))
     long = max(_STUCK_ROWS, _STUCK_RUN * usually)
@@ -172,3 +172,50 @@ def _stuck(data: Dataset, name: str, values: Array) -> Finding | None:
             remedy = "Leave that stretch out with --from and --until, and check the sensor"
             return Finding("warning", name, message, remedy)
     return None
+
+
+def _held(data: Dataset, name: str, values: Array) -> Finding | None:
+    """A value that changes in each tenth row, say, while the other side of the device changes in all: it comes late."""
+    periods = [span.period for span in data.clock.spans if span.period]
+    if not periods or len(periods) < len(data.clock.spans):
+        return None  # points in no time
+    lengths = np.diff(_starts_of_runs(data, values))
+    if lengths.size < _FEWEST_CHANGES:
+        return None
+    rows = int(np.median(lengths))
+    is_regular = float(np.mean(np.abs(lengths - rows) <= max(1, rows // 10))) >= _REGULAR
+    if rows < _HELD_ROWS or not is_regular:
+        return None
+    # A slow course in counts of an encoder changes by one count, each time.
+    steps: Array = np.abs(np.diff(values))
+    rounded: Array = steps[steps > 0.0].round(9)
+    different, counts = np.unique(rounded, return_counts=True)
+    is_counted = different.size > 0 and counts.max() > _COUNTS * counts.sum()
+    other, other_side = _other_side(data, name)
+    shares = [np.count_nonzero(np.diff(each)) / each.size for each in other_side]
+    goes_on = max(shares) >= _ALWAYS
+    if is_counted or not goes_on:
+        return None
+    rate = 1.0 / (rows * periods[0])
+    late = (rows - 1) * periods[0] / 2.0
+    message = (
+        f"the {name} changes once in {rows} rows, and the {other} in nearly all: it was sampled at {rate:.3g} Hz and "
+        f"held in between, so that it is {late:.2g} s late in the mean"
+    )
+    return Finding(
+        "warning", name, message, f"Log it as fast as the {other}, or give --resample {rate:.3g}"
+    )
+
+
+def _other_side(data: Dataset, name: str) -> tuple[str, list[Array]]:
+    """What is measured on the other side of the power, and its values."""
+    if name == "slip":
+        return "effort", [data.effort]
+    return "slip", [element.slip for element in data.elements]
+
+
+def _starts_of_runs(data: Dataset, values: Array) -> NDArray[np.intp]:
+    """First rows of the runs of one value, each within a stretch, and the number of rows behind them."""
+    begins = np.concatenate(([True], np.diff(values) != 0, [True]))
+    begins[[span.stop for span in data.clock.spans]] = True
+    return np.flatnonzero(begins)
