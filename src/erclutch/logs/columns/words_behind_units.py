@@ -13,6 +13,9 @@ _WORDS = (
     "filtrado filtrada promedio media"
 )
 _LAST_WORD = re.compile(rf"(?<=.)(?:[\s_.,-]+(?:{'|'.join(_WORDS.split())}))$", re.IGNORECASE)
+_WORD_IN_BRACKET = re.compile(
+    rf"([\[(][^\[\](),;]+?)\s*[,;]\s*(?:{'|'.join(_WORDS.split())})(?=[\])]$)", re.IGNORECASE
+)
 _OPENED = re.compile(r"([^\[\]()]*[^\W\d_][^\[\]()]*?)[\s_]*[\[(]([^\[\]()]+)")
 _CLOSED = re.compile(r"([^\[\]()]*[^\W\d_][^\[\]()]*)[\s_]([^\[\]()\s_]+)[\])]")
 _MOST_WORDS = 3
@@ -20,12 +23,13 @@ _LONGEST = 100  # letters of such a name
 
 
 def without_words_behind(name: str) -> str:
-    """``Force_kN`` of ``Force_kN_raw_mean``, ``Force (kN)`` of ``Force (kN``; else the name itself."""
+    """``Force_kN`` of ``Force_kN_raw_mean``, ``Force (kN)`` of ``Force (kN`` or ``(kN, raw)``; else the name itself."""
     shorter = name.strip()
     if len(shorter) > _LONGEST:
         return shorter
     for _ in range(_MOST_WORDS):
         shorter = _LAST_WORD.sub("", shorter)
+    shorter = _WORD_IN_BRACKET.sub(r"\1", shorter)
     for bracket in (_OPENED, _CLOSED):
         broken = bracket.fullmatch(shorter)
         if broken:

@@ -375,6 +375,19 @@ def _is_known(cell: str) -> bool:
     return bool(_NO_FACTOR.fullmatch(cell)) or units.is_unit(cell)
 
 
+def _with_whole_brackets(cells: Sequence[str], delimiter: str | None) -> list[str]:
+    """Cells of a line, where a bracket that a delimiter parts is one again: ``Torque (filtered``, ``mNm)``."""
+    whole: list[str] = []
+    for cell in cells:
+        last = whole[-1] if whole else ""
+        is_open = any(last.count(left) > last.count(right) for left, right in ("()", "[]"))
+        if is_open and delimiter is not None and re.match(r"[^(\[]*[)\]]", cell):
+            whole[-1] = f"{last}{delimiter} {cell}"
+        else:
+            whole.append(cell)
+    return whole
+
+
 def _labels(
     line: str,
     marks: Marks,
@@ -399,7 +412,11 @@ def _labels(
     if was_comment and marks.delimiter is None:  # names between commas above numbers between blanks
         for mark in ",;|\t":
             splits.append([cell.strip() for cell in line.split(mark)])
-    splits.append(marks.cells(line))
+    cells_of_line = marks.cells(line)
+    whole = _with_whole_brackets(cells_of_line, marks.delimiter)
+    if len(whole) < len(cells_of_line) and len(whole) in (rows.width, rows.width - rows.trailing):
+        splits.append(whole)
+    splits.append(cells_of_line)
     if marks.delimiter is None:
         # Names may hold blanks: brackets stay with their name, or wide gaps part the names.
         splits.append(re.findall(r"[^\s\[(]+(?:\s*(?:\[[^\]]*\]|\([^)]*\)))?", line))
