@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from erclutch.errors import MappingError
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
 from erclutch.signals.array import Array
 
@@ -62,3 +63,9 @@ def test_a_clock_that_runs_for_hours_is_in_seconds(first: float, step: float) ->
 def test_the_option_for_columns_without_names_has_days(step: float, unit: str) -> None:
     command = planned(43_920.61 + ROWS * step, "c1", ("c2", "c3")).command().replace('"', "'")
     assert f"--time 'c1 [{unit}]'" in command
+
+
+def test_the_answer_for_slow_rows_is_in_days() -> None:
+    plan = planned(43_920.61 + ROWS / 1440.0)
+    with pytest.raises(MappingError, match=r'or --time "time \[d\]"'):
+        plan.require_sureness()

@@ -280,7 +280,7 @@ class Plan:
         if self.doubts:
             remedy = f"If that is right, say so: {' '.join(self._doubtful_options('s'))}"
             if self.clock is not None and self.clock.doubt:
-                small = self.clock.likely if self.clock.likely in ("us", "ns") else "ms"
+                small = self.clock.likely if self.clock.likely in ("us", "ns", "d") else "ms"
                 in_small = shell_word(f"{self.clock.column} [{small}]")
                 remedy += f", or --time {in_small}, or give --rate"
             raise MappingError("; ".join(self.doubts), remedy=remedy, where=self.log)

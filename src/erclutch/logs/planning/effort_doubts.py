@@ -219,7 +219,9 @@ def doubt_effort_without_power(draft: Draft) -> None:
     slip = draft.signals.get("slip")
     if effort is None or slip is None or (effort.si, slip.si) not in _NO_POWER:
         return
-    if effort.si == "N" and effort.column and effort.column == rubbing_force(draft.seen):
+    if not effort.column:  # a number stands for it where a model estimates it
+        return
+    if effort.si == "N" and effort.column == rubbing_force(draft.seen):
         return
     for guessed, other in ((effort, slip), (slip, effort)):
         if not guessed.column or guessed.sureness not in ("sure", "likely"):
