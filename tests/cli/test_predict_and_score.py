@@ -622,3 +622,16 @@ def test_a_log_in_other_units_is_refused_with_the_options_that_settle_it(
 
 
 BARE = ("--field", "voltage", "--slip", "speed", "--effort", "torque")
+
+
+def test_a_log_unlike_the_runs_own_is_told_as_such_and_not_as_a_changed_device(
+    place: Path, tmp_path: Path
+) -> None:
+    """The factor of a field that nobody had logged was told as a unit or an aged device."""
+    table = pd.read_csv(place / "two.csv")
+    table["u [V]"] *= 20.0
+    table["M [N*m]"] *= 3.0
+    table.to_csv(tmp_path / "strong.csv", index=False)
+    out = " ".join(good("score", "strong.csv", "--run", place / "run", cwd=tmp_path).split())
+    assert "fit both logs together" in out
+    assert "times the estimated" not in out

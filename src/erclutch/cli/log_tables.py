@@ -126,8 +126,8 @@ def tell_signals(recording: Recording, data: Dataset) -> None:
         rows: list[list[str]] = []
         for number, span in enumerate(spans[:_MOST_SEGMENTS], start=1):
             count = span.stop - span.start
-            begin = terminal.number(float(recording.time[span.start]), 5)
-            end = terminal.number(float(recording.time[span.stop - 1]), 5)
+            begin = terminal.number(float(data.clock.time[span.start]), 5)
+            end = terminal.number(float(data.clock.time[span.stop - 1]), 5)
             of_elements = [element.field[span.start : span.stop] for element in data.elements]
             fields = np.concatenate(of_elements)
             rows.append([str(number), f"{count:,}", begin, end, _range(fields)])

@@ -222,7 +222,7 @@ class Run(Shown):
             raise RunError(
                 f"this run recommends no model: the nearest, {name}, {standing.why_none}",
                 where=str(self.folder),
-                remedy=f"{remedy}, or name a model all the same",
+                remedy=f"{remedy}, or name a model all the same: --model {self.id_of(name)}",
             )
         return name
 

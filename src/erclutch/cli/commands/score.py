@@ -34,6 +34,10 @@ COMMAND = {
 _WORSE = 1.5
 #: Share of an error that one factor leaves, at most, where the factor is told: of a sign or of a unit.
 _EXPLAINED = 0.3
+#: Share of the rows from which on a model guesses: where its fields or speeds were never logged, no factor tells more.
+_MOSTLY_GUESSED = 0.5
+#: Factors that a device may have changed by; larger and smaller ones are of a unit or a sensor.
+_OF_AN_AGED_DEVICE = (0.5, 2.0)
 
 
 def score(
@@ -219,7 +223,12 @@ def _words_on(scores: Sequence[_Scored], data: Dataset, *, all_new: bool) -> lis
             at_home = each.recommended_at
             is_far_more = error.low > at_home.high and error.value > _WORSE * at_home.value
             adapt = f"erclutch recalibrate {shell_word(str(each.run))} LOG --out NEW"
-            if is_far_more and each.score.left_by_gain < _EXPLAINED:
+            if is_far_more and each.score.guessed >= _MOSTLY_GUESSED:
+                lines.append(
+                    "Most of these rows are unlike those that it was fitted to, as the lines below say: fit both logs "
+                    "together"
+                )
+            elif is_far_more and each.score.left_by_gain < _EXPLAINED:
                 lines.append(_of_one_factor(each.score.gain, adapt))
             elif all_new and is_far_more:
                 lines.append(
@@ -244,7 +253,12 @@ def _of_one_factor(gain: float, adapt: str) -> str:
     if gain < 0.0:
         turns = "--scale effort=-1 or --scale slip=-1"
         return f"{line} If a signal has another sign here than in the run's logs, turn it: {turns}"
-    return f"{line} If it is a unit, say the right one; if the device itself has changed, adapt the model: {adapt}"
+    least, most = _OF_AN_AGED_DEVICE
+    if least <= gain <= most:
+        return f"{line} If it is a unit, say the right one; if the device itself has changed, adapt the model: {adapt}"
+    return (
+        f"{line} No device changes so much: check the unit of the effort and what its sensor means"
+    )
 
 
 def _trained_on(run: Run, recordings: Sequence[Recording]) -> list[str]:

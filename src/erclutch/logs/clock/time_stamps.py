@@ -28,6 +28,8 @@ _FAR_APART = 10  # rows over which the period is told
 _LATE = 0.5  # periods by which a clock stays late behind a lost row
 _BUSY = 60  # rows over which late stamps average out
 _WHOLE = 0.1  # of a period, by which a whole number of periods is off at most
+_EQUAL = 0.01  # of a step, by which equal steps differ
+_BESIDE = 0.1  # periods that a stamp is off a grid which is not its own
 _MOSTLY = 0.95  # of the steps
 _WANDERS = 0.5  # periods that such an average may move
 DISORDER = 0.05  # share of the steps from which on backward ones are no slips of a clock
@@ -426,11 +428,15 @@ def _is_steady(stamps: Array, regular: _Regular) -> bool:
     if np.mean(whole) > _MOSTLY and np.mean(several) > 1.0 - _MOSTLY:
         return False
 
+    # Nearly all steps are one length, and yet most stamps stand beside the grid: a single odd step has moved it.
+    usual = float(np.median(steps[steps > 0]))
+    are_equal = float(np.mean(np.abs(steps - usual) < _EQUAL * usual)) >= _MOSTLY
+    if are_equal and float(np.median(np.abs(away))) > _BESIDE:
+        return False
     for rows in _segments(regular.starts, stamps.size):
         part = away[rows]
         width = min(_BUSY, part.size)
-        alike = np.full(width, 1.0 / width)
-        averages = np.convolve(part, alike, "valid")
+        averages = np.convolve(part, np.full(width, 1.0 / width), "valid")
         if float(np.ptp(averages)) > _WANDERS:
             return False
     return True

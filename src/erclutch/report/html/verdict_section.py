@@ -226,7 +226,7 @@ def worries(material: Material) -> list[str]:
     test = entry["test"]["share"][0]
     if test is not None and test > NEXT_TO_NOTHING:
         sentences.append(
-            "It explains next to nothing of the rows held out: a constant would do about as well."
+            "It explains next to nothing of the rows held out: it errs there by about as much as they vary, or by more."
         )
     rest = _rest(material)
     if rest.held_out >= MANY_AT_REST and rest.moving:
