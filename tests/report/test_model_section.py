@@ -234,7 +234,8 @@ def test_four_curves_of_a_pair_without_a_rival_stand_in_one_row(
     values = MODEL.fill(material)
     assert values is not None
     figures = [values["figures"][0]] * panels
-    html = report_page._body(report_page.templates(), MODEL, {**values, "figures": figures})["html"]
+    values |= {"figures": figures, "standing": "recommended"}
+    html = report_page._body(report_page.templates(), MODEL, values)["html"]
     assert ('class="many four figures"' in html) == four
 
 

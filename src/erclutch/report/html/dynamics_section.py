@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from erclutch.fit.choice.standing import standing_of_run
 from erclutch.models.parameter_units import unit_text as unit_of
 from erclutch.models.stages import slip_stages
 from erclutch.report.html.section import Section
@@ -44,6 +45,7 @@ def _fill(material: Material) -> dict[str, Any]:
         too_few = "too seldom to show the error after a switch"
         of_switches = f" The command {times} in the rows held out: {too_few}."
     if after is not None:
+        standing = standing_of_run(material.body).word
         curve = after.rmse[material.recommended]
         worst = int(curve.argmax())
         since = float(after.since[worst])
@@ -51,7 +53,7 @@ def _fill(material: Material) -> dict[str, Any]:
         if since > 0.0:
             when = f"{number(1e3 * since, 2)} ms after a switch"
         of_switches = (
-            f" Over {count(after.switches)} switches held out, the RMSE of the recommended model is largest "
+            f" Over {count(after.switches)} switches held out, the RMSE of the {standing} model is largest "
             f"{when}: {material.effort.of(float(curve[worst]))}."
         )
     if material.rows.data.in_no_time:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from erclutch.fit.choice.standing import standing_of_run
 from erclutch.report.html.section import Section
 from erclutch.report.numbers.model_stages import remembers_slip
 from erclutch.report.numbers.number_text import brief, count, number, percent_text
@@ -144,9 +145,10 @@ def _loops(material: Material) -> dict[str, Any] | None:
             lead += ", next to nothing: they show no memory of the motion."
             # Closed loops seem to deny the memory of the recommended model, where it has one.
             if remembers_slip(material.run.entry(material.recommended)):
+                standing = standing_of_run(material.body).word
                 lead += (
-                    " The recommended model has a memory all the same: “Lag and memory” says what it "
-                    "gains over all rows."
+                    f" The {standing} model has a memory all the same: “Lag and memory” says what it gains over all "
+                    "rows."
                 )
         else:
             shares: list[str] = []

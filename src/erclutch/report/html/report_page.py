@@ -14,6 +14,7 @@ from typing import Any
 from markupsafe import Markup
 
 from erclutch.errors import RunError
+from erclutch.fit.choice.standing import standing_of_run
 from erclutch.report.html.band_section import BAND
 from erclutch.report.html.dynamics_section import DYNAMICS
 from erclutch.report.html.model_section import MODEL
@@ -129,6 +130,7 @@ def page(
         "effort": material.effort,
         "legend": {material.titles[name]: role for name, role in material.shown.items()},
         "word": material.word,
+        "standing": standing_of_run(material.body).word,
     }
     bodies = [_body(environment, section, common | values) for section, values in filled]
     shared = {"traces": data.get("traces"), "grids": grids}

@@ -300,11 +300,13 @@ def next_steps(material: Material) -> list[dict[str, str]]:
             "keep away from it."
         )
         # The command is a wing's. It needs a law of the run, a field and a motion: else there is none to give.
-        has_law = any(map(is_law, body["ranking"]))
+        laws = [entry for entry in body["ranking"] if is_law(entry)]
         has_motion = not material.without_field and not material.rows.data.in_no_time
         command = ""
-        if has_law and has_motion and "excite" in names("erclutch.commands"):
+        if laws and has_motion and "excite" in names("erclutch.commands"):
             words = ["erclutch", "excite", "--run", folder, "--criterion", "fill"]
+            if standing_of_run(body).why_none:  # the command has no law of its own to take
+                words += ["--model", material.run.id_of(laws[0]["name"])]
             command = shlex.join([*words, "--out", "next.csv"])
         steps.append((text, command))
     if standing_of_run(body).why_none:
