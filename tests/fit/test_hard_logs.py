@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from erclutch.fit.checks.effort_and_slip import SIGN
 from erclutch.fit.choice.standing import explains, standing
 from erclutch.fit.comparison import Comparison, Settings, compare
 from erclutch.fit.kinds import network_alone as module
+from erclutch.fit.turned_sign import with_turned_fit
 from erclutch.logs.dataset import Dataset, build_dataset
 from erclutch.report.html.verdict_section import choice, next_steps
 from erclutch.report.numbers.run_material import material_of
@@ -166,6 +169,21 @@ def test_the_fit_of_the_turned_log_stands_beside(friction: tuple[Array, Array]) 
     assert "with the effort turned, bingham/constant+dahl" in finding.message
     assert finding.remedy.startswith("Turn a sign")
     assert verdict(result).startswith("No model is recommended before the sign is settled")
+
+
+def test_a_sign_that_turned_fits_no_better_is_not_in_question() -> None:
+    """A zero that is off opposes a motion one way too. Turned it was worse, and nothing could be used till then."""
+    data = logged(ONE_WAY, -law(ONE_WAY, FIELD) + noise(0.02), FIELD)
+    test = np.arange(data.rows) >= 2800
+    (finding,) = [each for each in check(data, test) if each.subject == SIGN]
+    near = SimpleNamespace(train_cost=1e-6, train_rows=2800, weights=None)
+    far = SimpleNamespace(train_cost=2800.0, train_rows=2800, weights=None)
+    settings = Settings(("bingham",), lag="none")
+    kept = with_turned_fit(finding, data, test, settings, [cast(Any, far)])
+    assert kept.subject == SIGN
+    other = with_turned_fit(finding, data, test, settings, [cast(Any, near)])
+    assert other.subject == "power"
+    assert other.remedy.startswith("Check the zero")
 
 
 @pytest.mark.slow

@@ -62,6 +62,18 @@ def with_turned_fit(
             message,
             "Look at the columns and their units: a wrong one may be noise",
         )
+    if share_as_it_is <= share_turned:
+        # A zero that is off, or a device that drives, opposes the slip too: to turn the sign would bring nobody on.
+        message = (
+            f"{finding.message}, but a law of the log as it is errs by {percent(share_as_it_is)} of the standard "
+            f"deviation on the training rows, and {law.model.name} by {percent(share_turned)} with the effort turned"
+        )
+        return Finding(
+            "warning",
+            "power",
+            message,
+            "Check the zero of the effort's sensor, and whether the device drives",
+        )
     message = (
         f"{finding.message}; with the effort turned, {law.model.name} errs by {percent(share_turned)} of the standard "
         f"deviation on the training rows and by {percent(share, 1)} on the rows held out; no law of the log as it is "
