@@ -65,6 +65,15 @@ def test_a_blow_that_rings_is_no_spike() -> None:
     assert not spikes(EFFORT + 10 * (TIME > 2)).any()  # a step
 
 
+def test_a_blow_that_comes_up_over_several_rows_is_no_spike() -> None:
+    """The highest rows of an impact were left out of a speed that went up to them, as the position said too."""
+    speed = 2.0 * np.sin(2 * np.pi * TIME)
+    speed[1500:1505] = [1.5, 3.7, 5.4, 7.3, 7.9]
+    assert not spikes(speed).any()
+    speed[1500:1505] = [1.5, 1.5, 1.5, 1.5, 7.9]
+    assert np.flatnonzero(spikes(speed)).tolist() == [1504]
+
+
 def test_few_large_strokes_of_a_resting_device_are_no_spikes() -> None:
     burst = np.where(np.abs(TIME - 2) < 0.004, 5.0, 0.0) + DRAWN.normal(0, 0.01, 4000)
     assert not spikes(burst).any()

@@ -29,8 +29,8 @@ _FEW_SPIKES = 0.0025
 _BEYOND = 1.0
 #: Rows of a spike at most.
 _LONGEST_SPIKE = 2
-#: How many rows from a spike, on either side, two rows are as usual.
-_BESIDE_SPIKE = (3, 4)
+#: How many rows from a spike, on either side, rows are as usual: a blow goes up and down over several rows.
+_BESIDE_SPIKE = (1, 3, 4)
 
 #: Shares of the rows that a saturated effort stands at the end of its range.
 _LEAST_SATURATED, _MOST_SATURATED = 0.005, 0.3
