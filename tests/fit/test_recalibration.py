@@ -104,6 +104,18 @@ def test_a_gain_is_found_within_its_error(kind: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("gain", [0.05, 5.0, 20.0, 200.0])
+def test_a_gain_far_from_one_is_found_too(gain: float) -> None:
+    """What the gain explains was taken for noise: of 20 the interval was 3.3 to 12.8, of 200 none was found."""
+    data = made(1)
+    found = recalibrate(base_of("law"), replace(data, effort=gain * data.effort))
+    assert found.way == "common gain"
+    value, low, high = found.numbers["gain"]
+    assert value == pytest.approx(gain, rel=0.03)
+    assert 0.95 * gain < low < high < 1.05 * gain
+
+
+@pytest.mark.slow
 def test_intervals_of_a_gain_hold_it_as_often_as_they_say() -> None:
     outcomes = [
         recalibrate(base_of("law"), made(seed, gain=1.15, rows=2000)) for seed in range(100, 200)
