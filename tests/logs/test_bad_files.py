@@ -92,6 +92,12 @@ def test_no_file_and_a_folder(tmp_path: Path) -> None:
         read("bad\0name.csv")
 
 
+def test_an_address_is_to_be_downloaded_first() -> None:
+    with pytest.raises(LogError) as error:
+        read("https://example.org/log.csv")
+    assert error.value.remedy == "Download it first: erclutch reads files alone"
+
+
 def test_no_permission() -> None:
     """As root, who may read everything, it runs as nobody; pytest's own folders are closed to that one."""
     with tempfile.TemporaryDirectory() as folder:

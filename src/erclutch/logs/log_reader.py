@@ -76,6 +76,8 @@ class LogSource:
         return len(self.data) or size_of(self.path)
 
 
+#: How an address begins, once it is taken for a path.
+_ADDRESSES = ("http:/", "https:/", "ftp:/", "s3:/", "gs:/")
 #: ``windows(source, rows, margin, first, last)`` yields (start, stop, table) from row ``first`` of a file to row
 #: ``last``, or to its end: the rows that a window stands for, and its table, which holds up to ``margin`` rows more on
 #: either side; `Table.first_row` says where that begins. The source has no data.
@@ -216,7 +218,9 @@ def _log_on_the_disk(file: Path) -> ReadableLog:
     if file.is_dir():
         raise LogError("this is a folder, not a file", remedy="Give one log file")
     if not file.exists():
-        raise LogError("there is no such file", remedy="Check the path")
+        is_address = str(file).startswith(_ADDRESSES)
+        remedy = "Download it first: erclutch reads files alone" if is_address else "Check the path"
+        raise LogError("there is no such file", remedy=remedy)
     raise LogError("this is not a regular file", remedy="Give a log file")
 
 
