@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from erclutch.logs import ColumnMap, Plan, Table, plan_of
+from erclutch.logs import ColumnMap, Plan, Table, plan_of, read
 from erclutch.logs.columns.seen_columns import seen_columns
 from erclutch.logs.planning.units_in_options import with_unit_of_name
 
@@ -72,3 +74,15 @@ def test_the_option_for_a_field_has_the_unit_of_its_name(field: str, unit: str) 
 def test_a_word_at_the_end_of_a_name_is_no_unit(option: str, columns: list[str]) -> None:
     table = Table("run.csv", dict.fromkeys(columns, TIME), dict.fromkeys(columns), digest="")
     assert with_unit_of_name(seen_columns(table), option) == option
+
+
+def test_a_given_unit_that_the_name_contradicts_is_told(tmp_path: Path) -> None:
+    """A torque called torque_Nm and given in N*mm was converted without a word."""
+    rows = np.arange(300)
+    lines = [f"{k / 100},{np.sin(k / 20):.4f},{np.tanh(9 * np.sin(k / 20)):.4f}" for k in rows]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(["time [s],speed [rad/s],torque_Nm", *lines, ""]), encoding="utf-8")
+    other = read(path, effort="torque_Nm [N*mm]", field="none")
+    assert any("though the file says N*m" in note for note in other.notes)
+    same = read(path, effort="torque_Nm [N*m]", field="none")
+    assert not any("though the file says" in note for note in same.notes)

@@ -219,7 +219,7 @@ def _other_unit(column: SeenColumn, unit: str, si_units: tuple[str, ...]) -> str
 
     Where that of the file would do too, one of the two is wrong: the check before a fit warns of it.
     """
-    own = column.unit
+    own = column.written_unit
     if not own or own == unit:
         return ""
     if not column.fits(si_units):
