@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from erclutch.fit.choice import scoring
+from erclutch.fit.choice.recommending import recommend
 from erclutch.fit.choice.scoring import (
     BandedFigure,
     Score,
@@ -20,7 +21,6 @@ from erclutch.fit.choice.scoring import (
     excess,
     independent_rows,
     information_criteria,
-    recommend,
     score,
 )
 from tests.support.examples import examples

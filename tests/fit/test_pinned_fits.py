@@ -18,7 +18,7 @@ from erclutch.fit.bands.prediction_bands import calibrated
 from erclutch.fit.candidate import Fitted
 from erclutch.fit.checks.data_check import check, steady_command
 from erclutch.fit.checks.sensor_check import sensor_findings
-from erclutch.fit.choice import scoring
+from erclutch.fit.choice import recommending, scoring
 from erclutch.fit.choice.ranking import scored, with_bands
 from erclutch.fit.choice.stage_families import families, feels, is_next, with_stage
 from erclutch.fit.choice.validation import cross_validated
@@ -404,7 +404,8 @@ def test_scores(pinned: Pinned) -> None:
     for sizes in ((9, 5, 1), (5, 5, 5), (3, 9, 1)):
         given = dict(zip("abc", best, strict=True)), dict(zip("abc", sizes, strict=True))
         found += [
-            scoring.recommend(rows, *given, sound) for sound in (None, {"b", "c"}, {"c"}, set())
+            recommending.recommend(rows, *given, sound)
+            for sound in (None, {"b", "c"}, {"c"}, set())
         ]
     pinned(found)
 

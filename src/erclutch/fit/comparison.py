@@ -28,7 +28,7 @@ from erclutch.fit.choice.ranking import (
     with_reasons,
     with_sensor,
 )
-from erclutch.fit.choice.scoring import recommend
+from erclutch.fit.choice.recommending import recommend
 from erclutch.fit.choice.standing import Standing, standing
 from erclutch.fit.choice.validation import chosen, cross_validated
 from erclutch.fit.fit_progress import Course, FitProgress, FitStep

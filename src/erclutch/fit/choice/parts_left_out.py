@@ -50,6 +50,11 @@ class LeftOut:
         return self.in_time or self.of_points
 
     @property
+    def never_without_field(self) -> bool:
+        """Whether there are whole fields, and none of them is no field."""
+        return self.fields > 0 and not self.lowest
+
+    @property
     def may_lose(self) -> float:
         """What a freer model may lose on some parts, as a share of what it gains on others."""
         return _LOST if self.in_time else 0.0

@@ -15,8 +15,10 @@ import numpy as np
 from erclutch.errors import CheckError
 from erclutch.fit.bands.new_fields import NewFieldErrors
 from erclutch.fit.candidate import Fitted
+from erclutch.fit.choice.at_no_field import in_the_middle
 from erclutch.fit.choice.parts_left_out import LeftOut, parts_of_training
-from erclutch.fit.choice.scoring import BandedFigure, Score, excess, recommend, score
+from erclutch.fit.choice.recommending import as_good, recommend
+from erclutch.fit.choice.scoring import BandedFigure, Score, excess, score
 from erclutch.fit.choice.turned_down import what_speaks_against
 from erclutch.fit.choice.worth import loses, worth_their_freedom
 from erclutch.fit.solver.one_thread import one_thread
@@ -128,11 +130,19 @@ def chosen(
     freedom = {name: outcomes[name].freedom for name in usable}
     worth = worth_their_freedom(weighed, freedom, seed, parts.may_lose)
     best = min(worth, key=lambda name: scores[name].rmse.value)
-    errors_of_worth = {name: usable[name] for name in worth}
+    scores_of_worth = {name: scores[name] for name in worth}
+    excesses = {name: excess(whole[name], whole[best], seed=seed) for name in worth}
+    burdens = burdens_of({name: usable[name] for name in worth}, outcomes, parts)
+    # No part asks for what is estimated at no field; there most laws that are as good bear each other out.
+    good = as_good(scores_of_worth, excesses)
+    laws = {name: outcomes[name] for name in good if not freedom[name]}
+    if parts.never_without_field and laws:
+        middle = {name: usable[name] for name in in_the_middle(train, laws)}
+        burdens |= dict.fromkeys(laws, (np.inf, np.inf)) | burdens_of(middle, outcomes, parts)
     _, recommended = recommend(
-        scores={name: scores[name] for name in worth},
-        excesses={name: excess(whole[name], whole[best], seed=seed) for name in worth},
-        burden=burdens_of(errors_of_worth, outcomes, parts),
+        scores=scores_of_worth,
+        excesses=excesses,
+        burden=burdens,
         freedom={name: freedom[name] for name in worth},
     )
 
@@ -219,7 +229,7 @@ def burdens_of(
     if not parts.further:
         return {name: (count, 0.0) for name, count in parameters.items()}
     telling = usable
-    if parts.fields and not parts.lowest:
+    if parts.never_without_field:
         telling = {name: own[: parts.fields] for name, own in usable.items()}
     weights = part_weights(telling)
     errors = {name: _weighed_rms(weights, own) for name, own in telling.items()}

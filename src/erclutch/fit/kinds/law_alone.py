@@ -29,6 +29,7 @@ from erclutch.fit.choice.ladder import (
     of_iron,
     of_law,
 )
+from erclutch.fit.choice.parts_left_out import parts_of_training
 from erclutch.fit.choice.rungs import Rung
 from erclutch.fit.choice.scoring import TOLERATED, independent_rows, information_criteria
 from erclutch.fit.fit_settings import AUTO, Settings
@@ -349,7 +350,10 @@ def with_memory(
     wanted = {rung.structure: rung for rung in (rungs[0], rungs[-1])}
     candidates = [_of_rung(rung, base.notes) for rung in wanted.values()]
     if len(set(groups_of(train).field)) >= FEWEST_GROUPS or of_iron(rungs[-1].structure):
-        others = _of_another_form(train, rungs[-1], known, base)
+        parts = parts_of_training(train)
+        # Of laws that are as good the one in the middle at no field is taken, and of two none is.
+        count = MOST_FORMS if parts is not None and parts.never_without_field else 1
+        others = _of_another_form(train, rungs[-1], known, base, count)
         saturating = _that_saturate(train, rungs[-1], others)
         candidates = [*others, *saturating, *candidates]  # the last stays the richest
     made = {candidate.structure.specification for candidate in candidates}
@@ -370,8 +374,11 @@ def _of_another_form(
     rung: Rung,
     laws: Sequence[FitOutcome[TorqueModel]],
     base: FitOutcome[TorqueModel],
+    count: int,
 ) -> list[LawCandidate]:
-    """The best of a few other laws with the memory of the last rung: at a field that no log has, its form counts.
+    """The best of a few other laws, so many, with the memory of the last rung.
+
+    At a field that no log has, its form counts.
 
     Without a memory these laws are nearly as good as the base. Whole fields that are left out choose between both.
     """
@@ -391,8 +398,8 @@ def _of_another_form(
     few = others[:MOST_FORMS]
     with one_thread():
         rungs = [of_law(train, rung, law.model.structure) for law in few]
-    best = min(range(len(few)), key=lambda place: rungs[place].error)
-    return [_of_rung(rungs[best], few[best].notes)]
+    best = sorted(range(len(few)), key=lambda place: rungs[place].error)[:count]
+    return [_of_rung(rungs[place], few[place].notes) for place in best]
 
 
 def _that_saturate(
