@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from erclutch.errors import LogError, MappingError, UnitError
+from erclutch.errors import LogError, MappingError
 from erclutch.signals.array import Array
 from erclutch.wings.rheology.flow_curve import FlowCurve, fit_flow_curve
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
@@ -277,14 +277,14 @@ def test_a_unit_that_nobody_knows_stops_no_column_that_is_not_used(tmp_path: Pat
     assert_is_the_curve(written(tmp_path, text))
 
 
-def test_a_unit_and_the_samples_are_asked_about_at_once(tmp_path: Path) -> None:
+def test_samples_of_viscosities_without_a_unit_are_asked_about(tmp_path: Path) -> None:
     lines = ["Shear Rate,Viscosity,Particle Size,Temperature"]
     for size in (100, 300):
         for temperature in (20, 30):
             for rate in RATES:
                 lines.append(f"{rate},{(size + temperature) / rate:.6g},{size},{temperature}")
     path = written(tmp_path, "\n".join(lines))
-    with pytest.raises(UnitError, match="has no unit") as asked:
+    with pytest.raises(MappingError, match="parts the points into 2 sweeps") as asked:
         read_flow_curves(path)
     assert "Particle Size=all" in asked.value.remedy
     curves = read_flow_curves(

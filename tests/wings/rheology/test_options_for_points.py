@@ -26,19 +26,21 @@ def _printed(folder: Path, name: str) -> str:
 @pytest.mark.parametrize(
     ("names", "options"),
     [
+        ("Shear Rate,Viscosity,Particle Size", "--sheet 'Particle Size=all'"),
+        ("Scherrate [1/s],Viskosität,Charge", "--sheet Charge=all"),
         (
-            "Shear Rate,Viscosity,Particle Size",
-            "--stress 'Viscosity [UNIT]' --sheet 'Particle Size=all'",
+            "Shear Rate,Viscosity,Charge,Viscosity (fit)",
+            "--stress 'Viscosity [UNIT]' 'Viscosity (fit) [UNIT]' --sheet Charge=all",
         ),
-        ("Scherrate [1/s],Viskosität,Charge", "--stress 'Viskosität [UNIT]' --sheet Charge=all"),
     ],
 )
 def test_what_is_asked_one_after_another_stands_in_one_command(
     tmp_path: Path, names: str, options: str
 ) -> None:
     text = f"{names}\n"
+    more = ",7" if "fit" in names else ""
     for size in (100, 300, 500):
-        text += "".join(f"{rate:.4g},{size + 5000 / rate:.6g},{size}\n" for rate in RATES)
+        text += "".join(f"{rate:.4g},{size + 5000 / rate:.6g},{size}{more}\n" for rate in RATES)
     (tmp_path / "flow.csv").write_text(text, encoding="utf-8")
     command = _printed(tmp_path, "flow.csv")
     assert command == f"erclutch flowcurve flow.csv {options}"
@@ -147,11 +149,11 @@ def test_the_unit_of_a_viscosity_beside_an_axis_is_left_open(tmp_path: Path, hea
 
 
 @pytest.mark.slow
-def test_inspect_leaves_the_unit_of_viscosities_below_labels_open(tmp_path: Path) -> None:
+def test_inspect_sends_viscosities_below_labels_to_flowcurve(tmp_path: Path) -> None:
     rows = "".join(f"{rate:.4g},{9 / rate:.6g},{rate:.4g},{7 / rate:.6g}\n" for rate in RATES)
     (tmp_path / "figure.csv").write_text(f"Hct16,,Hct33,\nX,Y,X,Y\n{rows}", encoding="utf-8")
     command = _printed(tmp_path, "figure.csv")
-    assert command == "erclutch flowcurve figure.csv --stress '[UNIT]'"
+    assert command == "erclutch flowcurve figure.csv"
 
 
 @pytest.mark.slow

@@ -9,6 +9,7 @@ import pytest
 from openpyxl import Workbook
 
 from erclutch.errors import UnitError
+from erclutch.wings.rheology.flow_curve import fit_flow_curve
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 from tests.support.command import good
 
@@ -21,13 +22,66 @@ def written(folder: Path, text: str, name: str = "flow.csv") -> Path:
     return path
 
 
-def test_a_viscosity_without_a_unit_is_asked_about(tmp_path: Path) -> None:
+def test_a_viscosity_without_a_unit_makes_stresses_in_an_unknown_unit(tmp_path: Path) -> None:
     body = "".join(f"{k},{rate:.4g},{1000 + 5000 / rate:.6g}\n" for k, rate in enumerate(RATES))
     path = written(tmp_path, f"Point No.,Shear Rate,Viscosity\n{body}")
-    with pytest.raises(UnitError, match=r"no unit.*--stress \"Viscosity \[mPa\*s\]\", or --stress"):
-        read_flow_curves(path)
+    file = read_flow_curves(path)
+    (curve,) = file.curves
+    assert curve.stress_unit == "?"
+    assert curve.stress[-1] == pytest.approx(1005.0 * 1000.0, rel=1e-3)
+    said = 'stresses are in an unknown unit: --stress "Viscosity [mPa*s]" says it'
+    assert any(said in note for note in file.notes)
     (curve,) = read_flow_curves(path, stress=["Viscosity [mPa*s]"]).curves
+    assert curve.stress_unit == "Pa"
     assert curve.stress[-1] == pytest.approx(1.005 * 1000.0, rel=1e-3)  # 1.005 Pa s at 1000 1/s
+
+
+def test_stresses_in_an_unknown_unit_are_nowhere_in_pascals(tmp_path: Path) -> None:
+    body = "".join(f"{rate:.4g},{1000 + 5000 / rate:.6g}\n" for rate in RATES)
+    written(tmp_path, f"Shear Rate [1/s],Viscosity\n{body}")
+    laws = ("--laws", "bingham", "herschel-bulkley")
+    told = good(
+        "flowcurve", "flow.csv", *laws, "--parameters", "--figure", "drawn.svg", cwd=tmp_path
+    )
+    drawn = [(tmp_path / name).read_text(encoding="utf-8") for name in ("drawn.csv", "drawn.svg")]
+    json = good("flowcurve", "flow.csv", *laws, "--json", cwd=tmp_path)
+    assert "yield stress [?]" in told
+    assert '"stress_unit": "?"' in json
+    without_the_option = told.replace("[mPa*s]", "").replace("or Pa*s in its place", "")
+    for text in (without_the_option, *drawn, json):
+        assert "Pa" not in text.replace("Path", "").replace("Parameter", "")
+    (curve,) = read_flow_curves(tmp_path / "flow.csv").curves
+    assert "Pa" not in repr(curve) + repr(fit_flow_curve(curve, "bingham"))
+
+
+def test_one_viscosity_without_a_unit_beside_one_with_a_unit_is_asked_about(tmp_path: Path) -> None:
+    body = "".join(f"{rate:.4g},{9 + 5 / rate:.6g},{7 + 5 / rate:.6g}\n" for rate in RATES)
+    path = written(tmp_path, f"Shear Rate [1/s],Viscosity A [mPa*s],Viscosity B\n{body}")
+    with pytest.raises(UnitError, match=r"'Viscosity B' has no unit.*\[mPa\*s\]\", or --stress"):
+        read_flow_curves(path)
+
+
+@pytest.mark.parametrize("law", ["Casson viscosity", "Viscosity (fit)", "Viscosity predicted"])
+def test_a_viscosity_without_a_unit_beside_the_viscosity_of_a_law_is_asked_about(
+    tmp_path: Path, law: str
+) -> None:
+    body = "".join(f"{rate:.4g},{9 + 5 / rate:.6g},{7 + 5 / rate:.6g}\n" for rate in RATES)
+    path = written(tmp_path, f"Shear Rate [1/s],Viscosity,{law}\n{body}")
+    with pytest.raises(UnitError, match="have no unit"):
+        read_flow_curves(path)
+
+
+def test_sheets_with_a_unit_and_without_a_unit_are_asked_about(tmp_path: Path) -> None:
+    book = Workbook()
+    for head in ("Viscosity [mPa*s]", "Viscosity"):
+        sheet = book.create_sheet()
+        sheet.append(["Shear rate [1/s]", head])
+        for rate in RATES:
+            sheet.append([rate, 9 + 5 / rate])
+    book.remove(book.worksheets[0])
+    book.save(tmp_path / "tests.xlsx")
+    with pytest.raises(UnitError, match="have no unit, and other curves are in Pa"):
+        read_flow_curves(tmp_path / "tests.xlsx")
 
 
 def test_a_viscosity_without_a_unit_beside_a_stress_asks_for_nothing(tmp_path: Path) -> None:
@@ -102,22 +156,21 @@ def test_inspect_sends_a_workbook_of_tests_to_flowcurve(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("names", "left_open"),
+    ("names", "with_a_unit"),
     [
-        ("Shear Rate,Viscosity", "--stress 'Viscosity [UNIT]'"),
-        ("gamma-dot,eta", "--stress 'eta [UNIT]'"),
-        ("Scherrate [1/s],Viskosität", "--stress 'Viskosität [UNIT]'"),
+        ("Shear Rate,Viscosity", "Viscosity [UNIT]"),
+        ("gamma-dot,eta", "eta [UNIT]"),
+        ("Scherrate [1/s],Viskosität", "Viskosität [UNIT]"),
     ],
 )
-def test_inspect_leaves_the_unit_of_a_viscosity_open_in_its_command(
-    tmp_path: Path, names: str, left_open: str
+def test_inspect_sends_a_viscosity_without_a_unit_to_flowcurve(
+    tmp_path: Path, names: str, with_a_unit: str
 ) -> None:
     body = "".join(f"{rate:.4g},{1000 + 5000 / rate:.6g}\n" for rate in RATES)
     written(tmp_path, f"{names}\n{body}")
-    *_, question, last = good("inspect", "flow.csv", cwd=tmp_path, code=1).splitlines()
-    assert "has no unit: viscosities are written in Pa s, and as often in mPa s or cP" in question
-    assert last == f"What settles it: erclutch flowcurve flow.csv {left_open}"
-    filled_in = left_open.replace("UNIT", "mPa*s").replace("--stress ", "").strip("'")
+    last = good("inspect", "flow.csv", cwd=tmp_path, code=1).splitlines()[-1]
+    assert last == "What settles it: erclutch flowcurve flow.csv"
+    filled_in = with_a_unit.replace("UNIT", "mPa*s")
     out = good("flowcurve", "flow.csv", "--stress", filled_in, "--laws", "bingham", cwd=tmp_path)
     assert "1 of 1" in out
 

@@ -50,7 +50,7 @@ class Growth:
     """How the yield stress grows with the field: ``factor * field**exponent``.
 
     Attributes:
-        factor: in Pa, at a field of 1 in the curves' unit.
+        factor: in the unit of the curves' stresses, at a field of 1 in the curves' unit.
         exponent: its value.
         low, high: the exponent's 95 % interval, by how the yield stresses scatter about the power law.
         fields: how many fields tell it.

@@ -37,11 +37,12 @@ class FlowCurve(Shown):
     Attributes:
         label: what the file calls it.
         rate: shear rate in 1/s, positive, shape (n,).
-        stress: shear stress in Pa, positive, shape (n,).
+        stress: shear stress in ``stress_unit``, positive, shape (n,).
         field: at which it was measured, in ``field_unit``; nan where the file tells none.
         field_unit: as the file writes it.
-        rounding: half a last digit of the file's numbers, in Pa, of the stress at the lowest rate: so far the stress
-            may be beside what was measured; 0 where the file does not tell.
+        stress_unit: "Pa"; "?" where the file holds viscosities and says no unit of them.
+        rounding: half a last digit of the file's numbers, in ``stress_unit``, of the stress at the lowest rate: so far
+            the stress may be beside what was measured; 0 where the file does not tell.
     """
 
     label: str
@@ -50,10 +51,11 @@ class FlowCurve(Shown):
     field: float = np.nan
     field_unit: str = ""
     rounding: float = 0.0
+    stress_unit: str = "Pa"
 
     def __repr__(self) -> str:
         rates = f"{self.rate.min():.4g} to {self.rate.max():.4g} 1/s"
-        stresses = f"{self.stress.min():.4g} to {self.stress.max():.4g} Pa"
+        stresses = f"{self.stress.min():.4g} to {self.stress.max():.4g} {self.stress_unit}"
         return one_line(self, self.label, f"{self.rate.size} points", rates, stresses)
 
     def notebook_card(self) -> Card:
@@ -62,7 +64,9 @@ class FlowCurve(Shown):
 
         return Card(
             self.label,
-            lambda: as_frame({"rate [1/s]": self.rate, "stress [Pa]": self.stress}),
+            lambda: as_frame(
+                {"rate [1/s]": self.rate, f"stress [{self.stress_unit}]": self.stress}
+            ),
             plots={
                 "points": lambda: _described(self, ()),
                 "laws": lambda: _described(self, ranked(self)),
@@ -83,9 +87,10 @@ class FlowFit(Shown):
         stop: how the solver ended.
         estimates: parameters with 95 % intervals (of their logarithms, so never below zero).
         log_rmse: root mean square residual of log10(stress).
-        rmse: root mean square residual in Pa.
+        rmse: root mean square residual in ``stress_unit``.
         aicc: Akaike's criterion for few points, on the logarithms; lower is better; inf where there are too few points.
         predicted: stress at the curve's rates, shape (n,).
+        stress_unit: of the curve, see `FlowCurve`.
     """
 
     law: str
@@ -97,9 +102,13 @@ class FlowFit(Shown):
     predicted: Array
     validated: float = np.inf
     yield_shown: bool | None = None
+    stress_unit: str = "Pa"
 
     def __repr__(self) -> str:
-        errors = (f"RMSE {self.rmse:.3g} Pa", f"{self.log_rmse:.3g} of log10(stress)")
+        errors = (
+            f"RMSE {self.rmse:.3g} {self.stress_unit}",
+            f"{self.log_rmse:.3g} of log10(stress)",
+        )
         return one_line(self, self.law, *errors, self.stop)
 
     def notebook_card(self) -> Card:
@@ -130,7 +139,7 @@ class FlowFit(Shown):
             "law": self.law,
             "stop": self.stop,
             "log_rmse": self.log_rmse,
-            "rmse_Pa": self.rmse,
+            "rmse_Pa" if self.stress_unit == "Pa" else "rmse": self.rmse,
             "aicc": as_json(self.aicc),
             "validated_log_rmse": as_json(self.validated),
             "yield_stress_is_what_the_curve_shows": self.yield_shown,
@@ -151,7 +160,7 @@ def _described(curve: FlowCurve, fits: Sequence[FlowFit]) -> Plot:
         )
     dots = Dots(curve.rate, curve.stress, "series0", curve.label if lines else "", 2.4)
     x = Axis("shear rate", "1/s", log=True)
-    y = Axis("shear stress", "Pa", log=True)
+    y = Axis("shear stress", curve.stress_unit, log=True)
     panel = Panel(x, y, [*lines, dots], f"Shear stress over shear rate of {curve.label}.")
     return Plot([panel], PlotTable((), ()), 2.6)
 
@@ -193,14 +202,19 @@ def fit_flow_curve(curve: FlowCurve, law_name: str) -> FlowFit:
     aicc = np.inf
     if spare > 0:
         aicc = points * np.log(spread) + 2 * unknowns * points / spare
+    estimates = [
+        replace(each, unit=each.unit.replace("Pa", curve.stress_unit))
+        for each in law.estimates(law.problem(curve.rate, curve.stress), minimum, points)
+    ]
     return FlowFit(
         law=law.law.name,
         stop=minimum.stop,
-        estimates=law.estimates(law.problem(curve.rate, curve.stress), minimum, points),
+        estimates=tuple(estimates),
         log_rmse=float(np.sqrt(cost / points) / np.log(10.0)),
         rmse=rms(curve.stress - predicted),
         aicc=float(aicc),
         predicted=predicted,
+        stress_unit=curve.stress_unit,
     )
 
 
@@ -264,7 +278,7 @@ def ranked(curve: FlowCurve, laws: Sequence[str] = ()) -> list[FlowFit]:
 
 
 def yield_text(fit: FlowFit) -> str:
-    """The yield stress of a fit with its interval in Pa, where the curve shows it; else that it is not identified."""
+    """The yield stress of a fit with its interval, where the curve shows it; else that it is not identified."""
     if not fit.yield_shown:
         return "not identified"
     stress = fit.yield_stress

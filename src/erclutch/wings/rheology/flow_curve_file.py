@@ -19,6 +19,7 @@ from erclutch.errors import (
     LogError,
     MappingError,
     SettingError,
+    UnitError,
     listed,
     placed,
     shell_word,
@@ -43,6 +44,7 @@ from erclutch.wings.rheology.flow_plan import FlowPlan, plan_of
 from erclutch.wings.rheology.flow_plateau import half_last_digit
 from erclutch.wings.rheology.flow_points import points_of
 from erclutch.wings.rheology.held_rates import require_no_hold, require_several_rates
+from erclutch.wings.rheology.labelled_pairs import UNKNOWN_UNIT
 from erclutch.wings.rheology.rotor_speeds import a_row_for_each_speed
 from erclutch.wings.rheology.summary_rows import without_summary_rows
 
@@ -56,7 +58,7 @@ class FlowFile:
     """Flow curves of a file.
 
     Attributes:
-        curves: with rates in 1/s and stresses in Pa, both above 0.
+        curves: with rates in 1/s and stresses in Pa, or all in a unit that nobody says, both above 0.
         notes: what each column was taken for, and which rows were left out, one sentence each.
     """
 
@@ -228,6 +230,12 @@ class _Gathered:
             raise LogError(
                 "the file holds no flow curve", remedy="Give shear rates and shear stresses"
             )
+        if len({curve.stress_unit for curve in self.curves}) > 1:
+            open_one = next(c.label for c in self.curves if c.stress_unit == UNKNOWN_UNIT)
+            problem = f"the viscosities of {open_one} have no unit, and other curves are in Pa"
+            raise UnitError(
+                problem, remedy='Say it: --stress "NAME [mPa*s]", with --sheet for one test'
+            )
         curves, of_fields = with_fields(self.curves, self.fields)
         # By the note: what is told of several tests is said once.
         tests_of: dict[str, list[str]] = {}
@@ -376,10 +384,11 @@ def curves_of(
 
         # Half a last digit of the stress at the lowest rate, as the file writes it.
         lowest = int(np.argmin(rate))
-        pascals = curve.stress.factor  # that a 1 in the file stands for
+        of_a_one = curve.stress.factor  # the stress that a 1 in the file stands for
         if curve.times_rate:
-            pascals *= float(rate[lowest])
-        written = float(stress[lowest]) / pascals
-        rounding = pascals * half_last_digit(written, table.columns[curve.stress.name])  # [Pa]
-        curves.append(FlowCurve(label, rate, stress, rounding=rounding))
+            of_a_one *= float(rate[lowest])
+        written = float(stress[lowest]) / of_a_one
+        rounding = of_a_one * half_last_digit(written, table.columns[curve.stress.name])
+        of_curve = FlowCurve(label, rate, stress, rounding=rounding, stress_unit=curve.stress_unit)
+        curves.append(of_curve)
     return curves, notes

@@ -26,15 +26,6 @@ _SERIES = 8  # colours of curves without a field; the next as many curves are da
 _HEIGHT = 2.8  # inches
 _MOST_INSIDE = 5  # names that have room beside the curves
 _NAME_ABOVE = 0.16  # inches, of a name above the curves
-_HEADER = (
-    "curve",
-    "field",
-    "unit of the field",
-    "shear rate [1/s]",
-    "stress [Pa]",
-    "law",
-    "stress by the law [Pa]",
-)
 
 
 def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries | None) -> Plot:
@@ -71,10 +62,11 @@ def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries 
                 ),
             )
 
+    unit = drawn[0][0].stress_unit  # of all curves of a file
     law = series.law if series else "the chosen laws"
     flow = Panel(
         Axis("shear rate", "1/s", log=True),
-        Axis("shear stress", "Pa", log=True),
+        Axis("shear stress", unit, log=True),
         marks,
         f"Shear stress over shear rate of {len(drawn)} curves, with {law} through the points.",
         f"points, and {law}",
@@ -104,19 +96,28 @@ def picture_of(fitted: Sequence[tuple[FlowCurve, FlowFit]], series: FieldSeries 
             of_yield.append(Line(line, power_law, "recommended", f"field^{exponent:.3g}"))
         yields_over_field = Panel(
             Axis("field", series.unit),
-            Axis("yield stress", "Pa"),
+            Axis("yield stress", unit),
             of_yield,
             f"Yield stress over field, by {series.law} for all curves.",
             "yield stress",
         )
         panels.append(yields_over_field)
 
+    header = (
+        "curve",
+        "field",
+        "unit of the field",
+        "shear rate [1/s]",
+        f"stress [{unit}]",
+        "law",
+        f"stress by the law [{unit}]",
+    )
     is_crowded = len(drawn) > _MOST_INSIDE
     # A name above has a line of its own; those of fields are short and share lines.
     names_above = len(drawn) if is_crowded and not series else 0
     return Plot(
         panels,
-        PlotTable(_HEADER, rows),
+        PlotTable(header, rows),
         _HEIGHT + _NAME_ABOVE * names_above,
         PAGE if len(panels) > 1 else COLUMN,
         len(panels),

@@ -32,13 +32,18 @@ from erclutch.wings.rheology.flow_law import flow_laws
 from erclutch.wings.rheology.flow_questions import (
     compare_with_viscosity,
     missing_column,
-    of_unknown_unit,
     require_fitting_units,
     require_no_logarithms,
     require_no_unit_above,
+    require_one_unit,
     require_plain_heads,
 )
-from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn, labelled_pairs
+from erclutch.wings.rheology.labelled_pairs import (
+    UNKNOWN_UNIT,
+    CurvePlan,
+    FlowColumn,
+    labelled_pairs,
+)
 
 _CALLED: Mapping[Quantity, str] = {
     "rate": "shear rate",
@@ -157,6 +162,7 @@ def plan_of(
         )
     require_no_logarithms(table, curves, asked)
     require_plain_heads(table, curves, asked)
+    require_one_unit(table, curves, [name for name in roles if roles[name] == "viscosity"])
     used = {column.name for curve in curves for column in (curve.rate, curve.stress)}
     unused = tuple(name for name in roles if name not in used)
     plan = FlowPlan(tuple(curves), _notes(curves, guessed), unused)
@@ -191,7 +197,15 @@ def _plan_of_pairs(table: Table, rate: str | None, stress: Sequence[str]) -> Flo
     pairs = labelled_pairs(table, unit)
     if not pairs:
         return None
-    taken_for = f"in {unit}" if unit else "taken for shear rate [1/s] and shear stress [Pa]"
+    taken_for = "taken for shear rate [1/s] and shear stress [Pa]"
+    if unit:
+        taken_for = f"in {unit}"
+    elif pairs[0].stress.unit == UNKNOWN_UNIT:
+        # As a viscosity falls with the rate, and no stress.
+        taken_for = (
+            "taken for shear rate [1/s] and a viscosity in an unknown unit, since each falls all the way: "
+            "--stress '[mPa*s]' gives the unit, --stress '[Pa]' says that they are stresses"
+        )
     return FlowPlan(pairs, (f"{len(pairs)} pairs of columns, {taken_for}",))
 
 
@@ -342,15 +356,12 @@ def _flow_column(
     """
     unit_asked = _unit_asked(name, asked)
     unit = unit_asked or unit_of(table, name)
-    if unit is None and role == "viscosity" and name not in asked:
-        unknown = [
-            other
-            for other in table.columns
-            if _role(table, other) == "viscosity" and not unit_of(table, other)
-        ]
-        raise of_unknown_unit(table, name, unknown)
     if unit is None:
         require_no_unit_above(table, name, role)
+    if unit is None and role == "viscosity":
+        # Written in Pa s, and as often in mPa s: no unit is better than a wrong one.
+        return FlowColumn(name, UNKNOWN_UNIT, 1.0, "no unit", unit_is_assumed=True)
+    if unit is None:
         reason = f"no unit, taken for {SI[role]}"
         return FlowColumn(name, SI[role], 1.0, reason, unit_is_assumed=True)
     if said_by_unit(unit) != role:
@@ -385,4 +396,10 @@ def _notes(curves: Sequence[CurvePlan], guessed: Sequence[str]) -> tuple[str, ..
         notes.append(sentence)
     if any(curve.times_rate for curve in curves):
         notes.append("stress = viscosity x shear rate")
+    open_ones = [curve.stress.name for curve in curves if curve.stress.unit == UNKNOWN_UNIT]
+    if open_ones:
+        named = " ".join(shell_word(f"{name} [mPa*s]") for name in open_ones)
+        notes.append(
+            f"stresses are in an unknown unit: --stress {named} says it, or Pa*s in its place"
+        )
     return tuple(notes)

@@ -132,14 +132,15 @@ def points_of(
         raise LogError(problem, where=f"{table.name}, {label}", remedy="Check the columns")
 
     rate = table.columns[curve.rate.name][is_point] * curve.rate.factor  # [1/s]
-    # Stresses in Pa, or viscosities in Pa s.
+    # Stresses, or viscosities; in Pa and Pa s, unless nobody says the unit.
+    unit = curve.stress_unit
     stress = table.columns[curve.stress.name][is_point] * curve.stress.factor
     if curve.times_rate:
         # Viscosities that are all positive are magnitudes, so their stresses are magnitudes too.
         are_magnitudes = (stress > 0).all()
-        stress = stress * (np.abs(rate) if are_magnitudes else rate)  # [Pa]
+        stress = stress * (np.abs(rate) if are_magnitudes else rate)  # [unit]
     where = f"{table.name}, {label}"
-    _require_numbers_of_a_fluid(rate, stress, np.flatnonzero(is_point), where)
+    _require_numbers_of_a_fluid(rate, stress, np.flatnonzero(is_point), where, unit)
     turned = (rate < 0) & (stress < 0)
     if turned.any():
         notes.append(f"{int(turned.sum())} points turn the other way: magnitudes are taken")
@@ -156,9 +157,7 @@ def points_of(
         raise LogError(problem, where=where, remedy="Give a test in steady rotation")
     if against.any():
         first = int(np.argmax(against))
-        pair = (
-            f"the shear rate {points.rate[first]:g} 1/s and the stress {points.stress[first]:g} Pa"
-        )
+        pair = f"the shear rate {points.rate[first]:g} 1/s and the stress {points.stress[first]:g} {unit}"
         problem = f"row {int(points.rows[first]) + 1} of the table has {pair}"
         raise LogError(problem, where=where, remedy="Remove the point, or give magnitudes")
 
@@ -189,13 +188,13 @@ def points_of(
 
 
 def _require_numbers_of_a_fluid(
-    rate: Array, stress: Array, rows: NDArray[np.intp], where: str
+    rate: Array, stress: Array, rows: NDArray[np.intp], where: str, unit: str
 ) -> None:
     """Refuse what no fluid has and no fit can square, such as the mark of a cell that was not measured."""
     beyond = np.flatnonzero(~(np.abs(rate) < _LARGEST) | ~(np.abs(stress) < _LARGEST))
     if beyond.size:
         first = int(beyond[0])
-        pair = f"the shear rate {rate[first]:g} 1/s and the stress {stress[first]:g} Pa"
+        pair = f"the shear rate {rate[first]:g} 1/s and the stress {stress[first]:g} {unit}"
         problem = f"row {int(rows[first]) + 1} of the table has {pair}"
         raise LogError(problem, where=where, remedy="Correct the cell, or remove the row")
 

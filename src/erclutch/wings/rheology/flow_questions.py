@@ -21,13 +21,14 @@ from erclutch.logs.columns.rheometer_names import (
 from erclutch.logs.columns.rheometer_units import (
     SI,
     said_by_unit,
+    unit_of,
     unit_or_end,
     units_above,
     without_a_unit,
 )
 from erclutch.logs.table import Table
 from erclutch.signals.units import is_temperature, parse
-from erclutch.wings.rheology.labelled_pairs import CurvePlan, FlowColumn
+from erclutch.wings.rheology.labelled_pairs import UNKNOWN_UNIT, CurvePlan, FlowColumn
 from erclutch.wings.rheology.rotor_speeds import speed_in_place_of_rate
 
 _WANTED: Mapping[str, Sequence[Role]] = {
@@ -105,15 +106,30 @@ def missing_column(table: Table, roles: dict[str, Role], rates: Sequence[str]) -
     )
 
 
-def of_unknown_unit(table: Table, name: str, unknown: Sequence[str]) -> UnitError:
-    """The error where a viscosity has no unit; the remedy names all such columns, so that one answer is enough."""
+def require_one_unit(table: Table, curves: Sequence[CurvePlan], viscosities: Sequence[str]) -> None:
+    """Ask about viscosities without a unit beside curves in Pa, or beside columns of laws that are no curves.
 
-    def named(unit: str) -> str:
-        return "--stress " + " ".join(shell_word(f"{other} [{unit}]") for other in unknown)
+    The remedy names all columns without a unit, so that one answer is enough.
 
-    answers = [named("mPa*s"), named("Pa*s")]
-    return UnitError(
-        without_a_unit([name] if len(unknown) == 1 else unknown),
+    Args:
+        table: as read.
+        curves: that were found.
+        viscosities: all columns called so that no option names, measured or by a law.
+
+    Raises:
+        UnitError: there are such columns.
+    """
+    unknown = [curve.stress.name for curve in curves if curve.stress.unit == UNKNOWN_UNIT]
+    are_in_one_unit = len({curve.stress_unit for curve in curves}) == 1
+    others = [name for name in viscosities if name not in unknown and not unit_of(table, name)]
+    if not unknown or (are_in_one_unit and not others):
+        return
+    named = [name for name in table.columns if name in (*unknown, *others)]
+    answers: list[str] = []
+    for unit in ("mPa*s", "Pa*s"):
+        answers.append("--stress " + " ".join(shell_word(f"{name} [{unit}]") for name in named))
+    raise UnitError(
+        without_a_unit(named),
         where=table.name,
         remedy=f"Say which: {', or '.join(answers)}",
         answers=answers,
@@ -151,11 +167,12 @@ def require_no_logarithms(
         for column, option in ((curve.rate, "--shear-rate"), (curve.stress, "--stress")):
             if column.name in asked or not is_a_logarithm(column.name):
                 continue
+            unit = column.unit if column.unit != UNKNOWN_UNIT else "Pa*s"
             raise MappingError(
                 f"column {column.name!r} holds logarithms or roots, by its name",
                 where=table.name,
                 remedy="Write the numbers themselves, or where the column holds them give "
-                f"{option} {shell_word(f'{column.name} [{column.unit}]')}",
+                f"{option} {shell_word(f'{column.name} [{unit}]')}",
             )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,8 @@ from erclutch.logs.table import Table
 from erclutch.signals.array import Array
 from erclutch.signals.units import parse
 
+#: In place of a unit that nobody says.
+UNKNOWN_UNIT = "?"
 #: Decades of the stress in a decade of the rate, at most: a fluid that thins or has a yield stress has below 1.
 _STEEPEST = 1.2
 
@@ -25,7 +28,7 @@ class FlowColumn:
     Attributes:
         name: in the table.
         unit: by which it is read.
-        factor: from that unit to 1/s, Pa or Pa s.
+        factor: from that unit to 1/s, Pa or Pa s; 1 for a viscosity whose unit nobody says.
         reason: why the column is taken for its role, as the end of a sentence.
         unit_is_assumed: whether neither the file nor an option says the unit.
     """
@@ -55,6 +58,11 @@ class CurvePlan:
     times_rate: bool = False
     is_labelled: bool = False
 
+    @property
+    def stress_unit(self) -> str:
+        """Of the curve's stresses: Pa, or ``?`` where nobody says the unit of the viscosities that they are made of."""
+        return UNKNOWN_UNIT if self.stress.unit == UNKNOWN_UNIT else "Pa"
+
 
 def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
     """Curves of a file with a label over the rates of each pair and nothing over the stresses; none for others.
@@ -63,10 +71,12 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
 
     Args:
         table: of the file.
-        unit: of the second columns, a stress's or a viscosity's; "": Pa, if they rise with the rate as stresses do.
+        unit: of the second columns, a stress's or a viscosity's; "": Pa, if they rise with the rate as stresses do;
+            where all of several fall, they are viscosities in a unit that nobody says.
 
     Raises:
-        MappingError: a second column falls as the rate grows, as viscosities do. UnitError: a unit of neither.
+        MappingError: a second column falls as the rate grows, as viscosities do, and not all of several fall.
+        UnitError: a unit of neither.
     """
     names = list(table.columns)
     if len(names) % 2 or not names:
@@ -110,15 +120,16 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
         )
     factor = parse(unit or "Pa").factor / parse("Pa").factor
     pairs: list[CurvePlan] = []
-    for label, rates, stresses in zip(labels, over_rates, names[1::2], strict=True):
+    falling = _which_fall(table, over_rates, names[1::2])
+    are_viscosities = not unit and len(falling) > 1 and all(falling)
+    for label, falls_all_the_way, rates, stresses in zip(
+        labels, falling, over_rates, names[1::2], strict=True
+    ):
         rate = FlowColumn(rates, "1/s", 1.0, reason)
         stress = FlowColumn(stresses, unit or "Pa", factor, reason)
-        rates_of_pair = table.columns[rates]
-        values = table.columns[stresses]
-        known = np.isfinite(rates_of_pair) & np.isfinite(values) & (rates_of_pair > 0)
-        by_rate = np.argsort(rates_of_pair[known], kind="stable")
-        falls_all_the_way = known.sum() > 2 and np.all(np.diff(values[known][by_rate]) < 0)
-        if not unit and falls_all_the_way:
+        if are_viscosities:
+            stress = FlowColumn(stresses, UNKNOWN_UNIT, 1.0, reason, unit_is_assumed=True)
+        elif not unit and falls_all_the_way:
             falls = "falls as the first grows, as a viscosity does and no shear stress"
             of_pair = "" if are_axes else f"behind {label!r} "
             problem = f"pairs of columns without units: {of_pair}the second {falls}"
@@ -127,9 +138,21 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
             remedy = f"Say its unit, such as {viscosity}, or {stress_after_all} if it is a stress all the same"
             answers = [viscosity, stress_after_all]
             raise MappingError(problem, where=table.name, remedy=remedy, answers=answers)
-        times_rate = quantity == "viscosity"
+        times_rate = are_viscosities or quantity == "viscosity"
         pairs.append(CurvePlan(label, rate, stress, times_rate, is_labelled=not are_axes))
     return tuple(pairs)
+
+
+def _which_fall(table: Table, over_rates: Sequence[str], beside: Sequence[str]) -> list[bool]:
+    """Of each pair of columns, whether its values fall all the way with the rate, as viscosities do and no stresses."""
+    falling: list[bool] = []
+    for rates, values in zip(over_rates, beside, strict=True):
+        rate = table.columns[rates]
+        value = table.columns[values]
+        known = np.isfinite(rate) & np.isfinite(value) & (rate > 0)
+        by_rate = np.argsort(rate[known], kind="stable")
+        falling.append(bool(known.sum() > 2 and np.all(np.diff(value[known][by_rate]) < 0)))
+    return falling
 
 
 def _is_steeper_than_flow(across: Array, up: Array) -> bool:

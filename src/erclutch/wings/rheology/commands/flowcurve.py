@@ -79,7 +79,7 @@ def flowcurve(
         curves += [(path.name, curve) for curve in file.curves]
     of_files: list[str] = []  # a note where the names of several files hold the fields
     names = [name for name, _ in curves]
-    if 1 < len(names) == len({*names}) and not any(curve.field_unit for _, curve in curves):
+    if _may_be_a_series(curves):
         with_field, of_files = with_fields([curve for _, curve in curves], [{} for _ in curves])
         curves = [*zip(names, with_field, strict=True)]
     fitted: list[tuple[str, FlowCurve, list[FlowFit]]] = []
@@ -106,6 +106,7 @@ def flowcurve(
                 "file": name,
                 "curve": curve.label,
                 "points": curve.rate.size,
+                "stress_unit": curve.stress_unit,
                 "field": curve.field if curve.field_unit else None,
                 "field_unit": curve.field_unit or None,
                 "fits": [fit.to_dict() for fit in fits],
@@ -127,6 +128,14 @@ def flowcurve(
             terminal.tell(terminal.estimates(title, chosen.estimates))
 
 
+def _may_be_a_series(curves: Sequence[tuple[str, FlowCurve]]) -> bool:
+    """Whether names of files may hold the fields: a curve a file, all in one unit, and none with a field of its own."""
+    names = [name for name, _ in curves]
+    units = {curve.stress_unit for _, curve in curves}
+    have_fields = any(curve.field_unit for _, curve in curves)
+    return 1 < len(names) == len({*names}) and len(units) == 1 and not have_fields
+
+
 def _tell_curves(fitted: Sequence[tuple[str, FlowCurve, list[FlowFit]]], several: bool) -> None:
     """The chosen law of each curve, and how often each law was chosen.
 
@@ -143,18 +152,22 @@ def _tell_curves(fitted: Sequence[tuple[str, FlowCurve, list[FlowFit]]], several
             return f"{fit.law} {fit.validated:.4f}"
         return fit.law
 
+    # Files whose viscosities have no unit may stand beside files in Pa.
+    units = {curve.stress_unit for _, curve, _ in fitted}
+    unit = units.pop() if len(units) == 1 else ""
     rows: list[list[str]] = []
     for name, curve, (chosen, *others) in fitted:
         row = [
             f"{name}: {curve.label}" if several else curve.label,
             str(curve.rate.size),
             missed(chosen),
-            yield_text(chosen),
+            f"{yield_text(chosen)}{'' if unit else f' {curve.stress_unit}'}",
             missed(others[0]) if others else "",
         ]
         rows.append(row)
     title = "Chosen laws, with what each misses at rates held out (RMS of log10 of the stress)"
-    columns = ["curve", "points", "chosen", "yield stress [Pa]", "next best"]
+    yields = f"yield stress [{unit}]" if unit else "yield stress"
+    columns = ["curve", "points", "chosen", yields, "next best"]
     terminal.tell(terminal.table(title, columns, rows, left=1))
     wins = Counter(fits[0].law for *_, fits in fitted)
     counts = [f"{law} {count} of {len(fitted)}" for law, count in wins.most_common()]
@@ -171,12 +184,13 @@ def _tell_series(series: FieldSeries, name: str) -> None:
     title = f"Yield stress against field, by {series.law} for all curves"
     if name:
         title = f"{name}: {title[0].lower()}{title[1:]}"
-    columns = [f"field [{series.unit}]", "yield stress [Pa]", "curve"]
+    stress_unit = series.curves[0][0].stress_unit
+    columns = [f"field [{series.unit}]", f"yield stress [{stress_unit}]", "curve"]
     terminal.tell(terminal.table(title, columns, rows, left=0))
     if series.growth is not None:
         growth = series.growth
         exponent = f"{growth.exponent:.3g} ({growth.low:.3g} - {growth.high:.3g})"
         terminal.tell(
-            f"Yield stress = {growth.factor:.4g} Pa x (field in {series.unit})^n, with n = {exponent} "
+            f"Yield stress = {growth.factor:.4g} {stress_unit} x (field in {series.unit})^n, with n = {exponent} "
             f"by {growth.fields} fields"
         )
