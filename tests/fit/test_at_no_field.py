@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from erclutch.fit.choice import validation
-from erclutch.fit.choice.at_no_field import in_the_middle
+from erclutch.fit.choice.at_no_field import NOT_IN_THE_MIDDLE, in_the_middle
 from erclutch.fit.fit_settings import Settings
 from erclutch.fit.kinds.law_alone import KIND, with_memory
 from erclutch.fit.laws.fit_law import fit_structure
@@ -89,6 +89,10 @@ def test_what_most_laws_say_at_no_field_decides_only_where_no_log_is_there(
         assert choice is not None
         if asked:
             assert choice.recommended == middle[-1]
+            assert NOT_IN_THE_MIDDLE in choice.against.values()
+            assert choice.against.get(middle[-1]) != NOT_IN_THE_MIDDLE
+        else:
+            assert NOT_IN_THE_MIDDLE not in choice.against.values()
     assert bool(middle) == asked
 
 

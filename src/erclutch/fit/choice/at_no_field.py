@@ -18,6 +18,9 @@ from erclutch.signals.array import Array, rms
 
 #: Of two laws neither is in the middle.
 FEWEST_LAWS = 3
+NOT_IN_THE_MIDDLE = (
+    "no log is at no field, and there it estimates otherwise than most laws that are as good"
+)
 #: Distances that differ by less than this share of the error on the training rows are alike.
 _ALIKE = 0.01
 

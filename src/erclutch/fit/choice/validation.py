@@ -15,7 +15,7 @@ import numpy as np
 from erclutch.errors import CheckError
 from erclutch.fit.bands.new_fields import NewFieldErrors
 from erclutch.fit.candidate import Fitted
-from erclutch.fit.choice.at_no_field import in_the_middle
+from erclutch.fit.choice.at_no_field import NOT_IN_THE_MIDDLE, in_the_middle
 from erclutch.fit.choice.parts_left_out import LeftOut, parts_of_training
 from erclutch.fit.choice.recommending import as_good, recommend
 from erclutch.fit.choice.scoring import BandedFigure, Score, excess, score
@@ -136,9 +136,11 @@ def chosen(
     # No part asks for what is estimated at no field; there most laws that are as good bear each other out.
     good = as_good(scores_of_worth, excesses)
     laws = {name: outcomes[name] for name in good if not freedom[name]}
+    aside: dict[str, str] = {}
     if parts.never_without_field and laws:
         middle = {name: usable[name] for name in in_the_middle(train, laws)}
         burdens |= dict.fromkeys(laws, (np.inf, np.inf)) | burdens_of(middle, outcomes, parts)
+        aside = dict.fromkeys(laws.keys() - middle.keys(), NOT_IN_THE_MIDDLE)
     _, recommended = recommend(
         scores=scores_of_worth,
         excesses=excesses,
@@ -166,12 +168,8 @@ def chosen(
     against = what_speaks_against(
         others, seen, {name: freedom[name] for name in worth}, train.units.effort
     )
-    growth: dict[str, float] = {}
-    if parts.alike:
-        for name, own in (usable | given_up).items():
-            seen_by_fit: Array = train.effort - outcomes[name].model.predict(train)
-            growth[name] = growth_of_errors(own, [seen_by_fit[mask] for mask in parts.masks])
-    return Choice(recommended, parts.words, rmse, at_new_fields, against, growth)
+    growth = _growth_on_parts(usable | given_up, outcomes, train, parts) if parts.alike else {}
+    return Choice(recommended, parts.words, rmse, at_new_fields, against | aside, growth)
 
 
 def growth_of_errors(unseen: Sequence[Array], seen: Sequence[Array]) -> float:
@@ -190,6 +188,20 @@ def growth_of_errors(unseen: Sequence[Array], seen: Sequence[Array]) -> float:
         if error_of_the_fit > 0.0:  # squares of the smallest errors are zero too
             times.append(rms(far) / error_of_the_fit)
     return float(np.median(times)) if times else 1.0
+
+
+def _growth_on_parts(
+    errors: Mapping[str, Sequence[Array]],
+    outcomes: Mapping[str, AnyOutcome],
+    train: Dataset,
+    parts: LeftOut,
+) -> dict[str, float]:
+    """How many times larger the errors of each model are on parts that its fit has not seen."""
+    growth: dict[str, float] = {}
+    for name, own in errors.items():
+        seen_by_fit: Array = train.effort - outcomes[name].model.predict(train)
+        growth[name] = growth_of_errors(own, [seen_by_fit[mask] for mask in parts.masks])
+    return growth
 
 
 def _largest_in_doubt(fitted: Fitted, train: Dataset, part: Mask, error: Array) -> Array:
