@@ -69,6 +69,21 @@ def test_other_volts_of_the_name_are_asked_about_and_rather_feed_the_motor() -> 
     assert plan.command().endswith("--field none")
 
 
+@pytest.mark.parametrize("name", ["MotorCurve-10V.csv", "motor 10V.csv", "servo_run_10V.csv"])
+def test_volts_behind_the_word_motor_feed_the_motor_and_other_volts_of_its_powers_are_told(
+    name: str,
+) -> None:
+    plan = _named({**STAND, **_powers(np.full(400, 12.0))}, name)
+    assert not plan.questions
+    assert "says 10 V, and the powers of the motor under test tell 12 V" in " ".join(plan.notes)
+
+
+@pytest.mark.parametrize("name", ["motor_brake_10V.csv", "motor_coil_10V.csv", "motor_10A.csv"])
+def test_volts_of_a_device_and_amperes_behind_the_word_motor_are_asked_about(name: str) -> None:
+    plan = _named({**STAND, **_powers(np.full(400, 12.0))}, name)
+    assert [each.signal for each in plan.questions] == ["field"]
+
+
 def test_another_number_of_the_name_is_asked_about() -> None:
     plan = _named({**STAND, **_powers(np.full(400, 12.0))}, "curve-2A.csv")
     assert "the name of the file says 2 A" in " ".join(each.problem for each in plan.questions)

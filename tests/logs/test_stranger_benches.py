@@ -105,7 +105,7 @@ def test_a_column_without_its_sign_is_no_field() -> None:
     assert planned({**columns, "ABS X1": np.abs(SLOW) ** 3}).questions
 
 
-def test_a_spare_input_that_goes_with_the_force_is_asked_about_as_no_field() -> None:
+def test_a_spare_input_that_goes_straight_with_the_force_is_an_output_of_its_sensor() -> None:
     columns = {
         "Time [s]": ROWS / 100,
         "Displacement [mm]": SLOW,
@@ -113,6 +113,10 @@ def test_a_spare_input_that_goes_with_the_force_is_asked_about_as_no_field() -> 
         "Aux Input 5 [V]": 8 * DRAG,
     }
     plan = planned(columns)
+    assert not plan.questions
+    assert any("taken for another output of its sensor, left out" in note for note in plan.notes)
+    scatter = DRAG.std() * np.random.default_rng(1).normal(size=DRAG.size)
+    plan = planned({**columns, "Aux Input 5 [V]": 8 * DRAG + 2 * scatter})
     assert [each.signal for each in plan.questions] == ["field"]
     assert plan.command().endswith("--field none")
     del columns["Aux Input 5 [V]"]

@@ -46,6 +46,7 @@ _MONITORS = frozenset(
 )
 _OUTPUT = 12.0  # V, of an amplifier's monitor at most
 _GOES_WITH = 0.5  # correlation of a servo's current with the load that it tells
+_NOISE_AT_REST = 0.05  # of the largest number
 _CROSSINGS = 4  # of the middle of its range, by a motion to and fro
 
 
@@ -153,19 +154,42 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
     if is_current_of_a_drive(seen, [measured]):
         leave_out_field(draft, f"{course}: taken for the current of the drive, left out")
         return
-    if seen.spoken.forms["field"] or "field" in seen.spoken.within:
+    _doubt_what_takes_the_sign_of_the_effort(draft, field, measured, course)
+
+
+def _doubt_what_takes_the_sign_of_the_effort(
+    draft: Draft, field: SignalPlan, measured: Array, course: str
+) -> None:
+    """Leave a guessed field out that surely makes or measures the effort, with whose sign it goes; else doubt it."""
+    seen = draft.seen.columns[field.column]
+    told = _only_share_of_a_supply(draft)
+    label = shell_word(draft.table.label(field.column))
+    # A fluid is as stiff in a field of either sign: what takes the sign of the effort makes or measures the effort.
+    is_called_a_field = bool(seen.spoken.forms["field"]) or "field" in seen.spoken.within
+    is_of_a_told_drive = has_a_told_motion(draft.seen) and not told and _swings(seen.values)
+    is_of_a_sensor = go_straight(seen.values, measured)
+    if is_of_a_told_drive if is_called_a_field else is_of_a_sensor:
+        what = "the current of the drive" if is_called_a_field else "another output of its sensor"
+        remedy = f"--field {label} if it drives {_A_COIL_OF_A_DEVICE}"
+        leave_out_field(draft, f"{course}: taken for {what}, left out ({remedy})")
+        return
+    if is_called_a_field:
         doubt = f"which {course}, as the current of a motor does"
-        told = _only_share_of_a_supply(draft)
         answer = shell_word(draft.table.label(told)) if told else NONE
         draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", answer)
         return
 
     # A spare input of the bench, whose name says nothing of a coil, is more likely an output of the same sensor.
     draft.take_back("field")
-    label = shell_word(draft.table.label(field.column))
     problem = f"column {field.column} may be the field by its unit, but {course}, as another output of its sensor does"
     remedy = f"Say which: --field none, or --field {label}"
     draft.ask("field", MappingError(problem, remedy=remedy), option="--field none")
+
+
+def _swings(values: Array) -> bool:
+    """Whether numbers lie on both sides of zero by more than the noise of a sensor at rest."""
+    lowest, highest = float(np.nanmin(values)), float(np.nanmax(values))
+    return min(-lowest, highest) > _NOISE_AT_REST * max(-lowest, highest)
 
 
 def _goes_with(current: Array, effort: Array) -> bool:

@@ -27,7 +27,7 @@ from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.field_doubts import LARGEST_SUPPLY, is_current_of_a_drive
 from erclutch.logs.planning.missing_columns import has_short_name
 from erclutch.logs.planning.stated_field import states_a_field, take_stated_field
-from erclutch.logs.planning.told_motions import has_a_told_motion
+from erclutch.logs.planning.told_motions import has_a_controller, has_a_told_motion
 from erclutch.signals import units
 from erclutch.signals.array import Array
 from erclutch.signals.recording import SIGNALS
@@ -56,6 +56,10 @@ _MARKS = frozenset(
 _OF_POINTS = frozenset({"avg", "average", "mean", "mittel"})
 _MANY = 4  # columns: more are told together
 _LOAD_CELL = re.compile(r"(?<![^\W_])(?:lc ?\d+|load ?cell\w*)(?![^\W_])", re.IGNORECASE)
+#: The square of a drive's current over time, by which drives guard themselves against heat.
+_HEAT_OF_A_DRIVE = frozenset({"i2t", "i²t", "ixt"})
+_GAIN = re.compile(r"k_?(\d)(?!\d)", re.IGNORECASE)
+_FEWEST_GAINS = 3
 #: What a sine that a drive was told is made with; a field that alternates may be described so too.
 _OF_A_SINE = frozenset(
     {
@@ -137,6 +141,8 @@ def _why_of_a_drive(seen: SeenColumns, column: SeenColumn, taken: Iterable[str])
     """What a column of a drive's telemetry is: its current, the other current of its two axes, or its supply."""
     if is_of_phases(seen, column):
         return "belongs to the phases of a machine"
+    if tells_heat_of_a_drive(column):
+        return "is how warm the drive is, by its current"
     efforts: list[Array] = []
     for name in taken:
         other = seen.columns.get(name)
@@ -233,6 +239,11 @@ def is_a_mark(column: SeenColumn) -> bool:
     return bool(np.isin(known, (0.0, 1.0)).all())
 
 
+def tells_heat_of_a_drive(column: SeenColumn) -> bool:
+    """Whether a name is that of the number by which a drive guards itself against heat."""
+    return column.spoken.plain_stem in _HEAT_OF_A_DRIVE
+
+
 def is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
     """Whether a column is called like a model, or goes with such columns: a table of models beside a measured effort.
 
@@ -246,12 +257,30 @@ def is_of_models(seen: SeenColumns, column: SeenColumn) -> bool:
 
 
 def _place_among_others(seen: SeenColumns, column: SeenColumn) -> str:
-    """What a letter with an index is in a table that holds all of its like; "" where it may be anything."""
+    """What a column is by its name and by the names beside it; "" where it may be anything."""
     if _is_of_a_matrix(seen, column):
         return "is an entry of a matrix by its name"
     if _is_of_a_point(seen, column):
         return "is a coordinate of one of several points by its name"
+    if _is_a_gain(seen, column):
+        return "is a gain of the controller by its name"
     return ""
+
+
+def _is_a_gain(seen: SeenColumns, column: SeenColumn) -> bool:
+    """Whether a name is a k with a number, one of several in a row, beside what a controller told: k1, k2, k3.
+
+    Relays are called so too, but those are on or off.
+    """
+    if _GAIN.match(column.name) is None or is_a_mark(column) or not has_a_controller(seen):
+        return False
+    numbers: list[int] = []
+    for other in seen.columns.values():
+        gain = _GAIN.match(other.name)
+        if gain is not None and not is_a_mark(other):
+            numbers.append(int(gain[1]))
+    numbers.sort()
+    return len(numbers) >= _FEWEST_GAINS and numbers == [*range(numbers[0], numbers[-1] + 1)]
 
 
 def _is_of_a_matrix(seen: SeenColumns, column: SeenColumn) -> bool:

@@ -13,6 +13,7 @@ from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.field_between_logs import efforts_of_two_words
 from erclutch.logs.planning.draft import Draft
+from erclutch.logs.planning.no_field import tells_heat_of_a_drive
 from erclutch.signals.array import Array
 from erclutch.signals.recording import NO_FIELD
 
@@ -34,6 +35,8 @@ def ask_about_parts_of_a_test(draft: Draft) -> None:
     for column in draft.seen.without(draft.taken):
         is_number = not column.unit and are_whole(column.values)
         rises_by_parts = column.shape.keeps_levels and column.shape.rises
+        if tells_heat_of_a_drive(column):
+            continue
         if is_number and rises_by_parts and _asked(draft, column, slip, logged[effort.column]):
             return
 

@@ -45,6 +45,9 @@ _OF_FIELDS_ALONE = ("A", "T", "A/m", "V/m")
 _OF_A_MAGNET = set_of("magnet electromagnet solenoid excitation exciting magnetizing")
 #: Whose current turns a shaft.
 _MACHINES = set_of("motor engine servo actuator")
+_OF_A_DEVICE = set_of(
+    "brake clutch damper coil magnet electromagnet fluid bremse kupplung frein freno"
+)
 #: What a single number is called; a column that is called so may be a phase.
 _LETTER_AND_UNIT = re.compile(r"I_(m?A)|U_(k?V)")
 _FOLDERS_ABOVE = 2  # of a log, whose names may tell its field: ``0.5A/2Hz/log.csv``
@@ -219,7 +222,7 @@ def _ask_about_the_name(draft: Draft) -> bool:
             if number is not None:
                 break
             beside = f"/{said}{beside}"
-    if number is None or _is_the_supply(draft, number):
+    if number is None or _is_the_supply(draft, number) or _feeds_a_motor(draft, number, said):
         return False
     if may_lack_its_point(number):
         written = open_field_in(said) or f"{number[1]}{number[3]}"  # a supply may stand beside it
@@ -252,6 +255,23 @@ def _is_the_supply(draft: Draft, number: re.Match[str]) -> bool:
         and draft.supply is not None
         and isclose(number_of(number[1]), draft.supply, rel_tol=0.01)
     )
+
+
+def _feeds_a_motor(draft: Draft, number: re.Match[str], said: str) -> bool:
+    """Whether a number of volts stands behind the word motor in a name, of a motor under test and of no device.
+
+    Its powers may tell another voltage, as where they were computed for the rated one: that is said.
+    """
+    if FIELD_UNITS[number[3]] != "V" or draft.supply is None:
+        return False
+    spoken = spoken_name(said[: number.start()])
+    if not spoken.says(_MACHINES) or spoken.says(_OF_A_DEVICE):
+        return False
+    draft.notes.append(
+        f"the name {said} says {number_of(number[1]):g} V, and the powers of the motor under test tell "
+        f"{draft.supply:.4g} V: taken for what feeds the motor, and for no field"
+    )
+    return True
 
 
 def _ask_about_an_open_number(draft: Draft, written: str, where: str) -> None:
