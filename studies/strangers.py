@@ -21,7 +21,7 @@ import sys
 import tempfile
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +39,9 @@ from erclutch.logs import (
     table_of_log,
 )
 from erclutch.logs.columns.labels import name_columns
+from erclutch.logs.joints_of_log import plans_of_joints
 from erclutch.logs.log_file import wants_each
+from erclutch.logs.plan import Joint
 from erclutch.logs.planning.recording_choice import AlikeRecordingsError
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
@@ -190,6 +192,8 @@ def judged(path: Path, truth: dict[str, Any]) -> tuple[str, str]:
         return (MISREAD, fault) if fault else (UNDERSTOOD, "several logs of the same columns")
     except ErclutchError as error:
         return (ASKED if "variable" in error.remedy else REFUSED), str(error)
+    if joints := plans_of_joints(plan, table):
+        return _of_joints(joints, table, truth)
     if faults := list(_faults(plan, table, truth)):
         return MISREAD, "; ".join(faults)
     if plan.questions or plan.doubts:
@@ -201,6 +205,21 @@ def judged(path: Path, truth: dict[str, Any]) -> tuple[str, str]:
     if not truth["holds"]:
         return _of_rows_that_lack_something(path, truth)
     return UNDERSTOOD, f"{recording.rows} rows"
+
+
+def _of_joints(
+    joints: Mapping[Joint, Plan], table: Table, truth: dict[str, Any]
+) -> tuple[str, str]:
+    """The outcome of a file of several joints, each of which is fitted by itself."""
+    faults: list[str] = []
+    for joint, plan in joints.items():
+        faults += [f"{joint.name}: {fault}" for fault in _faults(plan, table, truth)]
+        apply(plan, table)
+    if faults:
+        return MISREAD, "; ".join(faults)
+    if not truth["holds"]:
+        return MISREAD, f"taken without a question: {truth['why']}"
+    return UNDERSTOOD, f"{len(joints)} joints"
 
 
 def _of_rows_that_lack_something(path: Path, truth: dict[str, Any]) -> tuple[str, str]:

@@ -6,7 +6,7 @@ import re
 import shlex
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +25,7 @@ from erclutch.errors import (
 if TYPE_CHECKING:
     from erclutch.logs import Plan, Table
     from erclutch.logs.dataset import Dataset
+    from erclutch.logs.plan import Joint
     from erclutch.signals.recording import Recording
 
 _NUMBER = re.compile(r"-?\d+(?:[.,]\d+)?")
@@ -67,6 +68,7 @@ class LogLook:
         share: what few rows may hold out at most, so that a fit has enough to train on; None for the usual share.
         advice: what logs teach nothing new, and what no log has.
         kinds: logs of the same columns, where there are several kinds of them.
+        joints: how each joint of a robot's log is read; none where more is open than which joint is meant.
     """
 
     log: Path
@@ -84,6 +86,7 @@ class LogLook:
     share: float | None
     advice: list[str]
     kinds: list[LogKind]
+    joints: dict[Joint, Plan]
 
     @property
     def every(self) -> list[Recording]:
@@ -145,7 +148,8 @@ class LogLook:
     @property
     def doubtful(self) -> bool:
         """Whether anything is missing, in doubt or not understood."""
-        return self.problem is not None or bool(self.refused or self.plan.doubts)
+        in_doubt = bool(self.plan.doubts) and not self.joints
+        return self.problem is not None or bool(self.refused) or in_doubt
 
 
 def look_at(
@@ -161,6 +165,7 @@ def look_at(
     """
     from erclutch.logs import apply
     from erclutch.logs.field_between_logs import require_no_plan, with_paths
+    from erclutch.logs.joints_of_log import mapping_of_joint, plans_of_joints
     from erclutch.logs.names_of_logs import called, names_apart
 
     plan = reading.plan(raw, log)
@@ -184,6 +189,10 @@ def look_at(
     read = [called(recording, log, names[0]) for recording in read]
     further: list[Recording] = []
     refused: dict[str, Refusal] = {}
+    joints = plans_of_joints(plan, raw)
+    # Of further logs of a robot the first joint stands for the others.
+    of_first = [mapping_of_joint(plan, joint, reading.column_map()) for joint in joints][:1]
+    how = replace(reading.how(), mapping=of_first[0]) if of_first else reading.how()
     kinds = LogKinds()
     if others:
         kinds.add(log, raw, reading)
@@ -192,7 +201,7 @@ def look_at(
             table = _table_of(other, reading)
             if table is not None:
                 kinds.add(other, table, reading)
-            further += reading.how().read(other, reading.device, table, name)
+            further += how.read(other, reading.device, table, name)
         except SettingError:
             raise
         except ErclutchError as error:
@@ -237,6 +246,7 @@ def look_at(
         share=share,
         advice=advice,
         kinds=kinds.found,
+        joints=joints,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -14,8 +14,9 @@ if TYPE_CHECKING:
 
     from erclutch.cli.log_look import LogLook
     from erclutch.cli.options import LogOptions
-    from erclutch.logs import Table
+    from erclutch.logs import Plan, Table
     from erclutch.logs.dataset import Dataset
+    from erclutch.logs.plan import Joint
     from erclutch.signals.array import Array
     from erclutch.signals.recording import Recording
 
@@ -137,6 +138,24 @@ def tell_signals(recording: Recording, data: Dataset) -> None:
         field = terminal.with_unit("field", data.units.field)
         segments = terminal.table(title, ["", "rows", "from [s]", "to [s]", field], rows)
         terminal.tell(segments)
+
+
+def tell_joints(joints: Mapping[Joint, Plan], raw: Table) -> None:
+    """The columns of each joint of a log, and how far its speed and effort reach."""
+    rows: list[list[str]] = []
+    for joint, plan in joints.items():
+        cells = [joint.name]
+        for signal in ("slip", "effort"):
+            chosen = plan.signal(signal)
+            assert chosen is not None  # the mapping of a joint names both
+            reach = _range(chosen.factor * raw.columns[chosen.column])
+            unit = "" if chosen.si == "?" else f" {chosen.si}"
+            cells += [chosen.column, f"{reach}{unit}"]
+        position = plan.signal("position")
+        rows.append([*cells, "" if position is None else position.column])
+    headings = ["joint", "slip", "", "effort", "", "position"]
+    title = f"{len(joints)} joints, each a device of its own"
+    terminal.tell(terminal.table(title, headings, rows, left=6))
 
 
 def _range(values: Array) -> str:

@@ -24,6 +24,9 @@ Sureness = Literal["given", "sure", "likely", "doubtful"]
 #: How a note goes on where what was given differs from what the file says; the check before a fit warns of it.
 THOUGH = "though the file says"
 
+#: Why an effort is in doubt whose slip is that of a joint among several.
+OF_THE_SAME_JOINT = "of the same joint"
+
 #: What stands behind the problem of a question, before all columns.
 _THE_FILE_HAS = "; the file has: "
 
@@ -116,6 +119,21 @@ class ClockPlan:
 
 
 @dataclass(frozen=True)
+class Joint:
+    """A joint of a log of several: a device of its own.
+
+    Attributes:
+        name: what its columns have in their names and those of other joints have not: "joint 2", "waist".
+        slip: column of its speed.
+        effort: column of its effort.
+    """
+
+    name: str
+    slip: str
+    effort: str
+
+
+@dataclass(frozen=True)
 class Question:
     """What the plan cannot say, and only the user can.
 
@@ -175,6 +193,7 @@ class Plan:
         notes: what was chosen, guessed, converted and assumed, one sentence each.
         path: of the file, for the command that answers all questions.
         examples: options that answer the questions, in their order.
+        joints: of a log of several, each of which is a device; the signals are those of one of them.
     """
 
     log: str = field(compare=False)
@@ -191,6 +210,7 @@ class Plan:
     notes: tuple[str, ...] = field(default=(), compare=False)
     path: str = field(default="", compare=False)
     examples: tuple[str, ...] = field(default=(), compare=False)
+    joints: tuple[Joint, ...] = field(default=(), compare=False)
 
     def __str__(self) -> str:
         """The plan as a person reads it: each choice and each question on a line."""
@@ -244,6 +264,15 @@ class Plan:
         return tuple(doubts)
 
     @property
+    def leaves_open_which_joint(self) -> bool:
+        """Whether the joint is all that the user has to choose; nothing else is asked or in doubt."""
+        if not self.joints or self.questions or (self.clock is not None and self.clock.doubt):
+            return False
+        doubts = {each.signal: each.doubt for each in self.signals if each.sureness == "doubtful"}
+        of_joints = {"slip": of_one_joint(self.joints, self.labels), "effort": OF_THE_SAME_JOINT}
+        return doubts == of_joints
+
+    @property
     def is_of_a_log(self) -> bool:
         """Whether all but the field was found, or is one of several columns: a table without a motion is no log."""
         return self._has_all_but("field")
@@ -283,6 +312,9 @@ class Plan:
                 small = self.clock.likely if self.clock.likely in ("us", "ns", "d") else "ms"
                 in_small = shell_word(f"{self.clock.column} [{small}]")
                 remedy += f", or --time {in_small}, or give --rate"
+            if self.leaves_open_which_joint and self.path:
+                each = f"erclutch fit-many {shlex.quote(self.path)} --by joint --out RUNS"
+                remedy += f". Each joint by itself: {each}"
             raise MappingError("; ".join(self.doubts), remedy=remedy, where=self.log)
 
     def _doubtful_options(self, unit: str = "") -> list[str]:
@@ -300,8 +332,7 @@ class Plan:
                 options.append('--rate "RATE Hz"')
         # With one joint given, the columns of the others may be the field again.
         field = self.signal("field")
-        of_joints = any(each.doubt.startswith("of one of") for each in doubtful)
-        if of_joints and field is not None and field.reason == NO_FIELD:
+        if self.joints and field is not None and field.reason == NO_FIELD:
             options.insert(0, "--field none")
         return options
 
@@ -407,3 +438,12 @@ class Plan:
             each for each in self.examples if each in of_files or each.startswith("--name-pattern ")
         ]
         raise MappingError(problem, remedy=remedy, option=next(iter(of_a_file), ""))
+
+
+def of_one_joint(joints: Sequence[Joint], labels: Mapping[str, str]) -> str:
+    """Why the slip is in doubt that is the first joint's of several, with the options that take another joint."""
+    _, other, *_ = joints
+    slip = shell_word(labels.get(other.slip, other.slip))
+    effort = shell_word(labels.get(other.effort, other.effort))
+    option = f"--slip {slip} --effort {effort}"
+    return f"of one of {len(joints)} joints, each a device of its own; another is {option}"

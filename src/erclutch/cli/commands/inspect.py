@@ -270,7 +270,9 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
     first = shlex.quote(look.plan.path)
     if look.problem is not None:
         _tell_what_settles(look, look.problem, typed, reading)
-    elif look.plan.doubts:
+    elif look.joints and not look.refused:
+        _tell_fits_of_joints(look, typed, reading)
+    elif look.plan.doubts and not look.joints:
         doubts = "; ".join(look.plan.doubts)
         command = look.plan.command().replace(first, typed)
         if is_of_a_rheometer(look.plan):
@@ -301,6 +303,18 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
         flow = flow_command(look)
         if flow.startswith("erclutch flowcurve"):
             terminal.say(f"Or as a flow curve: {flow}")
+
+
+def _tell_fits_of_joints(look: LogLook, typed: str, reading: LogOptions) -> None:
+    """The joints of a robot's logs, the command that fits each of them, and the command that fits the first."""
+    log_tables.tell_joints(look.joints, look.raw)
+    words = " ".join(["", *map(shlex.quote, reading.words())])
+    alone = look.plan.command().replace(shlex.quote(look.plan.path), typed)
+    alone = alone.replace("erclutch inspect", "erclutch fit", 1)
+    terminal.say(f"Of one joint alone: {alone} --out RUN")
+    terminal.say(
+        f"Understood. Fit each joint: erclutch fit-many {typed} --by joint{words} --out RUNS"
+    )
 
 
 def _tell_what_settles(
@@ -395,6 +409,7 @@ def _as_json(look: LogLook, courses: int) -> dict[str, Any]:
         "findings": findings,
         "missing": list(look.missing),
         "doubts": list(look.plan.doubts),
+        "joints": [asdict(joint) for joint in look.joints],
         "refused": {name: refusal.why for name, refusal in look.refused.items()},
         "mapping": tomllib.loads(mapping_text(look.plan)),
         "choices": choices,

@@ -18,6 +18,7 @@ from erclutch.logs.plan import (
     THOUGH,
     ClockPlan,
     Invalid,
+    Joint,
     Question,
     SignalPlan,
     Sureness,
@@ -53,6 +54,7 @@ class Draft:
         clock: None while no clock was found.
         questions: what only the user can say, by the signal that it is about.
         examples: options that answer the questions.
+        joints: of a log of several, each of which is a device; the proposed joint is the first.
         supply: in V, that feeds a motor under test all through the log; None where no number tells it.
     """
 
@@ -73,6 +75,7 @@ class Draft:
     clock: ClockPlan | None = None
     questions: dict[str, Question] = field(default_factory=dict[str, Question])
     examples: list[str] = field(default_factory=list[str])
+    joints: list[Joint] = field(default_factory=list[Joint])
     supply: float | None = None
 
     @property

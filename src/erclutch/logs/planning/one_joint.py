@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import re
 
-from erclutch.errors import SeveralColumnsError, shell_word
+from erclutch.errors import SeveralColumnsError
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.joints import joint_in_name
+from erclutch.logs.plan import OF_THE_SAME_JOINT, Joint, of_one_joint
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.guesses import take_guess
 from erclutch.logs.planning.one_of_several import Guess
@@ -79,12 +80,16 @@ def propose_one_joint(draft: Draft) -> None:
         del draft.questions["field"]
         draft.take_no_field([f"{name} is the current of a joint" for name in fields.values()])
 
-    other = next(joint for joint in joints if joint != first)
-    option = f"--slip {shell_word(slips[other])} --effort {shell_word(efforts[other])}"
-    draft.doubt(
-        "slip", f"of one of {len(joints)} joints, each a device of its own; another is {option}"
-    )
-    draft.doubt("effort", "of the same joint")
+    proposed_first = [first, *(joint for joint in joints if joint != first)]
+    draft.joints = [Joint(_called(joint), slips[joint], efforts[joint]) for joint in proposed_first]
+    draft.doubt("slip", of_one_joint(draft.joints, draft.labels))
+    draft.doubt("effort", OF_THE_SAME_JOINT)
+
+
+def _called(joint: tuple[str, ...]) -> str:
+    """The joint by what its columns have of their own: a number alone is that of a joint."""
+    own = " ".join(joint)
+    return f"joint {own}" if own.isdecimal() else own
 
 
 def _joints(draft: Draft, signal: str) -> _Joints:

@@ -291,6 +291,7 @@ def plan_of(
         notes=tuple(draft.notes),
         path=table.path,
         examples=tuple(draft.examples),
+        joints=tuple(draft.joints),
     )
 
 

@@ -43,6 +43,7 @@ from erclutch.runs.written_run import run_to_dict, unwritable, versions, write_j
 from erclutch.signals.device import DeviceName
 from erclutch.wings.fleet.fitted_fleet import Fleet
 from erclutch.wings.fleet.fleet_tables import FILES, logs_of_several_devices, tables_of
+from erclutch.wings.fleet.joints_as_devices import logs_of_joints
 
 MARKER = "fleet.json"
 REPORT = "report.html"
@@ -98,7 +99,8 @@ def fit_many(
         device: "single" or "coaxial".
         reading: columns, units and filters.
         settings: further settings of each comparison; its models are ``models``.
-        by: "log", each log by itself; "folder", the logs of a folder are one device; or a field of the name pattern.
+        by: "log", each log by itself; "folder", the logs of a folder are one device; "joint", each joint of a robot's
+            logs is a device; or a field of the name pattern.
         over: order of the devices: "name", "mtime" (time of the file) or a field of the name pattern.
         baseline: how many of the first devices give the limits of the control charts; 0 for all.
         cluster: see `erclutch.runs.cluster.task_pool`; changes no figure.
@@ -126,10 +128,18 @@ def fit_many(
         remedy = f"Give logs; they end in {', '.join(suffixes)}"
         raise SettingError("there is no log", remedy=remedy)
     files = list(dict.fromkeys(path.resolve() for path in files))
-    logs_by_device = logs_of_devices(files, by, reading)
-    tasks = [
-        DeviceTask(name, paths, asked, reading, device) for name, paths in logs_by_device.items()
-    ]
+    if by == "joint":
+        joints = logs_of_joints(files, reading, device)
+        tasks = [
+            DeviceTask(name, each.paths, asked, replace(reading, mapping=each.mapping), device)
+            for name, each in joints.items()
+        ]
+    else:
+        logs_by_device = logs_of_devices(files, by, reading)
+        tasks = [
+            DeviceTask(name, paths, asked, reading, device)
+            for name, paths in logs_by_device.items()
+        ]
     body = {
         "settings": asked.to_dict(),
         "reading": repr(reading),
@@ -288,7 +298,9 @@ def logs_of_devices(
     else:
         pattern = reading.mapping.name_pattern if isinstance(reading.mapping, ColumnMap) else None
         if pattern is None or f"{{{by}" not in pattern:
-            remedy = f"Give --name-pattern with {{{by}}} in it, or --by log, or --by folder"
+            remedy = (
+                f"Give --name-pattern with {{{by}}} in it, or --by log, --by folder, --by joint"
+            )
             raise SettingError(f"--by {by} is no field of the name pattern", remedy=remedy)
         tails = [str(path) if names_a_folder(pattern) else path.name for path in files]
         names = [f"{by} {constants_of(pattern, tail)[by][0]:g}" for tail in tails]

@@ -64,7 +64,8 @@ def fit_many(
         friction: Fit a friction effort at zero field. Default: as for `erclutch fit`.
         offset: Fit a constant effort. Default: as for friction.
         seed: Seed of the bootstrap that gives the bands, and of the networks' starts.
-        by: What is one device: 'log'; 'folder', all logs of a folder together; or a field of --name-pattern.
+        by: What is one device: 'log'; 'folder', all logs of a folder together; 'joint', each joint of a robot in all
+            logs; or a field of --name-pattern.
         over: Order for trends and charts: 'name', 'mtime' (time of the file), or a field of --name-pattern.
         baseline: How many of the first devices give the limits of the control charts; 0 for all.
         force: Begin anew where the folder holds a fleet of other settings.
