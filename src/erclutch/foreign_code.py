@@ -220,14 +220,17 @@ def _compute_as_usual() -> None:
     A library that was compiled with ``-ffast-math`` may change that as it is loaded.
     """
     found = _environment()
-    if found is not None and not _as_usual(5e-324, 1.0):
+    if found is None:
+        return
+    # Names and no plain numbers: of those Python would compute the sums before it runs them.
+    least = 5e-324
+    one = 1.0
+    half_a_step = 1.1102230246251565e-16  # of the floating-point numbers above 1
+    least_is_a_number = least * one > 0.0
+    rounds_to_nearest = one + half_a_step == one and one + 1.01 * half_a_step > one
+    if not (least_is_a_number and rounds_to_nearest):
         put, way = found
         put(way)
-
-
-def _as_usual(least: float, one: float) -> bool:
-    half_a_step = 1.1102230246251565e-16  # of the floating-point numbers above 1
-    return least * one > 0.0 and one + half_a_step == one and one + 1.01 * half_a_step > one
 
 
 def said_by(error: BaseException) -> str:

@@ -77,15 +77,12 @@ def _in_units_of_training(given: Units, wanted: Units) -> str:
         if unit == wanted_unit:
             continue
         options, told = (at_home, unit) if wanted_unit == UNKNOWN else (here, wanted_unit)
-        options.append(f"--{signal} {shell_word(_labelled(told))}")
+        column = f"COLUMN [{told or '-'}]"
+        options.append(f"--{signal} {shell_word(column)}")
     if at_home:
         return f"Fit the model's own log again with its units, such as {' '.join(at_home)}"
     which = "these columns" if len(here) > 1 else "this column"
     return f"Read the log in the model's units; if it says none and is in them, name {which}: {' '.join(here)}"
-
-
-def _labelled(unit: str) -> str:
-    return f"COLUMN [{unit or '-'}]"
 
 
 def further_inputs(names: Sequence[str], given: Mapping[str, Array]) -> dict[str, Array]:

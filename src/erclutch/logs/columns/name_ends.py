@@ -323,12 +323,19 @@ def _split_at_dot(name: str) -> tuple[str, str | None]:
 
 
 def _split_without_a_mark(name: str) -> tuple[str, str | None]:
-    """``torque`` and ``N*m`` of ``torqueNm``, ``time`` and ``ms`` of ``ms_time``; None where no unit is told."""
+    """``torque`` and ``N*m`` of ``torqueNm``, ``time`` and ``ms`` of ``ms_time``; None where no unit is told.
+
+    Some units are told right behind the word for what they measure, as ``mA`` of ``coilCurrentmA``.
+    """
     for split in (_split_at_capital, _split_at_front):
         stem, unit = split(name)
         if unit:
             return stem, unit
-    return _split_behind_word(name)
+    for end in _RIGHT_BEHIND:
+        stem = name.removesuffix(end)
+        if stem != name and is_of(end, _last_word(stem)):
+            return stem, ENDS[end]
+    return name, None
 
 
 def _split_at_capital(name: str) -> tuple[str, str | None]:
@@ -374,15 +381,6 @@ def _split_at_front(name: str) -> tuple[str, str | None]:
     if is_another_word or not is_of(unit, match[2].lower()):
         return name, None
     return name.strip()[len(unit) + 1 :], ENDS.get(unit, unit)
-
-
-def _split_behind_word(name: str) -> tuple[str, str | None]:
-    """``coilCurrent`` and ``mA`` of ``coilCurrentmA``; the whole name and None where the word before is of no unit."""
-    for end in _RIGHT_BEHIND:
-        stem = name.removesuffix(end)
-        if stem != name and is_of(end, _last_word(stem)):
-            return stem, ENDS[end]
-    return name, None
 
 
 def _last_word(name: str) -> str:

@@ -295,20 +295,13 @@ def _words_of(name: str) -> tuple[str, ...]:
         words = [word for word in words if word not in ("cycle", "cycles")]
     if words and words[0] == "tau" and words[1:] in (["d"], ["c"]):
         words[1] = "desired" if words[1] == "d" else "commanded"
-    if not name.isascii():
-        words += _said_in_a_compound(name)
+    # A Chinese, Japanese or Korean compound may say of a signal that it was told, or computed.
+    compound = "" if name.isascii() else unicodedata.normalize("NFKC", name)
+    if any(told in compound for told in EASTERN_TOLD):
+        words.append("setpoint")
+    if any(computed in compound for computed in EASTERN_COMPUTED):
+        words.append("computed")
     return tuple(OF_SEVERAL.get(word, word) for word in words)
-
-
-def _said_in_a_compound(name: str) -> list[str]:
-    """Words for what a Chinese, Japanese or Korean compound says of a signal: that it was told, or computed."""
-    whole = unicodedata.normalize("NFKC", name)
-    said: list[str] = []
-    if any(told in whole for told in EASTERN_TOLD):
-        said.append("setpoint")
-    if any(computed in whole for computed in EASTERN_COMPUTED):
-        said.append("computed")
-    return said
 
 
 def _called_as(name: str, stem: str, signal: str) -> str | None:

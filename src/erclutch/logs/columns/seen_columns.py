@@ -239,8 +239,10 @@ class SeenColumns:
 
         in_seconds: list[SeenColumn] = []
         for column in open_ones:
-            is_another = not OTHER.isdisjoint(column.spoken.words) or _is_an_age(column)
-            if column.fits(("s",)) and not is_another:
+            is_another = not OTHER.isdisjoint(column.spoken.words)
+            # How long machines have run falls where another machine begins: Operating Hours.
+            is_an_age = column.spoken.says(_AGES) and bool(np.any(column.steps < 0.0))
+            if column.fits(("s",)) and not is_another and not is_an_age:
                 in_seconds.append(column)
         # A time that the file states says more.
         stated = self.table.clock is not None or self.table.sample_period is not None
@@ -374,11 +376,6 @@ def _desired(columns: Mapping[str, SeenColumn]) -> list[str]:
 def is_of_steps(column: SeenColumn) -> bool:
     """Whether a column is called like the time from row to row, and does not rise as a time does."""
     return column.spoken.plain_stem in STEPS_OF_TIME and not column.shape.rises
-
-
-def _is_an_age(column: SeenColumn) -> bool:
-    """Whether a column counts how long machines have run (``Operating Hours``): it falls where another one begins."""
-    return column.spoken.says(_AGES) and bool(np.any(column.steps < 0.0))
 
 
 def _is_finer(column: SeenColumn, dates: Array) -> bool:

@@ -136,12 +136,17 @@ def goes_along(first: Array, second: Array) -> bool:
 
 def go_straight(output: Array, measured: Array) -> bool:
     """Whether one column is the other one times a number plus a number, up to the noise of a sensor."""
-    a, b = known_rows(output, measured)
+    return abs(correlation_of(output, measured)) >= _STRAIGHT
+
+
+def correlation_of(first: Array, second: Array) -> float:
+    """How two columns go together, from -1 to 1; 0 where few rows have both, or one of the columns never changes."""
+    a, b = known_rows(first, second)
     if a.size < FEW or np.ptp(a) == 0.0 or np.ptp(b) == 0.0:
-        return False
+        return 0.0
     a = a / np.abs(a).max()  # no square of a tiny or a large number is lost
     b = b / np.abs(b).max()
-    return bool(abs(np.corrcoef(a, b)[0, 1]) >= _STRAIGHT)
+    return float(np.corrcoef(a, b)[0, 1])
 
 
 def is_same_course(first: Array, second: Array) -> bool:

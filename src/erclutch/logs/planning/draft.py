@@ -106,6 +106,13 @@ class Draft:
         )
         return [*chosen, *self.no_signals, *self.seen.counters, *stamps]
 
+    @property
+    def field_is_open(self) -> bool:
+        """Whether no field is logged and the user has not said so: the field may still be asked for."""
+        chosen = self.signals.get("field")
+        is_unlogged = chosen is not None and chosen.reason == NO_FIELD
+        return is_unlogged and not self.told.declines("field")
+
     def guessed(self, signal: str) -> SignalPlan | None:
         """The column that was guessed for a signal; None where the user chose, or nothing is chosen."""
         chosen = self.signals.get(signal)

@@ -14,8 +14,8 @@ import numpy as np
 from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.machines_in_names import is_of_a_drive, is_of_a_machine
 from erclutch.logs.columns.seen_columns import SeenColumn
-from erclutch.logs.columns.shapes import FEW, LOOKED_AT, known_rows, takes_both_signs
-from erclutch.logs.columns.two_courses import go_straight, goes_along
+from erclutch.logs.columns.shapes import FEW, LOOKED_AT, takes_both_signs
+from erclutch.logs.columns.two_courses import correlation_of, go_straight, goes_along
 from erclutch.logs.columns.vocabulary import CURRENTS, NAMES, NOT_MEASURED, TOLD, VOLTAGES
 from erclutch.logs.mapping import NONE
 from erclutch.logs.plan import SignalPlan
@@ -130,7 +130,9 @@ def doubt_the_current_of_a_drive(draft: Draft) -> None:
         draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
         return
     is_told_to_move = takes_both_signs(current) and has_a_told_motion(draft.seen)
-    if is_told_to_move and not goes_along(current, measured) and _goes_with(current, measured):
+    # With it or against it: a field makes an effort as large either way.
+    goes_with_it = abs(correlation_of(current, measured)) > _GOES_WITH
+    if is_told_to_move and not goes_along(current, measured) and goes_with_it:
         doubt = f"which takes both signs and goes with {effort.column}, beside a motion that a drive was told"
         draft.doubt("field", f"{doubt}: {_unless_it_drives(_A_COIL_OF_A_DEVICE, field)}", NONE)
         return
@@ -166,7 +168,10 @@ def _doubt_what_takes_the_sign_of_the_effort(
     label = shell_word(draft.table.label(field.column))
     # A fluid is as stiff in a field of either sign: what takes the sign of the effort makes or measures the effort.
     is_called_a_field = bool(seen.spoken.forms["field"]) or "field" in seen.spoken.within
-    is_of_a_told_drive = has_a_told_motion(draft.seen) and not told and _swings(seen.values)
+    lowest = float(np.nanmin(seen.values))
+    highest = float(np.nanmax(seen.values))
+    swings = min(-lowest, highest) > _NOISE_AT_REST * max(-lowest, highest)  # about zero
+    is_of_a_told_drive = has_a_told_motion(draft.seen) and not told and swings
     is_of_a_sensor = go_straight(seen.values, measured)
     if is_of_a_told_drive if is_called_a_field else is_of_a_sensor:
         what = "the current of the drive" if is_called_a_field else "another output of its sensor"
@@ -184,20 +189,6 @@ def _doubt_what_takes_the_sign_of_the_effort(
     problem = f"column {field.column} may be the field by its unit, but {course}, as another output of its sensor does"
     remedy = f"Say which: --field none, or --field {label}"
     draft.ask("field", MappingError(problem, remedy=remedy), option="--field none")
-
-
-def _swings(values: Array) -> bool:
-    """Whether numbers lie on both sides of zero by more than the noise of a sensor at rest."""
-    lowest, highest = float(np.nanmin(values)), float(np.nanmax(values))
-    return min(-lowest, highest) > _NOISE_AT_REST * max(-lowest, highest)
-
-
-def _goes_with(current: Array, effort: Array) -> bool:
-    """Whether two columns go together or against each other; a field makes an effort as large either way."""
-    i, f = known_rows(current, effort)
-    if i.size < FEW or np.ptp(i) == 0.0 or np.ptp(f) == 0.0:
-        return False
-    return abs(float(np.corrcoef(i, f)[0, 1])) > _GOES_WITH
 
 
 def doubt_the_current_of_a_motor_under_test(draft: Draft) -> None:

@@ -16,7 +16,6 @@ from erclutch.logs.log_file import EACH
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.table import WordColumn
 from erclutch.signals import units
-from erclutch.signals.recording import NO_FIELD
 
 #: Words for the parts of one measurement, whose rows are one log whichever part they are of.
 _PARTS = frozenset(
@@ -170,17 +169,12 @@ def ask_about_groups(draft: Draft) -> None:
         remedy = f"Take one, such as {first}, or each as a log: {each}"
         option = each if called.isdisjoint(KINDS) else first
         error = MappingError(problem, remedy=remedy, option=option)
-        if _rows_are_numbered(draft):
+        # A number of the row is then no field: it does not count the rows of a part one by one.
+        others = draft.seen.without(draft.taken)
+        if draft.field_is_open and any(other.shape.counts_rows for other in others):
             option += " --field none"
         draft.ask("variable", error, option)
         return
-
-
-def _rows_are_numbered(draft: Draft) -> bool:
-    """Whether a column is no field since it counts the rows: those of a part it does not count one by one."""
-    field = draft.signals.get("field")
-    is_open = field is not None and field.reason == NO_FIELD and not draft.told.declines("field")
-    return is_open and any(each.shape.counts_rows for each in draft.seen.without(draft.taken))
 
 
 def _by_number(column: SeenColumn, most: float) -> dict[str, WordColumn]:

@@ -15,17 +15,14 @@ from erclutch.logs.field_between_logs import efforts_of_two_words
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.no_field import tells_heat_of_a_drive
 from erclutch.signals.array import Array
-from erclutch.signals.recording import NO_FIELD
 
 
 def ask_about_parts_of_a_test(draft: Draft) -> None:
     """Ask which field each part had, where the effort differs between parts at the same slip and no field is logged."""
-    field = draft.signals.get("field")
     effort = draft.signals.get("effort")
     motion = draft.signals.get("slip") or draft.signals.get("position")
-    is_open = field is not None and field.reason == NO_FIELD and not draft.told.declines("field")
     logged = draft.table.columns
-    if not is_open or effort is None or effort.column not in logged:
+    if not draft.field_is_open or effort is None or effort.column not in logged:
         return
     if motion is None or motion.column not in logged:
         return

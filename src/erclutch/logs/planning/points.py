@@ -139,18 +139,14 @@ def _goes_one_way(
     """
     if speed.size < fewest or not np.isfinite(speed).all() or speed.min() == speed.max():
         return False
-    if speed.min() < 0.0 < speed.max() and not either_sign and not _has_equal_steps(speed):
-        return False
+    if speed.min() < 0.0 < speed.max() and not either_sign:
+        steps = np.diff(speed)
+        if np.ptp(steps) > _DIGITS_OF_A_STEP * np.abs(steps).max():
+            return False
     back = noise * float(np.ptp(speed)) if _FEWEST <= speed.size <= _MOST_NOISY else 0.0
     grows = (np.maximum.accumulate(speed) - speed).max() <= back
     falls = (speed - np.minimum.accumulate(speed)).max() <= back
     return bool(grows or falls)
-
-
-def _has_equal_steps(speed: Array) -> bool:
-    """Whether a speed goes on by one step, as where somebody set it."""
-    steps = np.diff(speed)
-    return bool(np.ptp(steps) <= _DIGITS_OF_A_STEP * np.abs(steps).max())
 
 
 def is_untimed(draft: Draft, question: Question) -> bool:

@@ -15,7 +15,6 @@ from erclutch.logs.planning.field_of_words import levels_of_efforts, slip_and_ef
 from erclutch.logs.planning.strength_of_efforts import strengths_of_efforts
 from erclutch.signals import units
 from erclutch.signals.array import Array
-from erclutch.signals.recording import NO_FIELD
 
 _SETTINGS = set_of(
     "gap airgap distance spacing separation clearance luftspalt spalt abstand entrefer distancia distanza traferro "
@@ -32,10 +31,8 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
 
     A column of another name that keeps levels is one too, where the effort at the same slip goes with them.
     """
-    field = draft.signals.get("field")
     effort = draft.signals.get("effort")
-    is_open = field is not None and field.reason == NO_FIELD and not draft.told.declines("field")
-    if not is_open or effort is None or effort.column not in draft.table.columns:
+    if not draft.field_is_open or effort is None or effort.column not in draft.table.columns:
         return
     wanted = {str(choice.column) for choice in draft.told.inputs}
     sizes = np.abs(draft.table.columns[effort.column])

@@ -222,7 +222,12 @@ def _ask_about_the_name(draft: Draft) -> bool:
             if number is not None:
                 break
             beside = f"/{said}{beside}"
-    if number is None or _is_the_supply(draft, number) or _feeds_a_motor(draft, number, said):
+    if number is None:
+        return False
+    unit = FIELD_UNITS[number[3]]
+    volts = draft.supply if unit == "V" else None  # of a motor under test, as its powers tell
+    is_the_supply = volts is not None and isclose(number_of(number[1]), volts, rel_tol=0.01)
+    if is_the_supply or _feeds_a_motor(draft, number, said):
         return False
     if may_lack_its_point(number):
         written = open_field_in(said) or f"{number[1]}{number[3]}"  # a supply may stand beside it
@@ -233,28 +238,17 @@ def _ask_about_the_name(draft: Draft) -> bool:
     counted = (f"{{n{place}}}" for place in range(1, len(said + beside)))
     before = _NUMBER.sub(lambda _: next(counted), said[: number.start(1)])
     after = _NUMBER.sub(lambda _: next(counted), said[number.end(1) :] + beside)
-    unit = FIELD_UNITS[number[3]]
     label = "{field}" if unit == number[3] else f"{{field:{unit}}}"
     option = f"--name-pattern {shell_word(f'{before}{label}{after}')}"
     problem = (
         f"no column for field, and the name of the {where} says {number_of(number[1]):g} {unit}"
     )
     # Of a motor under test, whose powers tell another voltage, it is rather what feeds it.
-    is_rather_none = unit == "V" and draft.supply is not None
+    is_rather_none = volts is not None
     remedy = f"If that is the field, give {option}; else --field none"
     likely = "--field none" if is_rather_none else option
     draft.ask("field", MappingError(problem, remedy=remedy, option=option), likely)
     return True
-
-
-def _is_the_supply(draft: Draft, number: re.Match[str]) -> bool:
-    """Whether a number of volts is that with which, by its powers, a motor under test is fed."""
-    is_a_voltage = FIELD_UNITS[number[3]] == "V"
-    return (
-        is_a_voltage
-        and draft.supply is not None
-        and isclose(number_of(number[1]), draft.supply, rel_tol=0.01)
-    )
 
 
 def _feeds_a_motor(draft: Draft, number: re.Match[str], said: str) -> bool:

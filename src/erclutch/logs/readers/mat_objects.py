@@ -19,6 +19,7 @@ from typing import Any, cast
 import numpy as np
 
 from erclutch.logs.readers.budget import Budget
+from erclutch.logs.readers.json_columns import labelled
 from erclutch.logs.readers.mat_streams import (
     Records,
     is_streamed,
@@ -191,11 +192,6 @@ def _number(node: Any, default: float = np.nan) -> float:
     return float(array.ravel()[0])
 
 
-def _labelled(name: str, unit: str) -> str:
-    """A name with its unit, unless it holds the unit already."""
-    return f"{name} [{unit}]" if unit and "[" not in name else name
-
-
 def _texts(objects: Objects, node: Any) -> list[str]:
     """Texts of a cell; none of any other node."""
     if not isinstance(node, list):
@@ -215,7 +211,7 @@ def _add_variables(
             values = np.full(max(rows, 2), None, object)
         elif is_reference(cell):
             unit = "s"  # of a duration or a date
-        columns[_labelled(name, unit)] = values
+        columns[labelled(name, unit)] = values
 
 
 def _table(objects: Objects, properties: Fields) -> Fields:
@@ -317,7 +313,7 @@ def _timeseries(objects: Objects, properties: Fields) -> Fields:
         data = data.reshape(data.shape[0], -1)
     name = objects.text(properties.get("Name"))
     unit = objects.text(objects.fields(properties.get("DataInfo")).get("Units"))
-    label = _labelled("data" if name in _UNNAMED else name, unit)
+    label = labelled("data" if name in _UNNAMED else name, unit)
     if in_seconds is None:
         return {"time": time, label: data}
     return {"time_s": time * in_seconds, label: data}
