@@ -270,7 +270,7 @@ def _tell_what_is_next(look: LogLook, typed: str, reading: LogOptions) -> None:
     first = shlex.quote(look.plan.path)
     if look.problem is not None:
         _tell_what_settles(look, look.problem, typed, reading)
-    elif look.joints and not look.refused:
+    elif look.joints and not look.refused and not look.unfit:
         _tell_fits_of_joints(look, typed, reading)
     elif look.plan.doubts and not look.joints:
         doubts = "; ".join(look.plan.doubts)
@@ -310,11 +310,15 @@ def _tell_fits_of_joints(look: LogLook, typed: str, reading: LogOptions) -> None
     log_tables.tell_joints(look.joints, look.raw)
     words = " ".join(["", *map(shlex.quote, reading.words())])
     alone = look.plan.command().replace(shlex.quote(look.plan.path), typed)
-    alone = alone.replace("erclutch inspect", "erclutch fit", 1)
-    terminal.say(f"Of one joint alone: {alone} --out RUN")
-    terminal.say(
-        f"Understood. Fit each joint: erclutch fit-many {typed} --by joint{words} --out RUNS"
-    )
+    alone = with_options(alone, reading).replace("erclutch inspect", "erclutch fit", 1)
+    few = ""
+    them = "each joint"
+    if look.share is not None:
+        few = f" --test {look.share:g}"
+        them += ", and hold out less than usual, for the rows are few"
+    terminal.say(f"Of one joint alone: {alone}{few} --out RUN")
+    each = f"erclutch fit-many {typed} --by joint{words}{few} --out RUNS"
+    terminal.say(f"Understood. Fit {them}: {each}")
 
 
 def _tell_what_settles(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from erclutch.errors import MappingError
+from erclutch.errors import MappingError, placed
 from erclutch.logs import ColumnMap, plan_of, table_of_log
 from erclutch.logs.joints_of_log import mapping_of_joint
 from erclutch.logs.mapping import file_mapping, map_over
@@ -49,8 +50,12 @@ def logs_of_joints(
         table = table_of_log(file, told, device, reading.variable or told.variable)
         plan = plan_of(table, told, device=device, invalid=reading.invalid)
         if not plan.leaves_open_which_joint:
-            plan.require_answers()
-            remedy = f"Look at it with erclutch inspect {file}, or leave --by joint out"
+            with placed(file.name):
+                plan.require_answers()
+            # A doubt about more than the joint is told as it is.
+            if plan.joints:
+                plan.require_sureness()
+            remedy = f"Look at it with erclutch inspect {shlex.quote(str(file))}, or leave --by joint out"
             raise MappingError("no joints are told apart in it", where=file.name, remedy=remedy)
         for joint in plan.joints:
             mapping = mapping_of_joint(plan, joint, given)
