@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import shutil
 from pathlib import Path
 from typing import Any
@@ -234,8 +235,10 @@ def test_score_says_what_to_do_where_the_device_has_changed(place: Path, tmp_pat
         for log in (place / "one.csv", "worn.csv")
     }
     assert "erclutch recalibrate" not in said[place / "one.csv"]
-    advice = f"adapt the model: erclutch recalibrate {shell_word(str(place / 'run'))} LOG --out NEW"
-    assert advice in " ".join(said["worn.csv"].split())
+    command = f"recalibrate {shell_word(str(place / 'run'))} worn.csv --out NEW"
+    assert f"adapt the model: erclutch {command}" in " ".join(said["worn.csv"].split())
+    code, _, error = run(*shlex.split(command), cwd=tmp_path)
+    assert code == 0, error
 
 
 def test_score_of_several_logs_shows_which_of_them_has_changed(place: Path, tmp_path: Path) -> None:

@@ -38,6 +38,10 @@ from tests.support.command import good, refused
             ("export", "run", "--model", "m2", "--target", "c"),
             "Unknown option: --target.",
         ),  # --model is an option
+        (
+            ("inspect", "-"),
+            "-: a log is read from a file, not from standard input. Save it, and give the file.",
+        ),
         (("report",), "RUN is missing. Write: erclutch report RUN [OPTIONS]."),
         (
             ("recalibrate", "log.csv", "--run", "any.run"),

@@ -101,6 +101,9 @@ def misused(error: CycloptsError) -> str:
             missing = f"{valueless[0]} needs a value: see erclutch {typed} --help."
         return shown(f"{missing}{_taken_by_a_list(words)}")
     if isinstance(error, UnknownOptionError) and error.command_chain:
+        if "-" in words:
+            # Elsewhere a dash stands for the standard input, which is read once: a log is read several times.
+            return f"-: a log is read from a file, not from standard input. Save it, and give the file. {help_of_it}"
         options = {word.partition("=")[0] for word in words}
         if not options.isdisjoint(_OF_MAPPINGS):
             return "A mapping file has no option: it is read where it lies beside LOG as LOG.toml."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import asdict
 from fnmatch import fnmatchcase
@@ -121,7 +122,9 @@ def score(
         return
     terminal.tell("\n".join(terminal.recording_lines(recordings, made=data.notes)))
     terminal.tell(_table(scores, data, runs=len(run)))
-    terminal.tell(*_words_on(scores, data, all_new=all_new), style="dim")
+    as_typed = shlex.join([*map(str, logs), *reading.words()])
+    words = _words_on(scores, data, as_typed=as_typed, all_new=all_new)
+    terminal.tell(*words, style="dim")
     for each in scores:
         if each.score.by_log and (each.recommended_at is not None or len(scores) == 1):
             terminal.tell(_table_by_log(each, data))
@@ -205,8 +208,17 @@ def _heading_of_worst(data: Dataset) -> str:
     return f"worst {kind}" if kind else ""
 
 
-def _words_on(scores: Sequence[_Scored], data: Dataset, *, all_new: bool) -> list[str]:
-    """The recommended model of each run, here and where it was judged, and what the shares are of."""
+def _words_on(
+    scores: Sequence[_Scored], data: Dataset, *, as_typed: str, all_new: bool
+) -> list[str]:
+    """The recommended model of each run, here and where it was judged, and what the shares are of.
+
+    Args:
+        scores: of all models.
+        data: the rows scored.
+        as_typed: the logs and how they are read, for a further command.
+        all_new: whether no run was fitted to one of the logs.
+    """
     from erclutch.signals.units import amount
 
     unit = data.units.effort
@@ -222,7 +234,7 @@ def _words_on(scores: Sequence[_Scored], data: Dataset, *, all_new: bool) -> lis
             error = each.score.figures.rmse
             at_home = each.recommended_at
             is_far_more = error.low > at_home.high and error.value > _WORSE * at_home.value
-            adapt = f"erclutch recalibrate {shell_word(str(each.run))} LOG --out NEW"
+            adapt = f"erclutch recalibrate {shell_word(str(each.run))} {as_typed} --out NEW"
             if is_far_more and each.score.guessed >= _MOSTLY_GUESSED:
                 lines.append(
                     "Most of these rows are unlike those that it was fitted to, as the lines below say: fit both logs "
