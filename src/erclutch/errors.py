@@ -51,23 +51,19 @@ class ErclutchError(Exception):
 
     def __reduce__(self) -> tuple[object, ...]:
         # Errors come back from other processes.
-        parts = self.problem, self.remedy, self.where, self.answers, self.option
-        return _again, (type(self), *parts)
+        again = functools.partial(
+            type(self),
+            self.problem,
+            remedy=self.remedy,
+            where=self.where,
+            answers=self.answers,
+            option=self.option,
+        )
+        return again, ()
 
     def __str__(self) -> str:
         place = f"{self.where}: " if self.where else ""
         return printable(worded(f"{place}{self.problem}. {self.remedy}."))
-
-
-def _again(
-    kind: type[ErclutchError],
-    problem: str,
-    remedy: str,
-    where: str,
-    answers: tuple[str, ...],
-    option: str,
-) -> ErclutchError:
-    return kind(problem, remedy=remedy, where=where, answers=answers, option=option)
 
 
 @dataclass

@@ -16,7 +16,7 @@ import threading
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from functools import cache
+from functools import cache, partial
 from opcode import opmap
 from threading import Lock
 from types import ModuleType
@@ -72,7 +72,11 @@ def kept_process(*, imports: bool = False) -> Generator[list[str]]:
             _UNDER_WAY[0] -= 1
             _THREAD.calls = within
             if within == 0:
-                _put_back(_BEFORE)
+                now = _process()
+                for what, before in _BEFORE.items():
+                    if now.get(what) != before:
+                        with suppress(Exception):
+                            _PROCESS[what].put(before)
             for name in list(_FUNCTIONS) if imports else _NUMERIC:
                 replaced += _put_functions_back(name)
         _compute_as_usual()
@@ -94,10 +98,6 @@ def _mode_of_files() -> int:
     return mask
 
 
-def _streams() -> tuple[Any, Any]:
-    return sys.stdout, sys.stderr
-
-
 def _put_streams(streams: tuple[Any, Any]) -> None:
     sys.stdout, sys.stderr = streams
 
@@ -114,14 +114,6 @@ def _put_handlers(handlers: Mapping[int, Any]) -> None:
     for number, handler in handlers.items() if _handlers() else ():
         if handler is not None:  # None: code that is not Python's has set it
             signal.signal(number, handler)
-
-
-def _language() -> str:
-    return locale.setlocale(locale.LC_ALL)
-
-
-def _put_language(name: str) -> None:
-    locale.setlocale(locale.LC_ALL, name)
 
 
 def _put_warnings(filters: list[Any]) -> None:
@@ -141,14 +133,16 @@ def _put_printing(options: Any) -> None:
         sys.modules["numpy"].set_printoptions(**options)
 
 
+#: Sets the language, or says which it is where it is given none.
+_LANGUAGE = partial(locale.setlocale, locale.LC_ALL)
 _PROCESS: Mapping[str, _Kept] = {
     "folder": _Kept(os.getcwd, os.chdir),
     "depth of recursion": _Kept(sys.getrecursionlimit, sys.setrecursionlimit),
     "mode of new files": _Kept(_mode_of_files, os.umask),
-    "streams": _Kept(_streams, _put_streams),
+    "streams": _Kept(lambda: (sys.stdout, sys.stderr), _put_streams),
     "handlers of signals": _Kept(_handlers, _put_handlers),
     # By which names of months are read.
-    "language": _Kept(_language, _put_language),
+    "language": _Kept(_LANGUAGE, _LANGUAGE),
     # One that makes errors of warnings would end what only warns.
     "warnings": _Kept(lambda: list(warnings.filters), _put_warnings),
     "printed numbers": _Kept(_printing, _put_printing),
@@ -161,14 +155,6 @@ def _process() -> Mapping[str, Any]:
         with suppress(OSError):  # a folder that was removed has no name
             state[name] = kept.read()
     return state
-
-
-def _put_back(before: Mapping[str, Any]) -> None:
-    now = _process()
-    for name, value in before.items():
-        if now.get(name) != value:
-            with suppress(Exception):
-                _PROCESS[name].put(value)
 
 
 # --- by what numbers are computed -------------------------------------------------------------------------------------
@@ -184,21 +170,20 @@ def _put_functions_back(name: str) -> list[str]:
         # New names come behind the old ones. Whole lists are compared at once, which takes a tenth of the time.
         if list(now.values())[: len(before)] == list(before.values()):
             return []
-    changed = [called for called, value in before.items() if now.get(called) is not value]
-    changed = [called for called in changed if _counts(name, called, before, now)]
-    for called in changed:
-        setattr(module, called, before[called])
-    return [f"{name}.{called}" for called in changed]
-
-
-def _counts(name: str, called: str, before: Mapping[str, Any], now: Mapping[str, Any]) -> bool:
-    """Whether a name that has another value is a fault: what is private, or a module, may come and go."""
-    if called.startswith("_") or any(
-        isinstance(of.get(called), ModuleType) for of in (before, now)
-    ):
-        return False
-    # Ours keep values of their own under a name; their functions and classes stay.
-    return not name.startswith("erclutch") or callable(before[called])
+    replaced: list[str] = []
+    for called, value in before.items():
+        if now.get(called) is value:
+            continue
+        # What is private, or a module, may come and go.
+        is_a_module = isinstance(value, ModuleType) or isinstance(now.get(called), ModuleType)
+        if called.startswith("_") or is_a_module:
+            continue
+        # Ours keep values of their own under a name; their functions and classes stay.
+        if name.startswith("erclutch") and not callable(value):
+            continue
+        setattr(module, called, value)
+        replaced.append(f"{name}.{called}")
+    return replaced
 
 
 @cache

@@ -24,10 +24,6 @@ _RATIO = ShapeParameter(
 )
 
 
-def _paper_form(shape: dict[str, float], gains: dict[str, float], field: float) -> dict[str, float]:
-    return {"tau_y": gains["T_y"], "eta": gains["T_y"] * shape["r"]}
-
-
 def casson(yield_form: YieldForm) -> Law:
     """Casson's law with the given yield stress against field."""
 
@@ -43,7 +39,10 @@ def casson(yield_form: YieldForm) -> Law:
         columns=columns,
         shape=(TRANSITION_SLIP, _RATIO, *yield_form.shape),
         gains=(YIELD,),
-        paper_form=_paper_form,
+        paper_form=lambda shape, gains, field: {
+            "tau_y": gains["T_y"],
+            "eta": gains["T_y"] * shape["r"],
+        },
     )
 
 

@@ -37,15 +37,6 @@ _BETA = ShapeParameter(
 _ETA_0 = Gain("eta_0", "viscous effort per slip without field", VISCOUS, part="viscous")
 
 
-def _paper_form(shape: dict[str, float], gains: dict[str, float], field: float) -> dict[str, float]:
-    rho = shape["kappa"] / np.expm1(shape["beta"] * field)
-    return {
-        "k_2": gains["eta_0"] * rho,
-        "beta_1": (1.0 - rho) / rho if rho else float("inf"),
-        "beta_2": shape["beta"],
-    }
-
-
 def hem(yield_form: YieldForm) -> Law:
     """The heuristic explicit model; with the square yield form it is the paper's."""
 
@@ -54,6 +45,16 @@ def hem(yield_form: YieldForm) -> Law:
         thick = 1.0 + kappa * np.expm1(rate * E) / np.expm1(rate)
         return yield_form.factor(E, *field) * direction(w, w_s), w * thick
 
+    def paper_form(
+        shape: dict[str, float], gains: dict[str, float], field: float
+    ) -> dict[str, float]:
+        rho = shape["kappa"] / np.expm1(shape["beta"] * field)
+        return {
+            "k_2": gains["eta_0"] * rho,
+            "beta_1": (1.0 - rho) / rho if rho else float("inf"),
+            "beta_2": shape["beta"],
+        }
+
     return Law(
         name="hem",
         title="HEM",
@@ -61,7 +62,7 @@ def hem(yield_form: YieldForm) -> Law:
         columns=columns,
         shape=(TRANSITION_SLIP, _KAPPA, _BETA, *yield_form.shape),
         gains=(YIELD, _ETA_0),
-        paper_form=_paper_form,
+        paper_form=paper_form,
     )
 
 

@@ -10,8 +10,6 @@ gas constant: 1,000 to 2,000 K for silicone oils, up to some 6,000 K for mineral
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from erclutch.models.laws.law import Dimension, ShapeParameter
@@ -22,10 +20,6 @@ _MEANING = "activation energy of the viscosity over the gas constant"
 _RATE = ShapeParameter("B_eta", _MEANING, 0.03, 40.0, Dimension(temperature=1), "log", (1.0, 20.0))
 
 
-def _factor(t: Any, rate: Any) -> Any:
-    return np.exp(rate * ((1.0 - t) / t))
-
-
 _ARRHENIUS = TemperatureFactor(
     "arrhenius",
     "viscosity that falls with the temperature",
@@ -33,6 +27,6 @@ _ARRHENIUS = TemperatureFactor(
     "viscous effort times exp(B_eta (1/t - 1))",
     "viscous",
     _RATE,
-    _factor,
+    lambda t, rate: np.exp(rate * ((1.0 - t) / t)),
 )
 STAGE = StageFamily(lambda count, forms: _ARRHENIUS, ladder=("arrhenius",))

@@ -21,6 +21,7 @@ from erclutch.models.stages.temperature_factor import TemperatureFactor
 
 _MEANING = "fall of the yield effort with the temperature"
 _FALL = ShapeParameter("b_y", _MEANING, -15.0, 15.0, Dimension(temperature=-1), usual=(-2.0, 4.0))
+_SOURCE = "a first-order fit, such as suppliers of fluids print it"
 _LEAST = 0.01  # so that a law that divides by the yield effort stays finite
 
 
@@ -29,22 +30,26 @@ def _linear(t: Any, fall: Any) -> Any:
     return less_select(_LEAST, left, left, _LEAST)
 
 
-def _exponential(t: Any, fall: Any) -> Any:
-    return np.exp(-fall * (t - 1.0))
-
-
-def _softening(count: int, forms: tuple[str, ...]) -> TemperatureFactor:
-    return TemperatureFactor(
-        "softening/exponential" if forms else "softening",
-        f"yield effort that changes {'exponentially' if forms else 'in proportion'} with the temperature",
-        "a first-order fit, such as suppliers of fluids print it",
-        "yield effort times " + ("exp(-b_y (t - 1))" if forms else "max(0.01, 1 - b_y (t - 1))"),
-        "yield",
-        _FALL,
-        _exponential if forms else _linear,
-    )
-
-
+_LINEAR = TemperatureFactor(
+    "softening",
+    "yield effort that changes in proportion with the temperature",
+    _SOURCE,
+    "yield effort times max(0.01, 1 - b_y (t - 1))",
+    "yield",
+    _FALL,
+    _linear,
+)
+_EXPONENTIAL = TemperatureFactor(
+    "softening/exponential",
+    "yield effort that changes exponentially with the temperature",
+    _SOURCE,
+    "yield effort times exp(-b_y (t - 1))",
+    "yield",
+    _FALL,
+    lambda t, fall: np.exp(-fall * (t - 1.0)),
+)
 STAGE = StageFamily(
-    _softening, forms=("exponential",), ladder=("softening", "softening/exponential")
+    lambda count, forms: _EXPONENTIAL if forms else _LINEAR,
+    forms=("exponential",),
+    ladder=("softening", "softening/exponential"),
 )
