@@ -411,10 +411,6 @@ def are_units_alone(names: Sequence[str]) -> bool:
     return are_units and len({*others}) == len(others) > 1
 
 
-def _without_slash(bracket: re.Match[str]) -> str:
-    return bracket[0].replace("/", _SLASH_OF_A_UNIT)
-
-
 def _ends_of_paths(labels: Sequence[str]) -> list[str]:
     """Labels without the way through a model and the port behind: ``Torque`` for ``Model Root/Sensors/Torque/Out1``.
 
@@ -424,7 +420,10 @@ def _ends_of_paths(labels: Sequence[str]) -> list[str]:
     paths = 0
     for label in labels:
         name, unit = split_label(label)
-        with_port = _PATH.fullmatch(_IN_ANY_BRACKETS.sub(_without_slash, label))
+        whole_units = _IN_ANY_BRACKETS.sub(
+            lambda bracket: bracket[0].replace("/", _SLASH_OF_A_UNIT), label
+        )
+        with_port = _PATH.fullmatch(whole_units)
         match = with_port or _IN_A_MODEL.fullmatch(name)
         if match is None:
             ends.append(label)

@@ -32,7 +32,18 @@ def pass_over_axes_of_spectra(draft: Draft) -> None:
     axes: list[SeenColumn] = []
     for column in draft.seen.columns.values():
         is_called_so = column.spoken.plain_stem in _FREQUENCIES | _ANGULAR
-        if column.name not in named and is_called_so and _is_an_axis(column):
+        values = column.values
+        if column.name in named or not is_called_so or values.size < _FEWEST:
+            continue
+        if not np.isfinite(values).all() or not column.has_equal_steps:
+            continue
+        step = float(np.median(column.steps))
+        first, last = float(values[0]), float(values[-1])
+        begins_at_zero = first in (0.0, step)  # or behind it
+        # An even number of frequencies around 0 ends a step before the one that mirrors the first.
+        mirrors = first < 0.0 and abs(first + last) <= step * (1.0 + _LAST_DIGITS)
+        is_shifted = mirrors and values.size >= _FEWEST_SHIFTED
+        if step > 0.0 and (begins_at_zero or is_shifted):
             axes.append(column)
     has_a_spectrum = any(column.spoken.says(_SPECTRA) for column in draft.seen.columns.values())
     ends = np.array([float(column.values[-1]) for column in axes])
@@ -48,17 +59,3 @@ def pass_over_axes_of_spectra(draft: Draft) -> None:
         draft.notes.append(
             f"column {column.name} grows by even steps {where}: taken for its frequencies, left out"
         )
-
-
-def _is_an_axis(column: SeenColumn) -> bool:
-    """Whether all numbers grow by one step, as frequencies of a spectrum do: from 0, from that step or minus their end.
-
-    An even number of frequencies around 0 ends a step before the one that mirrors the first.
-    """
-    values = column.values
-    if values.size < _FEWEST or not np.isfinite(values).all() or not column.has_equal_steps:
-        return False
-    step = float(np.median(column.steps))
-    first, last = float(values[0]), float(values[-1])
-    is_shifted = values.size >= _FEWEST_SHIFTED and abs(first + last) <= step * (1.0 + _LAST_DIGITS)
-    return step > 0.0 and (first in (0.0, step) or (first < 0.0 and is_shifted))

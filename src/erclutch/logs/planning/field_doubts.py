@@ -93,16 +93,6 @@ def leave_out_the_number_of_a_motor(draft: Draft) -> None:
             return
 
 
-def _only_share_of_a_supply(draft: Draft) -> str:
-    """The only column of one sign that is called like a field and is a share, as ``PWM brake [%]`` is; else ""."""
-    shares: list[str] = []
-    for column in draft.seen.without(draft.taken):
-        is_one = "field" in column.spoken.may_be and column.written_unit in (None, "%")
-        if is_one and not column.shape.constant and not takes_both_signs(column.values):
-            shares.append(column.name)
-    return shares[0] if len(shares) == 1 else ""
-
-
 def doubt_the_current_of_a_drive(draft: Draft) -> None:
     """Doubt a guessed field with the sign and the course of the effort: the current of the motor that makes it."""
     field = draft.guessed("field")
@@ -164,7 +154,13 @@ def _doubt_what_takes_the_sign_of_the_effort(
 ) -> None:
     """Leave a guessed field out that surely makes or measures the effort, with whose sign it goes; else doubt it."""
     seen = draft.seen.columns[field.column]
-    told = _only_share_of_a_supply(draft)
+    # Columns of one sign that are called like a field and are a share, as ``PWM brake [%]`` is.
+    shares: list[str] = []
+    for column in draft.seen.without(draft.taken):
+        is_one = "field" in column.spoken.may_be and column.written_unit in (None, "%")
+        if is_one and not column.shape.constant and not takes_both_signs(column.values):
+            shares.append(column.name)
+    told = shares[0] if len(shares) == 1 else ""
     label = shell_word(draft.table.label(field.column))
     # A fluid is as stiff in a field of either sign: what takes the sign of the effort makes or measures the effort.
     is_called_a_field = bool(seen.spoken.forms["field"]) or "field" in seen.spoken.within

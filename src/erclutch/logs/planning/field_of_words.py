@@ -9,12 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from erclutch.errors import MappingError, listed, shell_word
 from erclutch.logs.columns.levels_in_names import open_field_in, stated_in
 from erclutch.logs.columns.names import words_of
-from erclutch.logs.field_between_logs import EffortsApart, efforts_of_two_words
+from erclutch.logs.field_between_logs import efforts_of_two_words
 from erclutch.logs.log_file import EACH
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.parted_rows import KINDS, OF_A_DEVICE, TAKE_TURNS, WHOSE
@@ -75,8 +74,16 @@ def ask_about_words(draft: Draft) -> bool:
         apart = efforts_of_two_words(slip, effort, column.of_row)
         if apart is None:
             continue
-        if not called.isdisjoint(_SENSES) and _are_senses(slip, column.of_row, apart):
-            continue
+        if not called.isdisjoint(_SENSES):
+            shares_forth: list[float] = []  # of all that moves, what moves forth
+            for word in (apart.more, apart.less):
+                moved = slip[(column.of_row == word) & np.isfinite(slip)]
+                size = float(np.abs(moved).sum())
+                forth = float(np.maximum(moved, 0.0).sum())
+                shares_forth.append(forth / size if size > 0.0 else 0.5)
+            # The motion goes one way in the rows of one word, and the other way in those of the other.
+            if max(shares_forth) >= _OF_ONE_SENSE and min(shares_forth) <= 1.0 - _OF_ONE_SENSE:
+                continue
         more = column.words[apart.more]
         less = column.words[apart.less]
         problem = (
@@ -88,16 +95,6 @@ def ask_about_words(draft: Draft) -> bool:
         draft.ask("field", MappingError(problem, remedy=remedy, option=option), option)
         return True
     return False
-
-
-def _are_senses(slip: Array, of_row: NDArray[np.int32], apart: EffortsApart) -> bool:
-    """Whether the motion goes one way in the rows of one word and the other way in those of the other."""
-    shares: list[float] = []  # of all that moves, what moves forth
-    for word in (apart.more, apart.less):
-        moved = slip[(of_row == word) & np.isfinite(slip)]
-        size = float(np.abs(moved).sum())
-        shares.append(float(np.maximum(moved, 0.0).sum()) / size if size > 0.0 else 0.5)
-    return max(shares) >= _OF_ONE_SENSE and min(shares) <= 1.0 - _OF_ONE_SENSE
 
 
 def levels_of_efforts(draft: Draft, taken: Iterable[str]) -> list[str]:

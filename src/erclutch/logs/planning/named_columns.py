@@ -100,7 +100,27 @@ def take_named(draft: Draft) -> None:
             raise MappingError(problem, remedy="Use one of these, or set --device")
         if not declined:
             try:
-                _take_choice(draft, signal, choice)
+                name, unit, factor = locate(draft.table, choice, signal)
+                if name in draft.seen.empty:
+                    raise _without_numbers(draft.table, name, signal)
+                if signal == _TEMPERATURE:
+                    logged = draft.table.columns[name] * factor
+                    in_kelvin, offset = units.to_kelvin(logged, unit, name)
+                    draft.signals[signal] = SignalPlan(
+                        signal,
+                        name,
+                        unit,
+                        factor,
+                        factor * in_kelvin,
+                        "K",
+                        offset=offset,
+                        reason=choice.source,
+                    )
+                    draft.notes.append(
+                        f"temperature <- column {name} [{unit}], in K ({choice.source})"
+                    )
+                else:
+                    draft.take(signal, name, unit, factor, choice.source)
             except MappingError as error:
                 if signal in named_by_itself:
                     draft.notes.append(
@@ -113,25 +133,6 @@ def take_named(draft: Draft) -> None:
         else:
             draft.declined.append(signal)
             draft.notes.append(f"{signal}: no column is taken for it ({choice.source})")
-
-
-def _take_choice(draft: Draft, signal: str, choice: ColumnChoice) -> None:
-    """Take the column that the user named for a signal, or for the temperature.
-
-    Raises:
-        MappingError: there is no such column, or it does not fit. LogError: its cells are no numbers.
-    """
-    name, unit, factor = locate(draft.table, choice, signal)
-    if name in draft.seen.empty:
-        raise _without_numbers(draft.table, name, signal)
-    if signal != _TEMPERATURE:
-        draft.take(signal, name, unit, factor, choice.source)
-        return
-    in_kelvin, offset = units.to_kelvin(draft.table.columns[name] * factor, unit, name)
-    draft.signals[signal] = SignalPlan(
-        signal, name, unit, factor, factor * in_kelvin, "K", offset=offset, reason=choice.source
-    )
-    draft.notes.append(f"temperature <- column {name} [{unit}], in K ({choice.source})")
 
 
 def _without_numbers(table: Table, name: str, signal: str) -> MappingError:

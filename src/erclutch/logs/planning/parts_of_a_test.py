@@ -9,12 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from erclutch.errors import MappingError, shell_word
-from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import are_whole
 from erclutch.logs.field_between_logs import efforts_of_two_words
 from erclutch.logs.planning.draft import Draft
 from erclutch.logs.planning.no_field import tells_heat_of_a_drive
-from erclutch.signals.array import Array
 
 
 def ask_about_parts_of_a_test(draft: Draft) -> None:
@@ -32,28 +30,22 @@ def ask_about_parts_of_a_test(draft: Draft) -> None:
     for column in draft.seen.without(draft.taken):
         is_number = not column.unit and are_whole(column.values)
         rises_by_parts = column.shape.keeps_levels and column.shape.rises
-        if tells_heat_of_a_drive(column):
+        if tells_heat_of_a_drive(column) or not is_number or not rises_by_parts:
             continue
-        if is_number and rises_by_parts and _asked(draft, column, slip, logged[effort.column]):
-            return
-
-
-def _asked(draft: Draft, column: SeenColumn, slip: Array, effort: Array) -> bool:
-    """Ask for the field of each part that a column numbers, where two parts have other efforts; whether they have."""
-    parts, of_row = np.unique(column.values, return_inverse=True)
-    apart = efforts_of_two_words(slip, effort, of_row.astype(np.int32))
-    if apart is None:
-        return False
-    label = draft.table.label(column.name)
-    option = f'--field {shell_word(label)} --scale "field=STEP A" --zero field={parts[0]:g}'
-    problem = (
-        f"no column for field, and at the same slip part {parts[apart.more]:g} has {apart.times:.2g} times the effort "
-        f"of part {parts[apart.less]:g}, by column {label}"
-    )
-    remedy = (
-        f"If a field was set for each part, in even steps from none, give {option}; in other steps, give a log for "
-        "each part; if none was set, give --field none"
-    )
-    draft.ask("field", MappingError(problem, remedy=remedy), option)
-    del draft.signals["field"]
-    return True
+        parts, of_row = np.unique(column.values, return_inverse=True)
+        apart = efforts_of_two_words(slip, logged[effort.column], of_row.astype(np.int32))
+        if apart is None:
+            continue
+        label = draft.table.label(column.name)
+        option = f'--field {shell_word(label)} --scale "field=STEP A" --zero field={parts[0]:g}'
+        problem = (
+            f"no column for field, and at the same slip part {parts[apart.more]:g} has {apart.times:.2g} times the "
+            f"effort of part {parts[apart.less]:g}, by column {label}"
+        )
+        remedy = (
+            f"If a field was set for each part, in even steps from none, give {option}; in other steps, give a log "
+            "for each part; if none was set, give --field none"
+        )
+        draft.ask("field", MappingError(problem, remedy=remedy), option)
+        del draft.signals["field"]
+        return

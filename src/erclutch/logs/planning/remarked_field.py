@@ -57,7 +57,13 @@ def ask_about_remarked_field(draft: Draft) -> bool:
             lines.append(_Line(f"'{key}: {text}'", quantity))
     if not lines:
         return False
-    if len(lines) > 1 and (of_stretches := _one_after_another(lines)):
+    # Lines that number their tests tell one field after another, such as 0, 0.5, 1 A; others are about several things.
+    about = {_DIGITS.sub("", line.words.partition(":")[0]) for line in lines}
+    parts = [line.quantity.partition(" ") for line in lines]
+    units_of_lines = {unit for _, _, unit in parts}
+    if len(lines) > 1 and len(about) == 1 and len(units_of_lines) == 1:
+        numbers = ", ".join(number for number, _, _ in parts)
+        of_stretches = f"{numbers} {units_of_lines.pop()}".strip()
         option = f"--constant {shell_word(f'field={of_stretches}')}"
         problem = f"no column for field, and lines above the rows say {_quoted(lines)}"
         remedy = f"If these are the fields of one stretch after another, give {option}; else --field none"
@@ -76,16 +82,6 @@ def ask_about_remarked_field(draft: Draft) -> bool:
 
 def _quoted(lines: Sequence[_Line]) -> str:
     return ", ".join(line.words for line in lines)
-
-
-def _one_after_another(lines: Sequence[_Line]) -> str:
-    """The fields such as ``0, 0.5, 1 A`` of lines that number their tests; "" for lines about several things."""
-    about = {_DIGITS.sub("", line.words.partition(":")[0]) for line in lines}
-    parts = [line.quantity.partition(" ") for line in lines]
-    units_of_lines = {unit for _, _, unit in parts}
-    if len(about) > 1 or len(units_of_lines) > 1:
-        return ""
-    return f"{', '.join(number for number, _, _ in parts)} {units_of_lines.pop()}".strip()
 
 
 def _field_of(key: str, text: str) -> str:

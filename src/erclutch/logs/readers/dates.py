@@ -96,9 +96,12 @@ def seconds(cells: pd.Series[Any]) -> Array | None:
     likeliest, runs_back = _likeliest(texts)
     if likeliest is not None and runs_back:
         # Some loggers write 7 milliseconds as ".7": as a share of a second they run back.
-        padded, runs_back_too = _likeliest(
-            texts.str.replace(_FRACTION, _of_three_digits, regex=True)
+        in_milliseconds = texts.str.replace(
+            _FRACTION,
+            lambda fraction: fraction[0].zfill(_DIGITS_OF_A_MILLISECOND),
+            regex=True,
         )
+        padded, runs_back_too = _likeliest(in_milliseconds)
         if padded is not None and not runs_back_too:
             return padded
     return likeliest
@@ -116,10 +119,6 @@ def _with_colons_and_a_point(texts: pd.Series[Any]) -> pd.Series[Any]:
     if not parts["second"].isna().any():
         return parts["hour"] + ":" + parts["minute"] + ":" + parts["second"]
     return texts
-
-
-def _of_three_digits(fraction: re.Match[str]) -> str:
-    return fraction[0].zfill(_DIGITS_OF_A_MILLISECOND)
 
 
 def _likeliest(texts: pd.Series[Any]) -> tuple[Array | None, bool]:

@@ -59,7 +59,14 @@ def signal_of_a_stream(values: Fields, records: Records) -> Fields:
     width = prod(int(side) for side in _numbers(attributes.get("Dimension"))) or 1
     samples = _record(values["DataR2"], records, kind)
     rows, rest = divmod(samples.size, width)
-    times = _times(values, records, rows)
+    # The times have a record of their own, or the element gives a start, a step and their count.
+    if _numbers(values.get("TimeR2")).size == 1:
+        times = _record(values["TimeR2"], records, "<f8")
+    else:
+        grid = _numbers(values["CompressedTime"])
+        if grid.size != 3 or not grid[1] > 0.0 or not 0 < grid[2] < _MOST_ROWS or grid[2] != rows:
+            raise ValueError("a signal without a time")
+        times = grid[0] + grid[1] * np.arange(rows)
     if rest or not rows or times.size != rows:
         raise ValueError(f"{samples.size} samples of {width} numbers at {times.size} times")
 
@@ -72,16 +79,6 @@ def signal_of_a_stream(values: Fields, records: Records) -> Fields:
 def unit_of_time(values: Fields) -> str:
     """The unit of a signal's time, as MATLAB calls it; "" where none is said."""
     return _text(values.get("TimeUnits"))
-
-
-def _times(values: Fields, records: Records, rows: int) -> np.ndarray[Any, Any]:
-    """The times of a signal's samples: a record of them, or a start, a step and their count."""
-    if _numbers(values.get("TimeR2")).size == 1:
-        return _record(values["TimeR2"], records, "<f8")
-    grid = _numbers(values["CompressedTime"])
-    if grid.size != 3 or not grid[1] > 0.0 or not 0 < grid[2] < _MOST_ROWS or grid[2] != rows:
-        raise ValueError("a signal without a time")
-    return grid[0] + grid[1] * np.arange(rows)
 
 
 def _record(number: Any, records: Records, kind: str) -> np.ndarray[Any, Any]:

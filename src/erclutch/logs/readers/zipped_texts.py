@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import io
 import zlib
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import PurePosixPath
 from zipfile import BadZipFile, ZipFile, ZipInfo
@@ -53,7 +52,21 @@ def _read(source: LogSource) -> Table:
     take_parts(content, Budget(source.size))
     try:
         with ZipFile(content) as archive:
-            texts, others = _parts(archive.infolist())
+            texts: dict[str, ZipInfo] = {}
+            others: list[str] = []
+            for part in archive.infolist():
+                folders = PurePosixPath(part.filename).parts
+                of_a_system = any(folder.startswith(_OF_SYSTEMS) for folder in folders)
+                if part.is_dir() or of_a_system:
+                    continue
+                name = printable(part.filename)
+                if not name.lower().endswith(ENDINGS):
+                    others.append(name)
+                elif name in texts:
+                    # Which of the two a program unpacks, nobody knows.
+                    raise LogError(f"the archive holds two files {name}", remedy=_UNPACK)
+                else:
+                    texts[name] = part
             name, part = found_recordings.choose(
                 texts, source.variable, "text", "the archive holds no text"
             )
@@ -74,27 +87,6 @@ def _read(source: LogSource) -> Table:
     if others:
         notes.append(f"left out of the archive, no text: {listed(others)}")
     return replace(table, notes=(*notes, *table.notes))
-
-
-def _parts(parts: Sequence[ZipInfo]) -> tuple[dict[str, ZipInfo], list[str]]:
-    """The texts of an archive by their names, and the names of its other files."""
-    texts: dict[str, ZipInfo] = {}
-    others: list[str] = []
-    for part in parts:
-        of_a_system = any(
-            folder.startswith(_OF_SYSTEMS) for folder in PurePosixPath(part.filename).parts
-        )
-        if part.is_dir() or of_a_system:
-            continue
-        name = printable(part.filename)
-        if not name.lower().endswith(ENDINGS):
-            others.append(name)
-        elif name in texts:
-            # Which of the two a program unpacks, nobody knows.
-            raise LogError(f"the archive holds two files {name}", remedy=_UNPACK)
-        else:
-            texts[name] = part
-    return texts, others
 
 
 READER = LogReader(
