@@ -108,9 +108,12 @@ def recalibrate(model: Model, data: Dataset, seen: Mask | None = None) -> Recali
             )
         # The rows count for as many as are independent of each other. Where a common gain explains nearly all of the
         # error, it is no noise: with a gain of 20 in it the ridge held all numbers next to those of the base.
-        left = _without_gain(data.effort[rows], predicted)
-        explained = float(left @ left) < _NEARLY_ALL * float(error @ error)
-        unexplained = left if explained else error
+        measured = data.effort[rows]
+        size = float(predicted @ predicted)
+        common_gain = float(measured @ predicted) / size if size > 0.0 else 0.0
+        without_gain = measured - common_gain * predicted
+        explained = float(without_gain @ without_gain) < _NEARLY_ALL * float(error @ error)
+        unexplained = without_gain if explained else error
         noise = float(np.mean(unexplained**2)) * correlated_rows(unexplained)
         trial = _Trial(data, rows, error, noise, blocks_of(error))
         ways = list(ways_of(model, data, rows, predicted))
@@ -155,13 +158,6 @@ def recalibrate(model: Model, data: Dataset, seen: Mask | None = None) -> Recali
         return Recalibration(
             model, _noted(adapted, data, way.name), way.name, folds, numbers, reason
         )
-
-
-def _without_gain(measured: Array, predicted: Array) -> Array:
-    """Measured effort minus the predicted one times the gain that fits best, shape (n,)."""
-    size = float(predicted @ predicted)
-    gain = float(measured @ predicted) / size if size > 0.0 else 0.0
-    return measured - gain * predicted
 
 
 def blocks_of(error: Array) -> list[slice]:

@@ -8,7 +8,6 @@ from dataclasses import replace
 from erclutch.errors import ErclutchError, MappingError, shell_word
 from erclutch.models.model import Model, Rows
 from erclutch.signals.array import Array
-from erclutch.signals.device import Units
 from erclutch.signals.recording import POSITION, TEMPERATURE
 from erclutch.signals.units import UNKNOWN
 
@@ -44,7 +43,21 @@ def require_same_signals(model: Model, data: Rows) -> None:
         problem = (
             f"{data.units.text()}, for the model {model.name} of a log with {model.units.text()}"
         )
-        raise ErclutchError(problem, where=where, remedy=_in_units_of_training(data.units, units))
+        here: list[str] = []  # options for the log that is read now
+        at_home: list[str] = []  # and for that of the model
+        for signal in ("field", "slip", "effort"):
+            given_unit: str = getattr(data.units, signal)
+            wanted_unit: str = getattr(units, signal)
+            if given_unit == wanted_unit:
+                continue
+            options, told = (at_home, given_unit) if wanted_unit == UNKNOWN else (here, wanted_unit)
+            column = f"COLUMN [{told or '-'}]"
+            options.append(f"--{signal} {shell_word(column)}")
+        which = "these columns" if len(here) > 1 else "this column"
+        remedy = f"Read the log in the model's units; if it says none and is in them, name {which}: {' '.join(here)}"
+        if at_home:
+            remedy = f"Fit the model's own log again with its units, such as {' '.join(at_home)}"
+        raise ErclutchError(problem, where=where, remedy=remedy)
     # Rows of a caller's own may know none.
     given_units: Mapping[str, str] = getattr(data, "extra_units", {})
     for name, unit in model.extra_units.items():
@@ -65,24 +78,6 @@ def require_same_signals(model: Model, data: Rows) -> None:
                 where=model.name,
                 remedy=f"Read the log with --resample {1 / own:.6g}",
             )
-
-
-def _in_units_of_training(given: Units, wanted: Units) -> str:
-    """How the log is read in the units of a model, or the model's own log in units, where it had none."""
-    here: list[str] = []  # options for the log that is read now
-    at_home: list[str] = []  # and for that of the model
-    for signal in ("field", "slip", "effort"):
-        unit: str = getattr(given, signal)
-        wanted_unit: str = getattr(wanted, signal)
-        if unit == wanted_unit:
-            continue
-        options, told = (at_home, unit) if wanted_unit == UNKNOWN else (here, wanted_unit)
-        column = f"COLUMN [{told or '-'}]"
-        options.append(f"--{signal} {shell_word(column)}")
-    if at_home:
-        return f"Fit the model's own log again with its units, such as {' '.join(at_home)}"
-    which = "these columns" if len(here) > 1 else "this column"
-    return f"Read the log in the model's units; if it says none and is in them, name {which}: {' '.join(here)}"
 
 
 def further_inputs(names: Sequence[str], given: Mapping[str, Array]) -> dict[str, Array]:

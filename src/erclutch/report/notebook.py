@@ -279,11 +279,12 @@ def _dataset(data: Dataset) -> Card:
 # --- models -----------------------------------------------------------------------------------------------------------
 
 
-def _model(model: Any) -> Card:
+def _model(model: Model) -> Card:
     """A law has its numbers in the data's units; every model has the range that it was trained on."""
 
     def numbers() -> DataFrame:
-        rows: list[tuple[Any, ...]] = list(model.in_units())
+        base: Any = model  # each model of ours is a `ModelBase`, which knows its numbers in units
+        rows: list[tuple[Any, ...]] = list(base.in_units())
         for name in ("field", "slip", "effort"):
             unit = getattr(model.units, name)
             low, high = getattr(model.trained_on, name)
@@ -292,45 +293,42 @@ def _model(model: Any) -> Card:
         return rows_as_frame(("parameter", "value", "unit", "meaning"), rows)
 
     def flow_curves() -> Plot:
-        return Plot([_curves(model)], PlotTable((), ()), height=2.6)
+        """Effort over slip in settled fields, the other element at rest without field, further inputs at mid-range."""
+        covered = model.trained_on
+        strongest = max(map(abs, covered.field))
+        weakest = 0.0
+        if min(covered.field) > 0:
+            weakest = min(map(abs, covered.field))
+        slip = np.linspace(*covered.slip, _POINTS)
+        elements = 1 if model.structure.device == "single" else 2
+        at_rest = [np.zeros(_POINTS)] * (elements - 1)  # field and slip of the other element
+        middles = [0.5 * (low + high) for low, high in model.extras.values()]
+        extras = [np.full(_POINTS, middle) for middle in middles]
+
+        unit = unit_text(model.units.field) if model.units.field != "?" else ""
+        levels = np.unique(np.linspace(weakest, strongest, _CURVES))
+        lines: list[Mark] = []
+        for place, level in enumerate(levels):
+            field = np.full(_POINTS, level)
+            at_level = model.steady([field, *at_rest], [slip, *at_rest], extras)
+            effort = np.asarray(at_level)
+            style = f"level{round(6 * place / (_CURVES - 1))}"
+            label = f"{number(float(level), 3)} {unit}".strip()
+            lines.append(Line(slip, effort, style, label))
+        panel = Panel(
+            Axis("slip", unit_text(model.units.slip)),
+            Axis("effort", unit_text(model.units.effort)),
+            lines,
+            f"Effort over slip of the {title_of(model.name)} in settled fields.",
+            "effort in settled fields",
+        )
+        return Plot([panel], PlotTable((), ()), height=2.6)
 
     equation: list[str] = []
     for line in model.equation():
         if not _NUMBER.match(line):
             equation.append(line.replace(" + -", " - "))
     return Card(title_of(model.name), numbers, lines=equation, plots={"flow-curves": flow_curves})
-
-
-def _curves(model: Model) -> Panel:
-    """Effort over slip in settled fields, the other element at rest without field, further inputs at mid-range."""
-    covered = model.trained_on
-    strongest = max(map(abs, covered.field))
-    weakest = 0.0
-    if min(covered.field) > 0:
-        weakest = min(map(abs, covered.field))
-    slip = np.linspace(*covered.slip, _POINTS)
-    elements = 1 if model.structure.device == "single" else 2
-    at_rest = [np.zeros(_POINTS)] * (elements - 1)  # field and slip of the other element
-    middles = [0.5 * (low + high) for low, high in model.extras.values()]
-    extras = [np.full(_POINTS, middle) for middle in middles]
-
-    unit = unit_text(model.units.field) if model.units.field != "?" else ""
-    levels = np.unique(np.linspace(weakest, strongest, _CURVES))
-    lines: list[Mark] = []
-    for place, level in enumerate(levels):
-        field = np.full(_POINTS, level)
-        at_level = model.steady([field, *at_rest], [slip, *at_rest], extras)
-        effort = np.asarray(at_level)
-        style = f"level{round(6 * place / (_CURVES - 1))}"
-        label = f"{number(float(level), 3)} {unit}".strip()
-        lines.append(Line(slip, effort, style, label))
-    return Panel(
-        Axis("slip", unit_text(model.units.slip)),
-        Axis("effort", unit_text(model.units.effort)),
-        lines,
-        f"Effort over slip of the {title_of(model.name)} in settled fields.",
-        "effort in settled fields",
-    )
 
 
 def _outcome(outcome: FitOutcome[Any]) -> Card:
@@ -350,27 +348,6 @@ def _entry(entry: RankedModel) -> Card:
 
 
 # --- comparisons and runs ---------------------------------------------------------------------------------------------
-
-
-def _ranking(body: Mapping[str, Any]) -> DataFrame:
-    """Every model of a run: parameters, RMSE on the rows held out with its band, share of the spread, R², its name."""
-    unit = body["units"]["effort"]
-    errors = [titled_column(name, unit) for name in ("rmse", "low", "high")]
-    header = ("id", "model", "parameters", *errors, "share", "r2", _IN_FULL)
-    rows: list[list[Any]] = []
-    for place, entry in enumerate(body["ranking"]):
-        test = entry["test"]
-        row = [
-            id_of(place),
-            entry["title"],
-            entry["parameters_count"],
-            *test["rmse"],
-            test["share"][0],
-            test["r2"][0],
-            entry["name"],
-        ]
-        rows.append(row)
-    return rows_as_frame(header, rows)
 
 
 def _judged(
@@ -396,6 +373,26 @@ def _judged(
             sentences.append(f"{left_out} more worries are in the report.")
         return sentences
 
+    def ranking() -> DataFrame:
+        """Every model: parameters, RMSE on the rows held out with its band, share of the spread, R², its name."""
+        unit = body["units"]["effort"]
+        errors = [titled_column(name, unit) for name in ("rmse", "low", "high")]
+        header = ("id", "model", "parameters", *errors, "share", "r2", _IN_FULL)
+        rows: list[list[Any]] = []
+        for place, entry in enumerate(body["ranking"]):
+            test = entry["test"]
+            row = [
+                id_of(place),
+                entry["title"],
+                entry["parameters_count"],
+                *test["rmse"],
+                test["share"][0],
+                test["r2"][0],
+                entry["name"],
+            ]
+            rows.append(row)
+        return rows_as_frame(header, rows)
+
     def predicted() -> DataFrame:
         rows = material().rows
         estimates = {f"effort:{name}": values for name, values in rows.predicted.items()}
@@ -406,7 +403,7 @@ def _judged(
 
     return Card(
         name,
-        lambda: _ranking(body),
+        ranking,
         badge=badge_of_origins(origins),
         says=verdict,
         frame=predicted,

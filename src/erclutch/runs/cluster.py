@@ -275,11 +275,20 @@ class _Watch:
 
     def __init__(self, client: Any) -> None:
         from dask import config as of_dask
+        from dask import utils as dask_utils
 
         config: Any = of_dask
+        utils: Any = dask_utils
         self._client = client
+        self._silence = _SILENCE
         given = config.get(_SETTING, None, config=config.collect())  # what the user has set alone
-        self._silence = _SILENCE if given is None else _seconds(given)
+        if given is not None:
+            try:
+                self._silence = float(utils.parse_timedelta(given))  # of "5 minutes"
+            except (TypeError, ValueError, KeyError) as error:
+                problem = f"{given!r} is no time"
+                remedy = "Give a time such as 60s"
+                raise SettingError(problem, where=_SETTING, remedy=remedy) from error
         # Worker -> its last sign of life by the scheduler's clock, and when that was new by ours.
         self._heard: dict[str, tuple[float, float]] = {}
 
@@ -320,18 +329,6 @@ class _Watch:
             return self._client.sync(request, callback_timeout=_SILENCE, **of_this)
         except (OSError, TimeoutError, RuntimeError) as error:
             raise _gone() from error
-
-
-def _seconds(given: Any) -> float:
-    """Seconds of a setting of Dask, such as "5 minutes"."""
-    import dask.utils
-
-    utils: Any = dask.utils
-    try:
-        return float(utils.parse_timedelta(given))
-    except (TypeError, ValueError, KeyError) as error:
-        remedy = "Give a time such as 60s"
-        raise SettingError(f"{given!r} is no time", where=_SETTING, remedy=remedy) from error
 
 
 def _close(part: Any) -> None:

@@ -69,18 +69,18 @@ def logs_against_others(data: Dataset) -> Finding | None:
         f"effort opposes slip in {listed(against, _MOST_NAMED)} and goes with it in {listed(along, _MOST_NAMED)}: a "
         "sensor or the motion was turned round between them, or something drives the device"
     )
-    return Finding("warning", "signs of logs", message, _turn_back(against[0], data))
-
-
-def _turn_back(log: str, data: Dataset) -> str:
-    """How the sign of one log is turned: in a file beside it, which a recording of a larger file has not."""
-    if ": " in log:  # as a recording of a file is called
-        return "Where it was turned round, turn the sign of that recording in the file"
-    signal = "T" if data.device == "coaxial" else "effort"
-    label = shell_word(_turned(data.notes, signal))
-    mapping = shell_word(f"{log}.toml")
-    command = f"erclutch inspect {shell_word(log)} --{signal} {label} --write-mapping {mapping}"
-    return f"Where it was turned round, write a file beside the log that turns it back: {command}"
+    log = against[0]
+    if ": " in log:  # a recording of a larger file, beside which no file stands for it alone
+        remedy = "Where it was turned round, turn the sign of that recording in the file"
+    else:
+        signal = "T" if data.device == "coaxial" else "effort"
+        label = shell_word(_turned(data.notes, signal))
+        mapping = shell_word(f"{log}.toml")
+        command = f"erclutch inspect {shell_word(log)} --{signal} {label} --write-mapping {mapping}"
+        remedy = (
+            f"Where it was turned round, write a file beside the log that turns it back: {command}"
+        )
+    return Finding("warning", "signs of logs", message, remedy)
 
 
 def _power(effort: Array, elements: Sequence[Element]) -> _Power:

@@ -347,27 +347,22 @@ def _split_at_capital(name: str) -> tuple[str, str | None]:
         unit = ENDS.get(end) or _LOWER_ENDS.get(end.lower())
         if end == "MNm":
             return name, None  # mega, or milli with the large letter of a word
-        if stem and unit and len(end) > 1:
-            return _with_prefix(stem, end) or (stem, unit)
+        if not stem or not unit or len(end) < 2:
+            continue
+        # ``torquem`` and ``Nm`` are a torque in mN*m.
+        prefixed = ENDS.get(stem[-1] + end) if stem[-1] in _PREFIXES else None
+        if prefixed is None:
+            return stem, unit
+        shorter = stem[:-1]
+        word = _last_word(shorter)
+        # A word for a quantity is left, or no letter. Else nobody knows: ``peakNm``, ``stiffnesskNm``.
+        if word and word not in _MEASURED:
+            return stem + end, None
+        return shorter.rstrip("_.:@#~| "), prefixed
     last_word = re.split(r"[\W_]+", words[-2].lower())[-1] if len(words) > 1 else ""
     if last_word in _LETTERS_BEHIND.get(words[-1], ()):
         return "".join(words[:-1]), ENDS.get(words[-1]) or words[-1].lower()
     return name, None
-
-
-def _with_prefix(stem: str, end: str) -> tuple[str, str | None] | None:
-    """``torque`` and ``mN*m`` of ``torquem`` and ``Nm``; None where the stem ends in no letter that units begin with.
-
-    Without that letter a word for a quantity is left, or no letter. Else nobody knows: ``peakNm``, ``stiffnesskNm``.
-    """
-    unit = ENDS.get(stem[-1] + end) if stem[-1] in _PREFIXES else None
-    if unit is None:
-        return None
-    shorter = stem[:-1]
-    word = _last_word(shorter)
-    if word and word not in _MEASURED:
-        return stem + end, None
-    return shorter.rstrip("_.:@#~| "), unit
 
 
 def _split_at_front(name: str) -> tuple[str, str | None]:

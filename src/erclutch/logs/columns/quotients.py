@@ -51,7 +51,16 @@ def rubbing_force(seen: SeenColumns) -> str:
             continue
         as_large: list[str] = []
         for rubbing, pressing in permutations(forces, 2):
-            if _is_as_large(column.values, rubbing.values, pressing.values):
+            top, bottom, values = rubbing.values, pressing.values, column.values
+            known = np.isfinite(values) & np.isfinite(top) & np.isfinite(bottom) & (bottom != 0.0)
+            if np.count_nonzero(known) < FEW:
+                continue
+            with np.errstate(over="ignore"):
+                quotient = np.abs(top[known] / bottom[known])
+            # In the median, and where it is large and small.
+            share = np.quantile(np.abs(values[known]), _QUARTERS)
+            made = np.quantile(quotient, _QUARTERS)
+            if np.all(share > 0.0) and np.all(np.abs(made - share) <= _ABOUT * share):
                 as_large.append(rubbing.name)
         if len(as_large) == 1:
             return as_large[0]
@@ -108,19 +117,6 @@ def _is_quotient(column: Array, top: Array, bottom: Array) -> bool:
         if np.median(off) <= allowed:
             return True
     return False
-
-
-def _is_as_large(column: Array, top: Array, bottom: Array) -> bool:
-    """Whether a column is about as large as one column over another: in the median, and where it is large and small."""
-    known = np.isfinite(column) & np.isfinite(top) & np.isfinite(bottom) & (bottom != 0.0)
-    if np.count_nonzero(known) < FEW:
-        return False
-    with np.errstate(over="ignore"):
-        quotient = np.abs(top[known] / bottom[known])
-    share = np.quantile(np.abs(column[known]), _QUARTERS)
-    made = np.quantile(quotient, _QUARTERS)
-    about_alike = np.abs(made - share) <= _ABOUT * share
-    return bool(np.all(share > 0.0) and np.all(about_alike))
 
 
 def speeds_of_machine(slip: SeenColumn, columns: Iterable[SeenColumn]) -> list[str]:

@@ -52,9 +52,15 @@ def leave_out_what_feeds_a_motor_under_test(draft: Draft) -> None:
         return
     voltage = _voltage(draft, current, powers.draws)
     if not voltage:
-        draft.supply = _supply(current, powers.draws)
-        if draft.supply is None:
+        # No column is the voltage: it is the one number with which the current makes the power in all rows.
+        drawn, power = (np.abs(each) for each in known_rows(current.values, powers.draws.values))
+        flows = drawn > 0.0
+        if np.count_nonzero(flows) < FEW or np.ptp(drawn) == 0.0:
             return
+        volts = float(np.median(power[flows] / drawn[flows]))
+        if not _are_alike(power, volts * drawn):
+            return
+        draft.supply = volts
     why = f"makes {powers.draws.name}, and {powers.gives.name} over it is {powers.efficiency.name}"
     leave_out_field(draft, f"{why}: taken for the current of a motor under test, left out")
     draft.no_signals += [powers.efficiency.name, powers.gives.name, powers.draws.name]
@@ -94,16 +100,6 @@ def _is_efficiency(share: Array, gives: Array, draws: Array) -> bool:
     if e.size < FEW or np.ptp(e) == 0.0:
         return False
     return any(_are_alike(e * into, whole * out) for whole in _WHOLES)
-
-
-def _supply(current: SeenColumn, power: SeenColumn) -> float | None:
-    """The one voltage, in V, with which a current makes a power in all rows; None where no number does."""
-    i, p = (np.abs(each) for each in known_rows(current.values, power.values))
-    flows = i > 0.0
-    if np.count_nonzero(flows) < FEW or np.ptp(i) == 0.0:
-        return None
-    volts = float(np.median(p[flows] / i[flows]))
-    return volts if _are_alike(p, volts * i) else None
 
 
 def _voltage(draft: Draft, current: SeenColumn, power: SeenColumn) -> str:

@@ -16,7 +16,6 @@ import numpy as np
 
 from erclutch.errors import shell_word
 from erclutch.logs.columns.names import words_of
-from erclutch.logs.columns.seen_columns import SeenColumn
 from erclutch.logs.columns.shapes import known_rows, takes_both_signs
 from erclutch.logs.columns.two_courses import over_rate
 from erclutch.logs.planning.clock_by_motion import usual_rate
@@ -158,26 +157,28 @@ def _propose(draft: Draft, options: Mapping[str, str]) -> None:
         if about in ("slip", "effort"):
             more = f"; by the numbers alone it may be {option}"
         if column is not None:
-            more += f" ({_course_of(column, about)})"
+            # How its numbers run, by which a user knows the column again.
+            values = column.values[np.isfinite(column.values)]
+            levels = np.unique(values).size
+            ends = f"{values.min():.4g} to {values.max():.4g}"
+            if about == "time":
+                steps = np.diff(values)
+                unit = _unit_of_steps(values)
+                course = (
+                    f"rises by steps of {float(np.median(steps)):.4g}, as a time in {unit} does"
+                )
+                again = int(np.count_nonzero(steps <= 0.0))
+                course += f", and begins anew {again} times" if again else ""
+            elif levels <= _MOST_LEVELS and 2 * levels <= values.size:
+                course = f"has {levels} levels from {ends}"
+            else:
+                turns = int(np.count_nonzero(np.diff(np.signbit(values))))
+                sign = f"changes its sign {turns} times" if turns else "keeps its sign"
+                course = f"{sign}, {ends}"
+                if about == "effort":
+                    course += "; give units in brackets where you know them"
+            more += f" ({column.name} {course})"
         asked[about] = replace(question.adding(more), option=option)
-
-
-def _course_of(column: SeenColumn, about: str) -> str:
-    """How the numbers of a column run, in words, by which a user knows it again."""
-    values = column.values[np.isfinite(column.values)]
-    levels = np.unique(values).size
-    if about == "time":
-        step = float(np.median(np.diff(values)))
-        course = f"{column.name} rises by steps of {step:.4g}, as a time in {_unit_of_steps(values)} does"
-        again = int(np.count_nonzero(np.diff(values) <= 0.0))
-        return f"{course}, and begins anew {again} times" if again else course
-    if levels <= _MOST_LEVELS and 2 * levels <= values.size:
-        return f"{column.name} has {levels} levels from {values.min():.4g} to {values.max():.4g}"
-    turns = int(np.count_nonzero(np.diff(np.signbit(values))))
-    course = f"changes its sign {turns} times" if turns else "keeps its sign"
-    ends = f"{values.min():.4g} to {values.max():.4g}"
-    unit = "; give units in brackets where you know them" if about == "effort" else ""
-    return f"{column.name} {course}, {ends}{unit}"
 
 
 def _points_on_a_grid(table: Table, free: Sequence[str], has_field: bool) -> _Roles | None:

@@ -10,7 +10,6 @@ from erclutch.logs.columns.senses import DIRECTIONS
 from erclutch.logs.columns.shapes import FEW, LOOKED_AT, known_rows, takes_both_signs
 from erclutch.logs.columns.vocabulary import SENSES
 from erclutch.logs.planning.draft import Draft
-from erclutch.signals.array import Array
 
 _FAST = 0.3  # of the largest speed, above which a device moves
 _RESTS = 0.02  # of the largest speed, below which it comes near rest
@@ -51,22 +50,19 @@ def doubt_a_speed_without_its_sense(draft: Draft) -> None:
         draft.doubt("slip", f"{says}: {remedy}")
         return
     # The user chose rows of one sense by a word.
-    is_of_one_sense = any(note.startswith("rows where ") for note in draft.table.notes)
-    if not is_of_one_sense and _resists_both_ways(speed, measured):
-        doubt = f"which has no sign and comes to rest, while {effort.column} takes both signs"
-        draft.doubt("slip", f"{doubt}: give a column whose sign turns, or the position")
-
-
-def _resists_both_ways(speed: Array, effort: Array) -> bool:
-    """Whether an effort is large both ways, and a speed without a sign comes near rest, as in a motion to and fro."""
-    v, f = known_rows(speed, effort)
+    if any(note.startswith("rows where ") for note in draft.table.notes):
+        return
+    # In a motion to and fro the effort is large both ways, and the speed comes near rest.
+    v, f = known_rows(speed, measured)
     v = np.abs(v)
     if f.size < FEW or not np.any(v):
-        return False
+        return
     fast = v > _FAST * v.max()
     large = _LARGE * np.abs(f).max()
     forth = np.count_nonzero(fast & (f > large))
     back = np.count_nonzero(fast & (f < -large))
     is_often = min(forth, back) >= _OFTEN * np.count_nonzero(fast)
     comes_to_rest = v.min() <= _RESTS * v.max()
-    return bool(comes_to_rest and is_often)
+    if comes_to_rest and is_often:
+        doubt = f"which has no sign and comes to rest, while {effort.column} takes both signs"
+        draft.doubt("slip", f"{doubt}: give a column whose sign turns, or the position")

@@ -10,7 +10,6 @@ from erclutch.errors import MappingError, shell_word
 from erclutch.logs.columns.candidates import candidates
 from erclutch.logs.columns.labels import split_label
 from erclutch.logs.columns.levels_in_names import (
-    StatedLevel,
     differ_by_field,
     field_set_in,
     fields_told_by,
@@ -118,6 +117,10 @@ def _with_fields_in_names(logs: list[Log], device: DeviceName | None) -> list[Lo
     """The logs with the fields that their names tell them apart by, such as sheets ``0A`` and ``0.5A``.
 
     Only where no log has a field of its own: read without one, all would be logs at field 0.
+
+    Raises:
+        MappingError: some names state a field and the others nothing, or all state the same; the field of each log is
+            asked for.
     """
     names = [name for name, _, _ in logs]
     told = fields_told_by(names)
@@ -146,30 +149,21 @@ def _with_fields_in_names(logs: list[Log], device: DeviceName | None) -> list[Lo
             silent.append(name)
         with_fields.append((name, table, own))
     if len(logs) > 1 and (silent or not told):
-        _ask_for_each_field(names, stated)
+        quoted = ", ".join(
+            f"{name!r} says {field.number:g} {field.unit}" for name, field in stated.items()
+        )
+        unit = next(iter(stated.values())).unit or ""
+        # The unit stands behind the last number and is that of all: 500 mA beside 1 A is for the user to write.
+        of_one_unit = len({field.unit for field in stated.values()}) == 1
+        numbers: list[str] = []
+        for name in names:
+            is_known = of_one_unit and name in stated
+            numbers.append(f"{stated[name].number:g}" if is_known else "NUMBER")
+        given = shell_word(f"field={', '.join(numbers)} {unit}".strip())
+        option = f"--variable all --constant {given}"
+        problem = f"no log has a column for field, and of their names {quoted}"
+        remedy = f"Give the field of each log: {option}; or --variable all --field none"
+        raise MappingError(problem, remedy=remedy, option=option)
     for _, _, own in logs[:1]:
         ask_about_specimens([*told], own)
     return with_fields if told else logs
-
-
-def _ask_for_each_field(names: Sequence[str], stated: Mapping[str, StatedLevel]) -> None:
-    """Ask for the field of each log, where names of some state one and the others nothing, or all state the same.
-
-    Raises:
-        MappingError: always; read without a field, all would be logs at field 0.
-    """
-    quoted = ", ".join(
-        f"{name!r} says {field.number:g} {field.unit}" for name, field in stated.items()
-    )
-    unit = next(iter(stated.values())).unit or ""
-    # The unit stands behind the last number and is that of all: 500 mA beside 1 A is for the user to write.
-    of_one_unit = len({field.unit for field in stated.values()}) == 1
-    numbers: list[str] = []
-    for name in names:
-        is_known = of_one_unit and name in stated
-        numbers.append(f"{stated[name].number:g}" if is_known else "NUMBER")
-    given = shell_word(f"field={', '.join(numbers)} {unit}".strip())
-    option = f"--variable all --constant {given}"
-    problem = f"no log has a column for field, and of their names {quoted}"
-    remedy = f"Give the field of each log: {option}; or --variable all --field none"
-    raise MappingError(problem, remedy=remedy, option=option)

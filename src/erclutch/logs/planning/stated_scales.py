@@ -47,7 +47,6 @@ _RATIO = re.compile(r"(\d+(?:\.\d+)?)\s*(?::\s*(\d+(?:\.\d+)?))?")
 _PLACE = re.compile(r"NUMBER ([^\"']+)/([^\"'/]+)")  # rad/s/V is of a volt
 _PER = re.compile(r"_([^\W_]+)_per_([^\W_]+)$")
 _MOTIONS = ("slip", "position")
-#: Words for what a sensor reads where its signal is zero.
 
 
 class StatedScale(NamedTuple):
@@ -174,7 +173,17 @@ def fill_in_stated_scales(draft: Draft) -> None:
         if len(fitting) != 1:
             continue
         filled = fitting[0].over(sensor)
-        zero = _stated_zero(draft, sensor)
+        # What the file says that the sensor reads where its signal is zero, such as ``2.5 V``.
+        zeros: list[str] = []
+        for key, text in draft.table.metadata.items():
+            match = _FIRST_QUANTITY.fullmatch(text.strip())
+            if match is None or ZEROS.isdisjoint(words_of(split_label(key)[0])):
+                continue
+            unit = (match.group(2) or "").strip()
+            are_units = bool(unit) and units.is_unit(unit) and units.is_unit(sensor)
+            if are_units and units.fits(unit, (sensor,)):
+                zeros.append(f"{match.group(1)} {unit}")
+        zero = zeros[0] if len(zeros) == 1 else ""
         hole = f"NUMBER {made}/{sensor}"
         draft.questions[about] = replace(
             question.adding(f"; the file says {fitting[0].said}"),
@@ -199,19 +208,6 @@ def _filled(text: str, hole: str, filled: str, signal: str, zero: str) -> str:
         return text.replace(hole, filled)
     option = f"--zero {shell_word(f'{signal}={zero}')}"
     return re.sub(rf"{re.escape(hole)}([\"']?)", lambda end: f"{filled}{end[1]} {option}", text)
-
-
-def _stated_zero(draft: Draft, sensor: str) -> str:
-    """What the file says that a sensor reads where its signal is zero, such as ``2.5 V``; "" where it states none."""
-    zeros: list[str] = []
-    for key, text in draft.table.metadata.items():
-        match = _FIRST_QUANTITY.fullmatch(text.strip())
-        if match is None or ZEROS.isdisjoint(words_of(split_label(key)[0])):
-            continue
-        unit = (match.group(2) or "").strip()
-        if unit and units.is_unit(unit) and units.is_unit(sensor) and units.fits(unit, (sensor,)):
-            zeros.append(f"{match.group(1)} {unit}")
-    return zeros[0] if len(zeros) == 1 else ""
 
 
 def scales_stated(draft: Draft, signal: str) -> Iterator[StatedScale]:

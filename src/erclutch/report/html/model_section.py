@@ -63,6 +63,13 @@ def _fill(material: Material) -> dict[str, Any]:
     wait = ""  # how long the field had stayed before a dot
     if not material.without_field and not material.rows.data.in_no_time:
         wait = Scale(1e3, "ms").of(material.dot_wait * material.period, 2)
+    says = [*_curve_words(material)]
+    # Curves leave out what is summed up from the slip, such as the travel of a spring.
+    for stage in slip_stages(material.models[name].structure.dynamics):
+        left_out = getattr(stage, "unsettled", "")
+        if left_out:
+            says.append(f"Curves are drawn without {left_out}, so they lie beside a curve.")
+    says += _network_words(material)
     plot = describe_model(material)
     has_a_rival = any("rival" in panel.title for panel in plot.panels)
     return {
@@ -70,7 +77,7 @@ def _fill(material: Material) -> dict[str, Any]:
         "rival": material.titles[material.rival] if material.rival and has_a_rival else "",
         "wait": wait,
         "figures": plot.panels,
-        "says": [*_curve_words(material), *_unsettled_words(material), *_network_words(material)],
+        "says": says,
         "halves": halves,
         "lost": [row for row in rows if row.get("why", WITHOUT) != WITHOUT],
         "equation": equation,
@@ -157,14 +164,6 @@ def _curve_words(material: Material) -> Iterator[str]:
     if 1 < few.size < _FIELDS_FOR_A_CURVE:
         at = " and ".join(material.field.of(float(field), 2) for field in few)
         yield f"Nearly all rows have the field {at}: between these fields the curves are the model’s guess."
-
-
-def _unsettled_words(material: Material) -> Iterator[str]:
-    """What the curves leave out: of a spring, say, whose travel is summed up from the slip."""
-    for stage in slip_stages(material.models[material.recommended].structure.dynamics):
-        left_out = getattr(stage, "unsettled", "")
-        if left_out:
-            yield f"Curves are drawn without {left_out}, so they lie beside a curve."
 
 
 def _network_words(material: Material) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -121,18 +121,6 @@ def joined(pairing: Pairing) -> _Joined:
     )
 
 
-def _verdict(pairing: Pairing, material: Material) -> dict[str, Any]:
-    """What differs, and whether that may be chance."""
-    return {
-        "pairing": pairing,
-        "sentence": sentence(pairing, material.effort),
-        "changed": what_changed(pairing),
-        "most": max(c.figures.rmse.high for c in pairing.contenders) or 1.0,
-        "title_of": title_of,
-        "band": band,
-    }
-
-
 def write_comparison(pairing: Pairing, path: Path) -> Path:
     """Write the report of a comparison as one HTML file, whole or not at all.
 
@@ -140,7 +128,19 @@ def write_comparison(pairing: Pairing, path: Path) -> Path:
         RunError: the folder cannot be written.
     """
     material = joined(pairing)
-    sections = [Section("comparison", "Verdict", "Verdict", partial(_verdict, pairing))]
+
+    def verdict(material: Material) -> dict[str, Any]:
+        """What differs, and whether that may be chance."""
+        return {
+            "pairing": pairing,
+            "sentence": sentence(pairing, material.effort),
+            "changed": what_changed(pairing),
+            "most": max(c.figures.rmse.high for c in pairing.contenders) or 1.0,
+            "title_of": title_of,
+            "band": band,
+        }
+
+    sections = [Section("comparison", "Verdict", "Verdict", verdict)]
     if pairing.whole:
         sections += [TRACES, PARITY, RESIDUAL, DYNAMICS]
     heading = f"{len(pairing.contenders)} runs on {headings(material)[0]}"

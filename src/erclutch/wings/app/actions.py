@@ -129,21 +129,20 @@ def on_page(text: str) -> str:
         has_value = match[0][-1] in " ="
         return f"“{name}”: " if has_value else f"“{name}”"
 
+    def chosen_below(asked: re.Match[str]) -> str:
+        """In place of an option for each open signal; an option with a hole stays to be chosen."""
+        known = [
+            f"{option} {value}"
+            for option, value in _OPTION_AND_VALUE.findall(asked[1])
+            if "COLUMN" not in value
+        ]
+        likely = f", such as {' '.join(known)}" if known else ""
+        return f"Choose a column for each below{likely}; the foot of this page draws them"
+
     shorter = re.sub(r"erclutch (?:inspect|fit) (?:'[^']*'|\S+) (?=--)", "", text)
-    shorter = _ALL_ASKED.sub(_chosen_below, shorter)
+    shorter = _ALL_ASKED.sub(chosen_below, shorter)
     shorter = re.sub(r"(?<=[\"']) (?=--)", ", ", shorter)
     return re.sub(r"”: none\b", "”: not logged", _OPTION.sub(named, shorter))
-
-
-def _chosen_below(asked: re.Match[str]) -> str:
-    """What a page asks for in place of an option for each open signal: those with a hole stay to be chosen."""
-    known = [
-        f"{option} {value}"
-        for option, value in _OPTION_AND_VALUE.findall(asked[1])
-        if "COLUMN" not in value
-    ]
-    likely = f", such as {' '.join(known)}" if known else ""
-    return f"Choose a column for each below{likely}; the foot of this page draws them"
 
 
 @dataclass(frozen=True)

@@ -124,7 +124,8 @@ def points_of(
         label: of the curve, for errors.
 
     Raises:
-        LogError: no row holds a point, or a stress goes against its rate by more than noise.
+        LogError: no row holds a point, a number is beyond what fluids have, or a stress goes against its rate by more
+            than noise.
     """
     is_point, notes = _rows_that_hold_a_point(curve, table)
     if not is_point.any():
@@ -140,7 +141,13 @@ def points_of(
         are_magnitudes = (stress > 0).all()
         stress = stress * (np.abs(rate) if are_magnitudes else rate)  # [unit]
     where = f"{table.name}, {label}"
-    _require_numbers_of_a_fluid(rate, stress, np.flatnonzero(is_point), where, unit)
+    # What no fluid has and no fit can square is the mark of a cell that was not measured, or the like.
+    beyond = np.flatnonzero(~(np.abs(rate) < _LARGEST) | ~(np.abs(stress) < _LARGEST))
+    if beyond.size:
+        first = int(beyond[0])
+        pair = f"the shear rate {rate[first]:g} 1/s and the stress {stress[first]:g} {unit}"
+        problem = f"row {int(np.flatnonzero(is_point)[first]) + 1} of the table has {pair}"
+        raise LogError(problem, where=where, remedy="Correct the cell, or remove the row")
     turned = (rate < 0) & (stress < 0)
     if turned.any():
         notes.append(f"{int(turned.sum())} points turn the other way: magnitudes are taken")
@@ -185,18 +192,6 @@ def points_of(
             both_ways += f", though the way back has {ratio:.2g} times the stress of the way there"
         notes.append(both_ways)
     return points.rate, points.stress, notes
-
-
-def _require_numbers_of_a_fluid(
-    rate: Array, stress: Array, rows: NDArray[np.intp], where: str, unit: str
-) -> None:
-    """Refuse what no fluid has and no fit can square, such as the mark of a cell that was not measured."""
-    beyond = np.flatnonzero(~(np.abs(rate) < _LARGEST) | ~(np.abs(stress) < _LARGEST))
-    if beyond.size:
-        first = int(beyond[0])
-        pair = f"the shear rate {rate[first]:g} 1/s and the stress {stress[first]:g} {unit}"
-        problem = f"row {int(rows[first]) + 1} of the table has {pair}"
-        raise LogError(problem, where=where, remedy="Correct the cell, or remove the row")
 
 
 def parts_between(is_gap: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -88,37 +88,6 @@ def delimiter_of(line: str) -> str:
     return max("\t;,", key=line.count)
 
 
-def _read_on(source: LogSource, block: Block) -> Table:
-    """A block as a text log of its own, with tabs between its cells.
-
-    Raises:
-        LogError: a row has more cells than names, or has lost some.
-    """
-    width = len(block.names)
-    lengths = Counter(map(len, block.rows))
-    ((usual, _),) = lengths.most_common(1)  # a lost delimiter makes a row short
-    for number, row in enumerate(block.rows, start=block.line):
-        if any(row[width:]) or len(row) < min(usual, width):
-            problem = f"line {number} has {len(row)} cells where {width} are expected"
-            raise LogError(problem, remedy="Correct or delete that line")
-    labels: list[str] = []
-    for name_of_column, unit in itertools.zip_longest(
-        block.names, block.units[:width], fillvalue=""
-    ):
-        bare = unit.strip("[]() ")
-        labels.append(f"{name_of_column} [{bare}]" if bare else name_of_column)
-    missing = [""] * width
-    rows = [[*row, *missing][:width] for row in block.rows]
-    lines: list[str] = []
-    for row in (labels, *rows):
-        # No cell ends its line or its column, and none starts a comment.
-        plain = [" ".join(cell.replace('"', "'").split()).lstrip("#") for cell in row]
-        lines.append("\t".join(plain))
-    written = "\n".join(lines).encode("utf-8")
-    with placed(f"{source.name}, table from line {block.line} on"):
-        return read_text(replace(source, data=written, variable=None))
-
-
 def reader_of_blocks(
     claims: Callable[[str], bool],
     blocks_of: Callable[[str], list[Block] | None],
@@ -157,7 +126,31 @@ def reader_of_blocks(
         name, chosen = found_recordings.choose(
             by_name, source.variable, what, "the export holds no test"
         )
-        table = _read_on(source, chosen)
+        # The block is read as a text log of its own, with tabs between its cells.
+        width = len(chosen.names)
+        lengths = Counter(map(len, chosen.rows))
+        ((usual, _),) = lengths.most_common(1)  # a lost delimiter makes a row short
+        for number, row in enumerate(chosen.rows, start=chosen.line):
+            if any(row[width:]) or len(row) < min(usual, width):
+                problem = f"line {number} has {len(row)} cells where {width} are expected"
+                raise LogError(problem, remedy="Correct or delete that line")
+        labels: list[str] = []
+        for name_of_column, unit in itertools.zip_longest(
+            chosen.names, chosen.units[:width], fillvalue=""
+        ):
+            bare = unit.strip("[]() ")
+            labels.append(f"{name_of_column} [{bare}]" if bare else name_of_column)
+        missing = [""] * width
+        rows = [[*row, *missing][:width] for row in chosen.rows]
+        lines: list[str] = []
+        for row in (labels, *rows):
+            # No cell ends its line or its column, and none starts a comment.
+            plain = [" ".join(cell.replace('"', "'").split()).lstrip("#") for cell in row]
+            lines.append("\t".join(plain))
+        written = "\n".join(lines).encode("utf-8")
+        with placed(f"{source.name}, table from line {chosen.line} on"):
+            table = read_text(replace(source, data=written, variable=None))
+
         notes = [note] if note else []
         if len(blocks) > 1:
             notes.append(f"recording read from {what} {name}, 1 of {len(blocks)}")
