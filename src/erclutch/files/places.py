@@ -201,7 +201,14 @@ def _locked(place: Path) -> int | None:
         os.close(handle)  # its owner gave it free and deleted it between our two steps
     with suppress(OSError):
         if left and os.read(handle, _LONGEST_NAME) == _machine():
-            _clear(place)
+            # The old folder that the program had moved away is put back; what else it left is deleted.
+            for rest in place.parent.iterdir():
+                was_moved_away = rest.name.startswith(f".{place.name}.old-")
+                if was_moved_away and not is_there(place):
+                    rest.rename(place)
+                elif was_moved_away or rest.name.startswith(f".{place.name}.partial-"):
+                    is_folder = rest.is_dir() and not rest.is_symlink()
+                    shutil.rmtree(rest) if is_folder else rest.unlink()
         os.ftruncate(handle, 0)
         os.pwrite(handle, _machine(), 0)
     return handle
@@ -219,15 +226,6 @@ def _unlocked(place: Path, lock: int | None) -> None:
         # A forked child may hold the same lock: closing alone would not open it.
         fcntl.flock(lock, fcntl.LOCK_UN)
         os.close(lock)
-
-
-def _clear(place: Path) -> None:
-    """Delete what a writer of this name left that was killed, and put back the old folder that it had moved away."""
-    for left in place.parent.iterdir():
-        if left.name.startswith(f".{place.name}.old-") and not is_there(place):
-            left.rename(place)
-        elif left.name.startswith((f".{place.name}.old-", f".{place.name}.partial-")):
-            shutil.rmtree(left) if left.is_dir() and not left.is_symlink() else left.unlink()
 
 
 # --- moves ------------------------------------------------------------------------------------------------------------

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -127,22 +126,19 @@ def _with_ways_told(
             names = structure.names_of(gain.name)
             in_doubt = not law.unidentified or {*names, OFFSET.name} & set(law.unidentified)
             of_ways = gain.part is None and not needs_time(stage) and in_doubt
-            # A search is worth its time where the rows of a log hardly miss the gain; one of points takes little.
-            if not of_ways or not (train.in_no_time or _cost_without(train, law, names) <= most):
+            if not of_ways:
                 continue
             start = list(law.model.shape.values())
+            # A search is worth its time where the rows of a log hardly miss the gain; one of points takes little.
+            if not train.in_no_time:
+                reference = law.model.reference
+                shapes = structure.shapes(reference.period)
+                without = {*law.without, *names}
+                problem = separable(train, structure, reference, shapes, slice(None), without)
+                if not project(problem, start).cost <= most:  # nor where it is no number
+                    continue
             cured = fit_structure(train, structure, starts=[start], without=names, most=most)
             if cured.sound and cured.train_cost <= most:
                 words = f"left out, since a constant effort says the same here: {gain.meaning}"
                 return replace(cured, notes=(*law.notes, words))
     return None
-
-
-def _cost_without(train: Dataset, law: FitOutcome[TorqueModel], gains: Collection[str]) -> float:
-    """The cost of the training rows without some gains, by name; the nonlinear parameters stay as they are."""
-    model = law.model
-    structure = model.structure
-    shapes = structure.shapes(model.reference.period)
-    without = {*law.without, *gains}
-    problem = separable(train, structure, model.reference, shapes, slice(None), without)
-    return project(problem, list(model.shape.values())).cost

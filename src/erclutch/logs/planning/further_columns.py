@@ -73,8 +73,20 @@ def note_spare_columns(draft: Draft) -> None:
         not_spare |= {*NOT_MEASURED}
     for column in draft.seen.without(not_spare):
         name = column.name
-        if "temperature" not in draft.signals and (unused := _unused_temperature(column)):
-            draft.notes.append(unused)
+        if "temperature" not in draft.signals:
+            unit = column.unit or split_end(name)[1]
+            words = column.spoken.stem_words
+            is_called_so = any(word == "temp" or _TEMPERATURES.match(word) for word in words)
+            if units.is_temperature(unit):
+                option = option_for_input(name, unit)
+                draft.notes.append(
+                    f"column {name} is a temperature, and no law uses it; with {option} laws do"
+                )
+            elif is_called_so and not unit and not column.shape.constant:
+                option = option_for_input(name, "°C")
+                draft.notes.append(
+                    f"column {name} is called like a temperature and has no unit; with {option}, or [K], laws use it"
+                )
         changes = not column.shape.constant and column.values.size > 1
         # Rows are counted by a column without a name, or with the name of a count.
         is_nameless = name == "" or is_given_by_place(name)
@@ -89,20 +101,6 @@ def note_spare_columns(draft: Draft) -> None:
             draft.spare.append(name)
             if len(draft.spare) == _MOST_SPARE:
                 return
-
-
-def _unused_temperature(column: SeenColumn) -> str:
-    """That a column is a temperature that no law uses, and the option that lets them; "" for any other column."""
-    name = column.name
-    unit = column.unit or split_end(name)[1]
-    if units.is_temperature(unit):
-        return f"column {name} is a temperature, and no law uses it; with {option_for_input(name, unit)} laws do"
-    words = column.spoken.stem_words
-    is_called_so = any(word == "temp" or _TEMPERATURES.match(word) for word in words)
-    if unit or not is_called_so or column.shape.constant:
-        return ""
-    option = option_for_input(name, "°C")
-    return f"column {name} is called like a temperature and has no unit; with {option}, or [K], laws use it"
 
 
 def option_for_input(name: str, unit: str | None) -> str:

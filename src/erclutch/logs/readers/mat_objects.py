@@ -252,12 +252,6 @@ def _timetable(objects: Objects, properties: Fields) -> Fields:
     return columns
 
 
-def _duration(objects: Objects, properties: Fields) -> np.ndarray[Any, Any]:
-    """Seconds of a duration."""
-    del objects
-    return np.asarray(properties["millis"], np.float64) / 1000.0
-
-
 def _datetime(objects: Objects, properties: Fields) -> np.ndarray[Any, Any]:
     """Seconds of dates from the first. The imaginary part is what a double of the milliseconds leaves out."""
     del objects
@@ -425,7 +419,7 @@ def _output(objects: Objects, properties: Fields) -> Any:
 _READERS: dict[str, Callable[[Objects, Fields], Any]] = {
     "table": _table,
     "timetable": _timetable,
-    "duration": _duration,
+    "duration": lambda _, properties: np.asarray(properties["millis"], np.float64) / 1000.0,  # s
     "datetime": _datetime,
     "string": _string,
     "timeseries": _timeseries,

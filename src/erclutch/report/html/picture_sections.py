@@ -66,11 +66,6 @@ def _error_map(material: Material) -> dict[str, Any]:
     }
 
 
-def _parity(material: Material) -> dict[str, Any]:
-    """Estimated against measured; how errors are distributed."""
-    return {"figures": describe_parity(material).panels}
-
-
 def _residual(material: Material) -> dict[str, Any] | None:
     """In frequency and in time; in words how many rows are independent, and what the model does not explain."""
     power, memory = material.spectrum, material.autocorrelation
@@ -161,7 +156,12 @@ def _loops(material: Material) -> dict[str, Any] | None:
 ERROR_MAP = Section(
     "error_map", "Where it errs, and where there are data", "Where it errs", _error_map
 )
-PARITY = Section("parity", "How errors are distributed", "Errors", _parity)
+PARITY = Section(
+    "parity",
+    "How errors are distributed",
+    "Errors",
+    lambda material: {"figures": describe_parity(material).panels},
+)
 RESIDUAL = Section("residual", "What is left in the residual", "Residual", _residual, folded=True)
 FLOW_CURVES = Section(
     "flow_curves", "Flow curves of all laws", "Flow curves", _flow_curves, folded=True

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -48,7 +48,18 @@ def memory_table(
     train, test = runs
     sources = [replace(rows, sources=(name,)) for name, rows in runs.items()]
     data = joined(sources)
-    stages = str(points.get("stages", partial(_stages, runs[train])))
+
+    def stages_of_bingham() -> str:
+        """The memory that the ladder gives to Bingham's law on the training rows."""
+        lag = "none" if steady_command(runs[train]) else "lag"  # a steady command shows no lag
+        settings = Settings(models=("bingham",), lag=lag)
+        bingham, *_ = structures_for(runs[train], settings)
+        with one_thread():
+            rungs = grown(runs[train], bingham)
+        highest = rungs[-1]
+        return highest.structure.dynamics
+
+    stages = str(points.get("stages", stages_of_bingham))
 
     # The slip of a single element turns, so there no law keeps the sign in which the device drives.
     laws_by_slip = tuple(name.removesuffix("/forward") for name in PAPER)
@@ -63,10 +74,20 @@ def memory_table(
         polish=polish,
     )
     networks = replace(plain, models=PAPER_NETWORKS)
+
+    def as_in_the_paper() -> dict[str, Figures]:
+        """Figures of table II: its networks have no law beside them, as those of a comparison have."""
+        by_model: dict[str, Figures] = {}
+        for row in table(runs, models=(*laws, *PAPER_NETWORKS), seed=seed, polish=polish):
+            figures: dict[str, Any] = {"parameters": row.parameters}
+            for run in runs:
+                figures[run] = [row.errors[run], *row.bands[run]]
+            name = row.name.removesuffix("/forward")
+            by_model[name] = figures
+        return by_model
+
     makers: dict[str, Callable[[], dict[str, Figures]]] = {}
-    makers["as in the paper"] = partial(
-        _as_in_the_paper, runs, (*laws, *PAPER_NETWORKS), seed, polish
-    )
+    makers["as in the paper"] = as_in_the_paper
     if is_pair:
         makers["sign of the slip"] = partial(_scored, data, replace(plain, models=laws_by_slip))
     with_memory = replace(plain, lag=stages)
@@ -81,34 +102,6 @@ def memory_table(
         variants[variant] = points.get(variant, make)
         report(done, len(makers), variant)
     return stages, variants
-
-
-def _stages(train: Dataset) -> str:
-    """The memory that the ladder gives to Bingham's law on the training rows."""
-    lag = "none" if steady_command(train) else "lag"  # a command that never changes shows no lag
-    settings = Settings(models=("bingham",), lag=lag)
-    bingham, *_ = structures_for(train, settings)
-    with one_thread():
-        rungs = grown(train, bingham)
-    highest = rungs[-1]
-    return highest.structure.dynamics
-
-
-def _as_in_the_paper(
-    runs: Mapping[str, Dataset],
-    models: Sequence[str],
-    seed: int,
-    polish: bool,
-) -> dict[str, Figures]:
-    """Figures of table II: its networks have no law beside them, as those of a comparison have."""
-    by_model: dict[str, Figures] = {}
-    for row in table(runs, models=models, seed=seed, polish=polish):
-        figures: dict[str, Any] = {"parameters": row.parameters}
-        for run in runs:
-            figures[run] = [row.errors[run], *row.bands[run]]
-        name = row.name.removesuffix("/forward")
-        by_model[name] = figures
-    return by_model
 
 
 def _scored(data: Dataset, settings: Settings) -> dict[str, Figures]:
