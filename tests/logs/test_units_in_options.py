@@ -26,11 +26,11 @@ def planned(measured: str, moved: str, driven: str, **options: str) -> Plan:
 @pytest.mark.parametrize(
     ("name", "unit", "factor"),
     [
-        ("Torque_lbf-ft", "lbf-ft", 1.3558179),
-        ("Torque_µNm", "µNm", 1e-6),
-        ("Torque: mN.m", "mN.m", 1e-3),
-        ("Torque_raw_N-mm", "N-mm", 1e-3),
-        ("Torque_kgf-cm_filtered", "kgf-cm", 0.0980665),
+        ("Output_lbf-ft", "lbf-ft", 1.3558179),
+        ("Output_µNm", "µNm", 1e-6),
+        ("Output: mN.m", "mN.m", 1e-3),
+        ("Output_raw_N-mm", "N-mm", 1e-3),
+        ("Output_kgf-cm_filtered", "kgf-cm", 0.0980665),
     ],
 )
 def test_the_option_for_an_effort_has_the_unit_of_its_name(
@@ -45,8 +45,7 @@ def test_the_option_for_an_effort_has_the_unit_of_its_name(
 @pytest.mark.parametrize(
     ("slip", "option"),
     [
-        ("Speed_deg/s", "Speed_deg/s [deg/s]"),
-        ("Velocity_mph_mean", "Velocity_mph_mean [mph]"),
+        ("Velocity_knots_mean", "Velocity_knots_mean [knots]"),
         ("Speed (deg_per_s)", "Speed (deg_per_s) [deg/s]"),
     ],
 )
@@ -55,7 +54,7 @@ def test_the_option_for_a_slip_has_the_unit_of_its_name(slip: str, option: str) 
 
 
 @pytest.mark.parametrize(
-    ("field", "unit"), [("Current_uA", "uA"), ("Voltage_millivolts", "millivolts")]
+    ("field", "unit"), [("Coil_microamperes", "microamperes"), ("Voltage_millivolts", "millivolts")]
 )
 def test_the_option_for_a_field_has_the_unit_of_its_name(field: str, unit: str) -> None:
     assert f'--field "{field} [{unit}]"' in planned("torque", "speed", field).command()

@@ -259,8 +259,8 @@ def test_a_prefix_goes_with_its_unit(name: str, stem: str, unit: str) -> None:
     [
         "peakNm",
         "stiffnesskNm",
-        "Torque..mN.m.",
-        "torque_N.mm",
+        "stiffness_N.mm",
+        "Rate..mN.m.",
         "torqueMNm",
         "a.min",
         "x.in",

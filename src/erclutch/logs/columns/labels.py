@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterable, Sequence
 from erclutch.errors import LogError, printable
 from erclutch.logs.columns.label_forms import in_usual_form
 from erclutch.logs.columns.name_ends import ENDS, TIMES, in_other_letters, split_end
+from erclutch.logs.columns.unit_behind_word import split_behind_word
 from erclutch.logs.columns.vocabulary import set_of
 from erclutch.logs.columns.words_behind_units import without_words_behind
 from erclutch.signals import units
@@ -96,7 +97,7 @@ _NUMBER_OF_A_LEVEL = re.compile(r"\d ?[kmM]?[VA]$")
 # A quotient behind a blank (``Shear Rate 1/s``, ``Angular Velocity rad/s``): the word before the slash is of the unit.
 _BLANK = re.compile(r"(.*?[^\W\d_]\S*)(?:\s+[-–—])?\s+((?:1|[^\W\d_]{1,4})/[^\s/()]+)")
 # A letter behind a blank (``Force N``), where all names of a file end in units; ``coil A`` alone is the first of two.
-_LETTER = re.compile(r"(.*?[^\W\d_]\S*?)(?:\s+[-–—])?\s+([AVNTms])")
+_LETTER = re.compile(r"(.*?[^\W\d_]\S*?)(?:(?:\s+[-–—])?\s+|[.=])([AVNTms])")
 _COMMA = re.compile(r"(.*[^\W\d_]\S*)\s*,\s*([^\s,]+)")  # as Russian headers have it: ``Сила, Н``
 _TIGHT_SLASH = re.compile(r"([^/]*[^\W\d_][^/]*?)/(\([^()]+\)|[^/()]+(?:/[^/()]+)?)")
 _PRESSED = re.compile(r"(?<![a-z])(?:mu|cof|friction|normal|reib\w*)(?![a-z])", re.I)
@@ -191,6 +192,16 @@ def _ends_in_its_unit(words: str, unit: str) -> bool:
 
 
 def units_behind_names(labels: Sequence[str]) -> dict[str, str]:
+    """The units of labels whose word bears the unit out (``Torque, N·mm``), and of labels that are alike in a file."""
+    units_of = _units_of_like_names(labels)
+    for label in labels:
+        _, unit = split_behind_word(label)
+        if unit:
+            units_of[label] = unit
+    return units_of
+
+
+def _units_of_like_names(labels: Sequence[str]) -> dict[str, str]:
     """The units of labels such as ``x_mm``, ``F_N`` and ``Force/N``, where a file has several of them.
 
     A single label of this form may have an index in place of a unit: ``i_d`` beside ``i_q``, ``F_N`` for the force that
@@ -238,6 +249,9 @@ def _front_and_unit(label: str, *, letters: bool) -> tuple[str, str | None]:
         letters: whether a letter behind a blank is a unit too.
     """
     label = label.strip()
+    front, unit = split_behind_word(label)
+    if unit:
+        return front, unit
     patterns = (_LETTER, _COMMA, _QUOTIENT, _BLANK) if letters else (_COMMA, _QUOTIENT, _BLANK)
     for pattern in patterns:
         match = pattern.fullmatch(label)

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 from erclutch.errors import UnitError
 from erclutch.logs.columns.quantities_in_words import is_of
+from erclutch.logs.columns.unit_behind_word import split_behind_word
 from erclutch.logs.columns.vocabulary import set_of
 from erclutch.logs.columns.words_behind_units import without_words_behind
 from erclutch.signals.units import fits
@@ -16,9 +17,7 @@ from erclutch.signals.units import fits
 KEPT_NAMES = 1 << 14
 
 # Ends of names that are units (``omega_rad_s``), and how units are written; small letters are taken for large ones.
-_AS_THEY_ARE = (
-    "A mA V mV kV N mN kN daN kg krpm gauss Pa kPa MPa s ms us ns um mm cm m rad mrad deg rpm T mT"
-)
+_AS_THEY_ARE = "A mA V mV kV N mN kN daN kp ozf kg krpm uA gauss Pa kPa MPa s ms us ns um mm cm m rad mrad deg rpm T mT"
 _JOINT_DIGITS = 2  # of a joint's number at most
 TIMES = ("t", "time", "zeit", "temps")
 _SPEEDS = "rad_s=rad/s rads=rad/s radps=rad/s deg_s=deg/s degps=deg/s dps=deg/s m_s=m/s mps=m/s mm_s=mm/s mmps=mm/s"
@@ -36,11 +35,11 @@ _TURNS_A_TIME = (
 _FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kVmm=kV/mm kA_m=kA/m kA_per_m=kA/m A_per_m=A/m kAm=kA/m kApm=kA/m Oe=Oe"
 _OTHERS = (
     "Upm=rpm UPM=rpm RPM=rpm Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% "
-    "percent=% psi=psi"
+    "percent=% psi=psi mph=mph ampere=A amperes=A"
 )
 _TORQUES = (
-    "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m cNm=cN*m dNm=dN*m uNm=uN*m kNm=kN*m lb_ft=ft*lbf lb_in=in*lbf "
-    "ozin=oz*in oz_in=oz*in inoz=oz*in"
+    "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m cNm=cN*m dNm=dN*m daNm=daN*m uNm=uN*m kNm=kN*m "
+    "lb_ft=ft*lbf lb_in=in*lbf ozin=oz*in oz_in=oz*in inoz=oz*in"
 )
 _WEIGHTS = (
     "in_oz=oz*in kgcm=kgf*cm kgfcm=kgf*cm kgfm=kgf*m kg_cm=kgf*cm gcm=gf*cm g_cm=gf*cm gfcm=gf*cm"
@@ -132,7 +131,7 @@ _BEFORE_DEGREES = " _,.:=/-"
 #: A name, a mark that programs put between words, and what may be a unit: ``torque.mNm``, ``speed@rpm``.
 _BEHIND_A_MARK = re.compile(r"(.*[^\W_])[.:@#~|/-]([^\W\d_]{2}\w*)")
 #: What stands in front of units.
-_PREFIXES = frozenset("mkcuµM")
+_PREFIXES = ("da", *"mkcduµM")
 #: Where a word of a name begins with a large letter: ``brakeTorqueNm``.
 _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
 #: A large letter behind such a word is its unit.
@@ -189,18 +188,20 @@ _IN_SMALL_LETTERS = (
 _CAPITALS = {
     **{"NM": "N*m", "KNM": "kN*m", "nm": "N*m", "knm": "kN*m", "mnm": "mN*m"},
     **{"ncm": "N*cm", "nmm": "N*mm", "NCM": "N*cm", "NMM": "N*mm"},
+    **{"kgfcm": "kgf*cm", "kgfm": "kgf*m", "kgm": "kgf*m", "gfcm": "gf*cm"},
 }
 #: ``Speed rev/min``: such a unit may be written in any of a hundred ways, so `erclutch.signals.units` is asked.
 _FRACTION = re.compile(r"[^\W\d_]{1,7}/[^\W\d_]{1,7}")
 _RATES = ("rad/s", "m/s", "V/m", "A/m", "1/s")
 _DASHES = " -–—"
+_MARKS = _DASHES + "_,.:=|"
 _WORD = 5  # letters of a unit that is written out
 #: A unit in front of a name, where no unit ends the name: ``ms_time``, ``mA current``, ``kN:force``.
 _IN_FRONT = re.compile(r"([^\s_:\d]{2,12})[ _:.]([^\W\d_]{3,20})(?:[ _.]\w{1,30})?")
 #: Units that stand right behind the word of their quantity (``currentmA``).
 _RIGHT_BEHIND = "ms us ns mA mV kV kN mm cm mNm kNm Ncm Nmm Nm".split()
 #: What is a unit behind a word for the time alone: pos_min is the least position, and x_h a height.
-_BEHIND_A_TIME = {"min": "min", "h": "h", "hr": "h"}
+_BEHIND_A_TIME = {"min": "min", "h": "h", "hr": "h", "sec": "s", "sek": "s", "sekunden": "s"}
 #: Units that are words in front of another: the smallest, the input, the back, the gravity.
 _WORDS_IN_FRONT = set_of("min in rev ft at bar mol pt pa cd lb turns turn cycle")
 _POWERS = ("squared", "square", "cubic", "cubed", "sq", "sq.")
@@ -220,6 +221,9 @@ def split_end(name: str) -> tuple[str, str | None]:
     if written.endswith("°") and angle[-1:].isalpha():
         return angle, "deg"
     stem, unit = _split_at_end(name)
+    front, whole_unit = split_behind_word(written)
+    if whole_unit and (unit is None or len(front) < len(stem.rstrip(_MARKS))):
+        return front, whole_unit  # of Torque Newton meters no m
     shorter = without_words_behind(name)
     if unit or shorter == written:
         return stem, unit
@@ -350,15 +354,16 @@ def _split_at_capital(name: str) -> tuple[str, str | None]:
         if not stem or not unit or len(end) < 2:
             continue
         # ``torquem`` and ``Nm`` are a torque in mN*m.
-        prefixed = ENDS.get(stem[-1] + end) if stem[-1] in _PREFIXES else None
+        prefix = next(filter(stem.endswith, _PREFIXES), "")
+        prefixed = ENDS.get(prefix + end) if prefix else None
         if prefixed is None:
             return stem, unit
-        shorter = stem[:-1]
+        shorter = stem.removesuffix(prefix)
         word = _last_word(shorter)
         # A word for a quantity is left, or no letter. Else nobody knows: ``peakNm``, ``stiffnesskNm``.
         if word and word not in _MEASURED:
             return stem + end, None
-        return shorter.rstrip("_.:@#~| "), prefixed
+        return shorter.rstrip("_.:@#~|= "), prefixed
     last_word = re.split(r"[\W_]+", words[-2].lower())[-1] if len(words) > 1 else ""
     if last_word in _LETTERS_BEHIND.get(words[-1], ()):
         return "".join(words[:-1]), ENDS.get(words[-1]) or words[-1].lower()
@@ -416,7 +421,7 @@ def _of_a_time(stem: str, end: str) -> str | None:
     """The minutes of ``elapsed_min`` and the hours of ``time_h``; None where the stem is no time."""
     word = re.split(r"[\W_]+", stem.lower().removesuffix("_in").removesuffix(" in"))[-1]
     is_time = word in TIMES or is_of("ms", word)
-    return _BEHIND_A_TIME.get(end.lower()) if is_time else None
+    return _BEHIND_A_TIME.get(end.lower().rstrip(".")) if is_time else None
 
 
 def _unit_of_end(end: str) -> str | None:

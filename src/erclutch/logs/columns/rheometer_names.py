@@ -217,7 +217,7 @@ _WORDS: dict[Role, tuple[str, ...]] = {
 }
 #: Columns that only an oscillation fills: what is stored and lost in a turn there and back.
 _OSCILLATION = re.compile(
-    r"(?:storage|loss|complex) (?:shear )?modul|\b(?:g|eta|n)\*|η\*|\bg'|\(elastic component\)"
+    r"(?:storage|loss|complex) (?:shear )?modul|\b(?:g|eta|n)\*(?!c?m?m\b)|η\*|\bg'|\(elastic component\)"
     r"|speichermodul|verlustmodul"
     r"|complex viscosity|komplexe viskos"
     r"|module de (?:conservation|perte)|modulo de (?:almacen|perda|perdida)|[储儲貯贮][能存蔵](?:模量|弹性率|弾性率)"

@@ -1,0 +1,106 @@
+"""A unit behind the word for its quantity: ``Velocity, mm.s-1``, ``Torque: N·mm``, ``Speed_rad/s``, ``Сила кН``.
+
+The word and the unit bear each other out, whatever mark stands between them and however the other columns of the file
+are called. A letter alone is no such unit: ``Current, A`` may be the first of three phases.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from functools import lru_cache
+
+from erclutch.errors import UnitError
+from erclutch.logs.columns.vocabulary import BESIDE, GERMAN, NAMES, ROMANCE, SINGLE, set_of
+from erclutch.signals import units
+
+_LONGEST = 100  # letters of such a label
+_MARK = re.compile(r"\s*[,:;=|]\s*|\s+[-–—]\s+|[\s_.]")
+#: What no word has: the signs of ``mm s^-1``, ``N·mm``, ``°/s``, ``ft-lb``, and letters of other alphabets (``мм/с``).
+_SIGN = re.compile(r"[/·*^.⁻⁰¹²³°²\-−]|[^\x00-\x7f]")
+#: Units of words alone are told behind such a mark, if any: ``Velocity, mph``.
+_CLEAR_MARKS = frozenset(",:;=|")
+#: Letters that tell no phase and no side: of newtons, seconds, minutes, hours, amperes and volts.
+_LETTERS = frozenset("Нсмч牛秒分时時安伏")
+_NUMBER = re.compile(r"[\s_][\d.,]+$")
+_AXES = frozenset("xyzr")
+_UNITS = {
+    "field": ("A", "V", "T", "V/m", "A/m"),
+    "slip": ("rad/s", "m/s"),
+    "position": ("rad", "m"),
+    "effort": ("N*m", "N", "Pa"),
+    "time": ("s",),
+}
+_TIMES = set_of(
+    "t time zeit temps tiempo tempo tijd timestamp elapsed elapsedtime timeelapsed время czas cas tid zaman aika ido "
+    "时间 時間 시간"
+)
+#: Signals by the words for them, without accents; a letter alone is the symbol of a quantity.
+_SIGNALS: dict[str, set[str]] = {}
+
+
+def _bare(text: str) -> str:
+    """In small letters, without accents and signs."""
+    letters = unicodedata.normalize("NFKD", text)
+    return re.sub(r"[\W\d_]", "", letters).lower()
+
+
+for _signal in SINGLE:
+    for _word in NAMES[_signal].split():
+        _SIGNALS.setdefault(_bare(_word), set()).add(_signal)
+for _word in _TIMES:
+    _SIGNALS.setdefault(_bare(_word), set()).add("time")
+
+
+@lru_cache(maxsize=4096)
+def split_behind_word(label: str) -> tuple[str, str | None]:
+    """``Velocity`` and ``mm.s-1`` of ``Velocity, mm.s-1``; the whole label and None where no such unit ends it."""
+    label = label.strip()
+    if len(label) > _LONGEST:
+        return label, None
+    for mark in _MARK.finditer(label):  # the first mark first, for the longest unit: ``Torque N m``
+        front, end = label[: mark.start()], label[mark.end() :].strip()
+        # A number in front makes a level of it: I=0.5A.
+        is_written = end in _LETTERS or (len(end) > 1 and not re.match(r"[\d.,+-]+(?!/)", end))
+        is_clear = mark[0].strip() in _CLEAR_MARKS
+        has_sign = _SIGN.search(end) or " " in end
+        is_level = not is_clear and _NUMBER.search(front)  # Torque 5 N·m
+        if not is_written or is_level or not (has_sign or is_clear):
+            continue
+        signals = _signals_of(front)
+        if signals and _is_of(end, signals):
+            return front.rstrip(" _.,:;=|-"), end
+    return label, None
+
+
+def _signals_of(front: str) -> set[str]:
+    """The signals that a name speaks for: whole, by its last word, by its first as French is, or by its German end."""
+    words = [word for word in re.split(r"[\W\d_]+", front) if word]
+    while len(words) > 1 and (words[-1].lower() in _AXES or _bare(words[-1]) in BESIDE):
+        words.pop()
+    if not words:
+        return set()
+    whole, last, first = (_bare(text) for text in (front, words[-1], words[0]))
+    for spoken in (whole, last, first if first in ROMANCE else ""):
+        if spoken in _SIGNALS:
+            return _SIGNALS[spoken]
+    by_end = {signal for signal, ends in GERMAN.items() if last.endswith(ends)}
+    if by_end:
+        return by_end
+    # A compound of Chinese, Japanese or Korean letters ends in the word for its quantity.
+    return {
+        signal
+        for word, signals in _SIGNALS.items()
+        if len(word) > 1 and not word.isascii() and last.endswith(word)
+        for signal in signals
+    }
+
+
+def _is_of(unit: str, signals: set[str]) -> bool:
+    """Whether a unit is one of a signal's; in turns a minute, too, of a speed."""
+    if "slip" in signals and (units.is_per_minute(unit) or units.is_per_second(unit)):
+        return True
+    try:
+        return any(units.fits(unit, _UNITS[signal]) for signal in signals)
+    except UnitError:
+        return False
