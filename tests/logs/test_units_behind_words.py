@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.logs import read
-from erclutch.logs.columns.labels import name_columns
+from erclutch.logs import read, read_table
+from erclutch.logs.columns.labels import name_columns, own_unit
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.unit_behind_word import split_behind_word
 
@@ -122,3 +122,35 @@ def test_letters_behind_any_mark_are_units_where_all_names_end_in_units() -> Non
 def test_a_label_of_many_marks_takes_linear_time() -> None:
     for part in ("Torque, ", "N·m ", "_/", "м", "-1 ", "speed:"):
         assert split_behind_word(part * 10_000)[1] is None
+
+
+@pytest.mark.parametrize(
+    "own_units",
+    [
+        ["мин", "min-1", "uNm", "Amp"],
+        ["秒", "об/мин", "N-m", "A"],
+        ["ms", "kph", "MN", "kA"],
+        ["seconds", "rev/min", "oz-in", "amps"],
+    ],
+)
+def test_a_row_of_units_that_the_names_above_bear_out_gives_no_names(
+    own_units: list[str], tmp_path: Path
+) -> None:
+    path = tmp_path / "log.csv"
+    columns = np.column_stack([60.0 * TIME, SPEED, TORQUE, CURRENT])
+    header = f"Time;Speed;Torque;Current\n{';'.join(own_units)}"
+    if "MN" in own_units:
+        header = header.replace("Torque", "Force")
+    np.savetxt(path, columns, "%.9g", ";", header=header, comments="", encoding="utf-8")
+    table = read_table(path)
+    assert [*table.columns][:2] == ["Time", "Speed"]
+    assert [*table.units.values()] == own_units
+
+
+@pytest.mark.parametrize("name", ["Slip", "Schlupf", "Rotação"])
+def test_a_speed_a_minute_counts_turns(name: str) -> None:
+    for unit in ("1/min", "min-1", "min⁻¹"):
+        assert own_unit(name, unit, ("rad/s",)) == "turn/min"
+        assert own_unit(f"{name}: {unit}", unit, ("rad/s",)) == "turn/min"
+    for rate in ("strain rate", "omega"):
+        assert own_unit(rate, "1/min", ("1/s",)) == "1/min"

@@ -57,8 +57,8 @@ _LOGGED_IN = _TOLD_ALONE | set_of("s ms us A mA V mV kV N mT °C C K bar W kW")
 _NONE_WRITTEN = ("None", "N/A", "n/a", "null", "NULL", "undefined")  # by programs that know no unit
 # Names of a speed that is counted in turns: n is its symbol in ISO 80000-3.
 _TURNS = re.compile(
-    r"drehz|umdr\b|\brpm\b|umdrehung|rotational|rotation|tours|(?:^|[./:])n(?:_.*)?$|(?<![a-z])(?:speed|spd)|velocity|vitesse|"
-    r"velocidad|velocit[aà]|giri|pr[eę]dko[sś][cć]|obrot|ot[aá][cč]k|toerental|varvtal|fordulat|pyörim|kierros|devir|"
+    r"drehz|umdr\b|\brpm\b|umdrehung|rotational|rotation|tours|(?:^|[./:])n(?:_.*)?$|(?<![a-z])(?:speed|spd|(?:slip|schlupf)(?![a-z]))|velocity|vitesse|"
+    r"velocidad|velocit[aà]|rota[cç]|giri|pr[eę]dko[sś][cć]|obrot|ot[aá][cč]k|toerental|varvtal|fordulat|pyörim|kierros|devir|"
     r"tura[tț]|στροφ|转速|轉速|回転|회전|вращ|оборот",
     re.I,
 )

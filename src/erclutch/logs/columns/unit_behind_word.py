@@ -67,10 +67,15 @@ def split_behind_word(label: str) -> tuple[str, str | None]:
         is_level = not is_clear and _NUMBER.search(front)  # Torque 5 N·m
         if not is_written or is_level or not (has_sign or is_clear):
             continue
-        signals = _signals_of(front)
-        if signals and _is_of(end, signals):
+        if bears_out(front, end):
             return front.rstrip(" _.,:;=|-"), end
     return label, None
+
+
+def bears_out(name: str, unit: str) -> bool:
+    """Whether a name is a word for a quantity, and a text one of the units of this quantity."""
+    signals = _signals_of(name)
+    return bool(signals) and _is_of(unit, signals)
 
 
 def _signals_of(front: str) -> set[str]:

@@ -35,7 +35,7 @@ NAMES = {
     "скорость обороты частотавращения угловаяскорость 속도 각속도 회전수 회전속도 predkosc predkoscobrotowa "
     "obroty rychlost otacky snelheid toerental varvtal hastighet hız rotacao giri devir nopeus hoeksnelheid "
     "ω omegarel vinkelhastighet kierrosluku kulmanopeus fordulatszam vongquay tocđo nist nact 转速差 "
-    "revoluciones umdrehungen winkelgeschw predkosckatowa drehz geschw gesch vit",
+    "revoluciones umdrehungen winkelgeschw predkosckatowa drehz geschw gesch vit sebesseg szogsebesseg",
     "position": "position pos x d displacement disp stroke travel angle slipangle weg winkel hub verschiebung "
     "deplacement desplazamiento deslocamento spostamento posicion posicao angulo "
     "theta phi q qpos y s encoder enc extension crosshead drehwinkel auslenkung posizione spostamento carrera course "
@@ -53,7 +53,7 @@ NAMES = {
     "momentobrotowy silatlumienia siłatłumienia sonumlemekuvveti frentorku torquedefreno torquedefrenagem "
     "tq tbrake mbrems mbremse fmeas tmeas momenthamowania siłatłumika remkracht dempkracht jarrumomentti sonumkuvveti "
     "torquedofreio effortamortisseur "
-    "制动力矩 制动力 감쇠력 제동토크 제동력 drehm drehmom cple fd fmr",
+    "制动力矩 制动力 감쇠력 제동토크 제동력 drehm drehmom cple fd fmr md nyomatek forgatonyomatek ero",
     "E1": "e1 field1 ech1",
     "E2": "e2 field2 ech2",
     "E": "e field",

@@ -10,6 +10,7 @@ from itertools import pairwise
 
 from erclutch.logs.columns.labels import EASTERN, split_label
 from erclutch.logs.columns.names import spoken_name
+from erclutch.logs.columns.unit_behind_word import bears_out
 from erclutch.logs.readers.cells import Marks, is_comment
 from erclutch.logs.readers.channel_lines import (
     channel_units,
@@ -133,7 +134,9 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
         names_are_units = _are_units(_bare(names))
         last_are_units = _are_units(_bare(last))
-        if not names_are_units and (last_are_units or _repeat_a_unit(last, names)):
+        if not names_are_units and (
+            last_are_units or _repeat_a_unit(last, names) or _are_borne_out(last, names)
+        ):
             return Header(names, _units(last), 2)
         are_distinct = all(last) and len({*last}) == len(last)
         if names_are_units and are_distinct and not last_are_units:
@@ -369,6 +372,13 @@ def _repeat_a_unit(cells: Sequence[str], names: Sequence[str]) -> bool:
     if len({*named}) < len(named) or not any(word in _CLEAR_UNITS for word in words):
         return False
     return all(_is_known(word) or words.count(word) > 1 for word in words)
+
+
+def _are_borne_out(cells: Sequence[str], names: Sequence[str]) -> bool:
+    """Whether all words of a line are units, and two or more of them such as the names above speak of."""
+    units_of = _bare(cells)
+    borne_out = [bears_out(name, unit) for name, unit in zip(names, units_of, strict=True) if unit]
+    return sum(borne_out) > 1 and all(map(_is_known, filter(None, units_of)))
 
 
 def _is_known(cell: str) -> bool:
