@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from erclutch.errors import UnitError
-from erclutch.logs.readers.header_lines import _are_units
+from erclutch.logs.readers.rows_of_units import are_units
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
 
@@ -153,8 +153,8 @@ def test_temperatures_and_lines_of_names_do_not_wait_for_pint(
     monkeypatch.setattr(units, "evaluated", asked)
     for text in ("K", "kelvin", "Kelvin", "°C"):
         assert not units.is_unit(text)
-    assert not _are_units(["time", "E1", "E2", "theta_dot", "T"])
-    assert _are_units(["s", "kV", "rad/s", "N*m"])
+    assert not are_units(["time", "E1", "E2", "theta_dot", "T"])
+    assert are_units(["s", "kV", "rad/s", "N*m"])
 
 
 @pytest.mark.parametrize(

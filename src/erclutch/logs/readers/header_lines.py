@@ -10,7 +10,6 @@ from itertools import pairwise
 
 from erclutch.logs.columns.labels import EASTERN, split_label
 from erclutch.logs.columns.names import spoken_name
-from erclutch.logs.columns.unit_behind_word import bears_out
 from erclutch.logs.readers.cells import Marks, is_comment
 from erclutch.logs.readers.channel_lines import (
     channel_units,
@@ -21,27 +20,16 @@ from erclutch.logs.readers.channel_lines import (
     with_groups,
 )
 from erclutch.logs.readers.numbered_channels import numbered_channels
+from erclutch.logs.readers.rows_of_units import (
+    are_borne_out,
+    are_units,
+    bare_units,
+    is_written_unit,
+    repeat_a_unit,
+    units_of_row,
+)
 from erclutch.signals import units
 
-#: Units that are no names; t, V, F may be names.
-_CLEAR_UNITS = frozenset(
-    (
-        "s sec Sec SEC ms us µs min Nm kN lbf rpm mm cm kV mV mA kPa MPa bar deg rad "
-        "seconds Seconds newton Newton newtons Newtons "
-        "millimeter Millimeter millimeters Millimeters millimetres Millimetres"
-    ).split()
-)
-#: Clear units as old loggers write them; S and MIN may be names, and MA is no mA for sure.
-_CAPITALS = {
-    unit.upper(): unit
-    for unit in ("Nm", "kN", "lbf", "rpm", "mm", "cm", "kV", "kPa", "MPa", "deg", "rad")
-}
-# Units, but no plain factor to the SI; that of a consistency has an exponent n. Russian ones behind.
-_NO_FACTOR = re.compile(
-    r"(?:°|deg) ?[CF]|[℃℉]|dB\w*|bits?|counts?|psi[ag]?|[\w.*·/^-]*s(?:ec)?\^n'?[\w.*·/^-]*"
-    r"|град\w*(?: ?[CС])?|[см]П|м?Па[·*]с|с\^-1|дин/см[2²]|об/мин|м?[НH]/м[2²]",
-    re.IGNORECASE,
-)
 #: What the line of units is called that some loggers write above the names.
 _UNIT_LINE = frozenset(
     ("unit units einheit einheiten unite unité unités unidad unidade 単位 单位 單位").split()
@@ -113,8 +101,8 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
         names = _labels(above[-3], marks, rows)
         units_below = _labels(above[-2], marks, rows)
         has_more_names = names is not None and _filled(names) > _filled(last)
-        if names and has_more_names and units_below and _are_units(_bare(units_below)):
-            return Header(names, _units(units_below), 3)
+        if names and has_more_names and units_below and are_units(bare_units(units_below)):
+            return Header(names, units_of_row(units_below), 3)
     if len(above) < 2:
         return Header(last, None, 1)
     if labels := _labels_of_pairs(marks.cells(above[-2]), last):
@@ -126,21 +114,21 @@ def header_of(above: Sequence[str], marks: Marks, rows: RowsBelow) -> Header | N
     word, colon, first_unit = upper[0].partition("=" if "=" in upper[0] else ":")
     own_units = [first_unit if colon else "", *upper[1:]]
     is_called_units = word.lower().strip("[]() ") in _UNIT_LINE and len(upper) == len(last)
-    if is_called_units and all(map(_is_known, filter(None, _bare(own_units)))):
-        return Header(last, _units(own_units), 2)
+    if is_called_units and all(map(is_written_unit, filter(None, bare_units(own_units)))):
+        return Header(last, units_of_row(own_units), 2)
 
     names = _names_over(last, above[-2], marks, rows)
     if names is not None and len(names) == len(last):
         # Names are words: a second line of units, or of what is called like a unit, names nothing.
-        names_are_units = _are_units(_bare(names))
-        last_are_units = _are_units(_bare(last))
+        names_are_units = are_units(bare_units(names))
+        last_are_units = are_units(bare_units(last))
         if not names_are_units and (
-            last_are_units or _repeat_a_unit(last, names) or _are_borne_out(last, names)
+            last_are_units or repeat_a_unit(last, names) or are_borne_out(last, names)
         ):
-            return Header(names, _units(last), 2)
+            return Header(names, units_of_row(last), 2)
         are_distinct = all(last) and len({*last}) == len(last)
         if names_are_units and are_distinct and not last_are_units:
-            return Header(last, _units(names), 2)
+            return Header(last, units_of_row(names), 2)
         # A line under the names may say them again in Chinese or Japanese, half of them or more with a unit.
         are_eastern = all(map(EASTERN.search, last))
         eastern_units = [split_label(cell)[1] for cell in last] if are_eastern else []
@@ -157,7 +145,7 @@ def _names_over_an_index(
         return []
     first, *names = _labels(line, marks, rows) or [""]
     # Such a cell may also be the unit of the first column; t is a tonne, but not there.
-    is_a_unit = bool(first) and _is_known(last[0]) and not spoken_name(last[0]).is_time
+    is_a_unit = bool(first) and is_written_unit(last[0]) and not spoken_name(last[0]).is_time
     return [last[0], *names] if names and all(names) and not is_a_unit else []
 
 
@@ -167,7 +155,7 @@ def _names_over(last: Sequence[str], line: str, marks: Marks, rows: RowsBelow) -
     if names is None and not last[0]:
         # Bluehill writes the number of the specimen over an empty column.
         names = _labels(line, marks, rows, is_numbered=True)
-    if names is None and _are_units(_bare(last)):
+    if names is None and are_units(bare_units(last)):
         # Sensors may be called by their serial numbers.
         names = _labels(line, marks, rows, may_be_serial=True)
     return names
@@ -341,48 +329,6 @@ def _labels_of_pairs(upper: Sequence[str], names: Sequence[str]) -> list[str]:
 
 def _filled(cells: Sequence[str]) -> int:
     return sum(map(bool, cells))
-
-
-def _bare(cells: Sequence[str]) -> list[str]:
-    """Cells without the brackets around units, or the slashes: ``/ms/``."""
-    bare = [cell.strip("[](){}<> ") for cell in cells]
-    return [cell.strip("/ ") if re.fullmatch(r"/.+/", cell) else cell for cell in bare]
-
-
-def _units(cells: Sequence[str]) -> list[str | None]:
-    units_of = [_CAPITALS.get(unit, unit) for unit in _bare(cells)]
-    return [unit or None for unit in units_of]
-
-
-def _are_units(cells: Sequence[str]) -> bool:
-    """Whether the cells of a line are units: a clear one among them, and at most one in four that is none we know."""
-    filled = [_CAPITALS.get(cell, cell) for cell in cells if cell]
-    # Names alone are common, and whether a name is a unit takes long to say: no clear unit, no such question.
-    clear = [cell for cell in filled if cell in _CLEAR_UNITS or re.search(r"[/^°%*.⁻¹²³·]", cell)]
-    if not any(map(_is_known, clear)):
-        return False
-    unknown = sum(not _is_known(cell) for cell in filled)
-    return unknown <= len(filled) / 4
-
-
-def _repeat_a_unit(cells: Sequence[str], names: Sequence[str]) -> bool:
-    """Whether a line below distinct names has a clear unit, and all other words in it several times: so do units."""
-    words = [cell for cell in _bare(cells) if cell]
-    named = [name for name in names if name]
-    if len({*named}) < len(named) or not any(word in _CLEAR_UNITS for word in words):
-        return False
-    return all(_is_known(word) or words.count(word) > 1 for word in words)
-
-
-def _are_borne_out(cells: Sequence[str], names: Sequence[str]) -> bool:
-    """Whether all words of a line are units, and two or more of them such as the names above speak of."""
-    units_of = _bare(cells)
-    borne_out = [bears_out(name, unit) for name, unit in zip(names, units_of, strict=True) if unit]
-    return sum(borne_out) > 1 and all(map(_is_known, filter(None, units_of)))
-
-
-def _is_known(cell: str) -> bool:
-    return bool(_NO_FACTOR.fullmatch(cell)) or units.is_unit(cell)
 
 
 def _with_whole_brackets(cells: Sequence[str], delimiter: str | None) -> list[str]:
