@@ -204,8 +204,8 @@ def _compute_as_usual() -> None:
 
     A library that was compiled with ``-ffast-math`` may change that as it is loaded.
     """
-    found = _environment()
-    if found is None:
+    environment = _environment()
+    if environment is None:
         return
     # Names and no plain numbers: of those Python would compute the sums before it runs them.
     least = 5e-324
@@ -214,7 +214,7 @@ def _compute_as_usual() -> None:
     least_is_a_number = least * one > 0.0
     rounds_to_nearest = one + half_a_step == one and one + 1.01 * half_a_step > one
     if not (least_is_a_number and rounds_to_nearest):
-        put, way = found
+        put, way = environment
         put(way)
 
 

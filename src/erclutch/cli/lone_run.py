@@ -76,9 +76,9 @@ def folders_near(words: Iterable[str], mark: str) -> list[Path]:
             beside[path] = None
         beside[path.parent] = None
     for folders in ([here], list(beside)):
-        found = {place.parent for folder in folders for place in folder.glob(f"*/{mark}")}
-        if found:
-            return sorted(found)
+        places = {place.parent for folder in folders for place in folder.glob(f"*/{mark}")}
+        if places:
+            return sorted(places)
     return []
 
 

@@ -126,7 +126,7 @@ def _is_field(key: str) -> bool:
 
 def _field_of(record: Mapping[str, str]) -> str:
     """The one field of a record as text with its unit; "" for none, and for several."""
-    found: list[str] = []
+    quantities: list[str] = []
     for key, text in record.items():
         if not _is_field(key):
             continue
@@ -139,9 +139,9 @@ def _field_of(record: Mapping[str, str]) -> str:
         except UnitError:
             continue
         if is_of_a_field:
-            found.append(f"{number:g} {unit or ''}".strip())
-    currents = [text for text in found if text.endswith("A")]
-    chosen = currents if len(currents) == 1 else found
+            quantities.append(f"{number:g} {unit or ''}".strip())
+    currents = [text for text in quantities if text.endswith("A")]
+    chosen = currents if len(currents) == 1 else quantities
     return chosen[0] if len(chosen) == 1 else ""
 
 

@@ -103,8 +103,8 @@ def run(
 
 def zig_command() -> tuple[str, ...]:
     """The command that runs zig out of its package: its binary, else a Python that starts it, in 25 ms more."""
-    found = importlib.util.find_spec("ziglang")
-    places: list[str] = getattr(found, "submodule_search_locations", None) or []
+    zig = importlib.util.find_spec("ziglang")
+    places: list[str] = getattr(zig, "submodule_search_locations", None) or []
     binaries = [Path(place, name) for place in places for name in ("zig", "zig.exe")]
     there = next((binary for binary in binaries if binary.is_file()), None)
     if there is None:

@@ -139,14 +139,14 @@ def setting_in(name: str) -> StatedLevel | None:
     It is called by its word, ``clicks``, ``pwm`` or ``level``; a share has the unit %. A word such as ``Soft`` is a
     setting too, and its place among its like the number.
     """
-    found = [*_SETTING.finditer(name)]
+    settings = [*_SETTING.finditer(name)]
     word = word_of_level(name)
-    if not found and word:
+    if not settings and word:
         _, place = place_of(word) or (0, 0)
         return StatedLevel(_SETTING_IN_WORDS, float(place), None, word.lower())
-    if len(found) != 1:
+    if len(settings) != 1:
         return None
-    said = found[0].groupdict()
+    said = settings[0].groupdict()
     position = said["position"] or said["position_before"]
     if position:
         number = number_of(said["counted"] or said["counted_behind"])
@@ -159,7 +159,7 @@ def setting_in(name: str) -> StatedLevel | None:
     share = said["share"] or said["share_behind"]
     if said["percent"] or share:
         number = number_of(said["percent"] or said["percent_behind"])
-        unit = "%" if said["percent"] or "%" in found[0][0] else None  # pwm 127 may be of 255
+        unit = "%" if said["percent"] or "%" in settings[0][0] else None  # pwm 127 may be of 255
         return StatedLevel(share.lower() if share else _LEVEL, number, unit)
     return StatedLevel(_LEVEL, number_of(said["headed"] or said["plain"]), None)
 
@@ -171,8 +171,8 @@ def with_lost_points(names: Iterable[str]) -> dict[str, float]:
     """
     written: dict[str, str] = {}
     for name in names:
-        found = [*_SETTING.finditer(name)]
-        digits = found[0]["plain"] if len(found) == 1 else None
+        settings = [*_SETTING.finditer(name)]
+        digits = settings[0]["plain"] if len(settings) == 1 else None
         if digits and _COUNT.fullmatch(digits):
             written[name] = digits
     begins_with_zero = any(len(digits) > 1 and digits[0] == "0" for digits in written.values())
@@ -225,17 +225,19 @@ def fields_told_by(names: Sequence[str]) -> dict[str, StatedLevel]:
 
 def _fields_that_differ(names: Sequence[str]) -> dict[str, StatedLevel]:
     """Of names with several numbers that may be fields, in the same units, the one place whose numbers differ."""
-    found = [FIELD_IN_A_NAME.findall(name) for name in names]
-    units_of_names = {tuple(letters for _, _, letters in numbers) for numbers in found}
-    if len(units_of_names) != 1 or len(found[0]) < 2:
+    numbers_of_names = [FIELD_IN_A_NAME.findall(name) for name in names]
+    units_of_names = {tuple(letters for _, _, letters in numbers) for numbers in numbers_of_names}
+    if len(units_of_names) != 1 or len(numbers_of_names[0]) < 2:
         return {}
     places = [
-        place for place, numbers in enumerate(zip(*found, strict=True)) if len({*numbers}) > 1
+        place
+        for place, numbers in enumerate(zip(*numbers_of_names, strict=True))
+        if len({*numbers}) > 1
     ]
     if len(places) != 1:
         return {}
     fields: dict[str, StatedLevel] = {}
-    for name, numbers in zip(names, found, strict=True):
+    for name, numbers in zip(names, numbers_of_names, strict=True):
         number, _, letters = numbers[places[0]]
         fields[name] = StatedLevel(name, number_of(number), FIELD_UNITS[letters])
     return fields

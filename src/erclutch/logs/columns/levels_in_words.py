@@ -43,8 +43,8 @@ def place_of(word: str) -> tuple[int, int] | None:
 
 def word_of_level(name: str) -> str:
     """The only word of a name that is a level; "" for none or several."""
-    found = [word for word in _WORD.findall(name) if place_of(word) is not None]
-    return found[0] if len(found) == 1 else ""
+    levels = [word for word in _WORD.findall(name) if place_of(word) is not None]
+    return levels[0] if len(levels) == 1 else ""
 
 
 def places_of(words: tuple[str, ...]) -> tuple[int, ...] | None:

@@ -47,15 +47,15 @@ def sum_of_a_test(name: str) -> SumOfATest | None:
 
 def sums_of(names: Iterable[str], signal: str) -> dict[str, str]:
     """Columns that sum up a signal, with the word by which they do, but for those of a spread."""
-    found: dict[str, str] = {}
+    sums: dict[str, str] = {}
     for name in names:
         summed = sum_of_a_test(name)
         if summed is None or summed.word in SPREADS:
             continue
         said = spoken_name(summed.called)
         if said.forms[signal] or signal in said.may_be:
-            found[name] = summed.word
-    return found
+            sums[name] = summed.word
+    return sums
 
 
 def amplitude_and_frequency(names: Mapping[str, str | None]) -> tuple[str, str] | None:

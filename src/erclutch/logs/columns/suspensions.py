@@ -54,13 +54,13 @@ def ends_of_a_suspension(
                 words |= {*within}
             else:
                 words.add(word)
-        for masses, found in ((_SPRUNG, above), (_UNSPRUNG, below)):
+        for masses, speeds in ((_SPRUNG, above), (_UNSPRUNG, below)):
             own = words & masses
             besides = frozenset(words - masses - _BESIDE)
             is_rate = not besides.isdisjoint(_RATES)
             is_of_kind = is_rate if signal == "slip" else bool(besides) and not is_rate
             if len(own) == 1 and is_of_kind and besides <= _RATES | _PLACES:
-                found.setdefault((besides, unit), []).append(name)
+                speeds.setdefault((besides, unit), []).append(name)
     pairs: list[tuple[str, str]] = []
     for what in above.keys() & below.keys():
         pairs += [(sprung, unsprung) for sprung in above[what] for unsprung in below[what]]

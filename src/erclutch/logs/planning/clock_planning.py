@@ -299,13 +299,13 @@ def _header_period(table: Table) -> float | None:
 
 def _time_since_1970(seen: SeenColumns, taken: Sequence[str]) -> str | None:
     """The only column without a unit whose numbers rise in each row and are a time since 1970; else None."""
-    found: list[str] = []
+    times: list[str] = []
     for column in seen.without(taken):
         if column.unit or column.spoken.may_be or not np.isfinite(column.values).all():
             continue
         if np.all(column.steps > 0.0) and is_since_1970(column.values):
-            found.append(column.name)
-    return found[0] if len(found) == 1 else None
+            times.append(column.name)
+    return times[0] if len(times) == 1 else None
 
 
 def _column_of_steps(seen: SeenColumns, taken: Sequence[str]) -> tuple[str, str] | None:

@@ -102,15 +102,15 @@ def levels_of_efforts(draft: Draft, taken: Iterable[str]) -> list[str]:
     slip, effort = slip_and_effort(draft)
     if slip is None or effort is None:
         return []
-    found: list[str] = []
+    levelled: list[str] = []
     for column in draft.seen.without(taken):
         if column.shape.constant or not np.isfinite(column.values).all():
             continue
         levels, of_row = np.unique(column.values, return_inverse=True)
         are_few = 1 < levels.size <= min(_MOST_WORDS, column.values.size / _FEWEST_ROWS)
         if are_few and efforts_of_two_words(slip, effort, of_row.astype(np.int32)) is not None:
-            found.append(column.name)
-    return found if len(found) == 1 else []
+            levelled.append(column.name)
+    return levelled if len(levelled) == 1 else []
 
 
 def slip_and_effort(draft: Draft) -> tuple[Array | None, Array | None]:

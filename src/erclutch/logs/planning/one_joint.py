@@ -94,8 +94,8 @@ def _called(joint: tuple[str, ...]) -> str:
 
 def _joints(draft: Draft, signal: str) -> _Joints:
     """Columns of a signal by what tells them apart, in the order of the file; none where two are told by the same."""
-    found, _ = candidates(draft.seen, signal, draft.taken)
-    names = [name for name in draft.table.columns if name in found]
+    speaking, _ = candidates(draft.seen, signal, draft.taken)
+    names = [name for name in draft.table.columns if name in speaking]
     tokens = {name: _tokens(name) for name in names}
     shared = set[str].intersection(*map(set, tokens.values())) if tokens else set[str]()
     joints: _Joints = {}

@@ -268,9 +268,9 @@ def table_of_log(
     long_logs = {name: plan for name, plan in logs.items() if tables[name].rows >= MINIMUM_ROWS}
     file = RecordingsOfFile(path, names, tables, long_logs or logs, told, device, unchosen.where)
     for choice in CHOICES if len(first) == len(names) else ():
-        found = choice.rule(file)
-        if found is not None:
-            return found
+        chosen = choice.rule(file)
+        if chosen is not None:
+            return chosen
     nearest = nearest_to_a_log(tables, told, device) or names[0]
     if nearest == names[0]:
         raise unchosen

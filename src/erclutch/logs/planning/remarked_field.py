@@ -109,8 +109,8 @@ def _field_of(key: str, text: str) -> str:
         numbers = FIELD_IN_A_NAME.findall(text)
         if len(numbers) != 1:
             return ""
-        number, gap, found = numbers[0]
-        letters = FIELD_UNITS[found]
+        number, gap, sign = numbers[0]
+        letters = FIELD_UNITS[sign]
         starts_so = text.lstrip().startswith(number)
         # 2A among other words may be a specimen.
         if not starts_so and not gap and not re.search("[.,]", number):

@@ -34,7 +34,7 @@ def strengths_of_efforts(
     """
     if slip.size < 2:  # one row has no rate
         return []
-    found: list[str] = []
+    strengths: list[str] = []
     for name, column in columns.items():
         if not np.isfinite(column).all():
             continue
@@ -59,8 +59,8 @@ def strengths_of_efforts(
         _, of_row = np.unique(np.digitize(size, edges), return_inverse=True)
         apart = efforts_of_two_words(slip, effort, of_row.astype(np.int32), least)
         if apart is not None and apart.more > apart.less:
-            found.append(name)
-    return found if len(found) == 1 else []
+            strengths.append(name)
+    return strengths if len(strengths) == 1 else []
 
 
 def _correlation(first: Array, second: Array) -> float:

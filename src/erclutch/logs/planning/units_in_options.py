@@ -59,5 +59,5 @@ def _unit_at_end(name: str, si_units: tuple[str, ...]) -> str:
 
 def _is_of(text: str, si_units: tuple[str, ...]) -> bool:
     """Whether a text is a unit of these dimensions; a number, which passes for an angle, is none."""
-    found = units.fits(text, si_units) if units.is_unit(text) else None
-    return found is not None and units.parse(text).dimension == units.parse(found[1]).dimension
+    fitting = units.fits(text, si_units) if units.is_unit(text) else None
+    return fitting is not None and units.parse(text).dimension == units.parse(fitting[1]).dimension

@@ -106,14 +106,14 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
     sample = text[:SAMPLE]
     goes_on = len(text) > SAMPLE
     try:
-        found = _sniffed(sample, goes_on, asked)
+        dialect = _sniffed(sample, goes_on, asked)
     except LogError:
         # The last rows may read as whole numbers in thousands, 700,000; the others, 0,123, then tell the decimal comma.
         with_comma = _sniffed_with_comma(sample, goes_on) if asked is None else None
         if with_comma is None:
             raise
-        found = with_comma
-    return replace(found, metadata={**found.metadata})
+        dialect = with_comma
+    return replace(dialect, metadata={**dialect.metadata})
 
 
 def _sniffed_with_comma(sample: str, goes_on: bool) -> Dialect | None:

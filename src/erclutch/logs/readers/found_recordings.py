@@ -173,7 +173,7 @@ def joint_table(tables: Mapping[str, Table], variable: str, what: str) -> Table 
     recordings: dict[str, Found] = {}
     for name in names:
         table = tables[name]
-        found = Found(
+        recording = Found(
             {**table.columns},
             {**table.units},
             None,
@@ -181,12 +181,12 @@ def joint_table(tables: Mapping[str, Table], variable: str, what: str) -> Table 
             {**table.metadata},
             [*table.notes],
         )
-        label = time_of(found)
-        unit = found.units.get(label or "")
+        label = time_of(recording)
+        unit = recording.units.get(label or "")
         if label and unit and units.is_unit(unit) and (seconds := units.fits(unit, ("s",))):
-            found.columns[label] = found.columns[label] * seconds[0]
-            found.units[label] = "s"
-        recordings[name] = found
+            recording.columns[label] = recording.columns[label] * seconds[0]
+            recording.units[label] = "s"
+        recordings[name] = recording
     return joined_by_time(recordings, what).table()
 
 

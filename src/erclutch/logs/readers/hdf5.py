@@ -231,19 +231,21 @@ def _signals_of_one_group(recordings: Mapping[str, Found]) -> dict[str, Found]:
     Nothing where their lengths or periods differ, or where one holds more.
     """
     above = {name.rpartition("/")[0] for name in recordings}
-    sizes = {column.size for found in recordings.values() for column in found.columns.values()}
-    periods = {found.period for found in recordings.values()}
+    sizes = {
+        column.size for recording in recordings.values() for column in recording.columns.values()
+    }
+    periods = {recording.period for recording in recordings.values()}
     if len(recordings) < 2 or len(above) > 1 or len(sizes) > 1 or len(periods) > 1:
         return {}
     together = Found({}, period=periods.pop())
-    for name, found in recordings.items():
-        labels = [*found.columns]
+    for name, recording in recordings.items():
+        labels = [*recording.columns]
         if len(labels) != 1 or not found_recordings.NO_NAME.fullmatch(labels[0]):
             return {}
         signal = name.rpartition("/")[2]
-        together.columns[signal] = found.columns[labels[0]]
-        together.units[signal] = found.units.get(labels[0])
-        together.notes += [note for note in found.notes if note not in together.notes]
+        together.columns[signal] = recording.columns[labels[0]]
+        together.units[signal] = recording.units.get(labels[0])
+        together.notes += [note for note in recording.notes if note not in together.notes]
     together.notes.append(f"{len(recordings)} groups hold a signal each, of the same rows")
     return {above.pop() or "/": together}
 

@@ -38,18 +38,18 @@ def find(path: str, variable: str | None) -> Table:
     """The child's work. Beside a sheet with rows of numbers, sheets without are no recordings."""
     recordings: dict[str, Table] = {}
     problems: list[LogError] = []
-    for found in _sheets(path, variable):
-        if isinstance(found, LogError):
-            problems.append(found)
+    for sheet in _sheets(path, variable):
+        if isinstance(sheet, LogError):
+            problems.append(sheet)
             continue
-        for name, source in found.parts.items():
-            wanted = variable in (None, name, found.sheet, found_recordings.ALL)
+        for name, source in sheet.parts.items():
+            wanted = variable in (None, name, sheet.sheet, found_recordings.ALL)
             if not wanted and recordings:
                 continue
             try:
-                recordings[name] = _table(source, found)
+                recordings[name] = _table(source, sheet)
             except LogError as error:
-                problems.append(_of_sheet(found.sheet, error))
+                problems.append(_of_sheet(sheet.sheet, error))
                 break
     if problems and not recordings:
         raise problems[0]
@@ -73,14 +73,14 @@ def find(path: str, variable: str | None) -> Table:
 def find_each(path: str) -> dict[str, Table | LogError]:
     """The child's work for all recordings at once: the workbook is opened once."""
     recordings: dict[str, Table | LogError] = {}
-    for found in _sheets(path, None):
-        if isinstance(found, LogError):
+    for sheet in _sheets(path, None):
+        if isinstance(sheet, LogError):
             continue
-        for name, source in found.parts.items():
+        for name, source in sheet.parts.items():
             try:
-                recordings[name] = _table(source, found)
+                recordings[name] = _table(source, sheet)
             except LogError as error:
-                recordings[name] = _of_sheet(found.sheet, error)
+                recordings[name] = _of_sheet(sheet.sheet, error)
     return recordings
 
 

@@ -42,9 +42,9 @@ def without_summary_rows(table: Table) -> Table:
     most = min(_MOST_ROWS, table.rows - _FEWEST_POINTS)
     for count in range(most, 1, -1):
         points = values[:-count]
-        found = (_statistic(row, points) for row in values[-count:])
+        of_rows = (_statistic(row, points) for row in values[-count:])
         # Most rows are points: the first of them ends the search.
-        statistics = [*takewhile(bool, found)]
+        statistics = [*takewhile(bool, of_rows)]
         if len(statistics) < count or not {"mean", "standard deviation"} <= {*statistics}:
             continue
         left = table.rows - count

@@ -187,7 +187,7 @@ def calibrate(
         widths = quantile * np.sqrt(np.sum(inverse**2, axis=1))
     parameters = space.calibrated(best, widths)
     entries = {
-        found.path: (found.value, found.start, found.low, found.high) for found in parameters
+        number.path: (number.value, number.start, number.low, number.high) for number in parameters
     }
     return Calibration(
         rig.calibrated(entries),
