@@ -214,7 +214,11 @@ def _of_joints(
     faults: list[str] = []
     for joint, plan in joints.items():
         faults += [f"{joint.name}: {fault}" for fault in _faults(plan, table, truth)]
-        apply(plan, table)
+    try:
+        for plan in joints.values():
+            apply(plan, table)
+    except ErclutchError as error:
+        return REFUSED, str(error)
     if faults:
         return MISREAD, "; ".join(faults)
     if not truth["holds"]:

@@ -225,16 +225,22 @@ def test_any_definition_gives_columns_or_an_error_of_ours(text: str) -> None:
         columns_of(text, [np.zeros((2, 16), np.uint8)], aligned=True)
 
 
+def effort_of(joint: int) -> np.ndarray:
+    """The effort of a joint, each of which moves in its own time."""
+    rate = 3 * joint * np.cos(3 * joint * TIME)
+    return np.tanh(rate / 0.2) + 0.1 * rate
+
+
 def lerobot(joints: int, kind: Any) -> Any:
-    share = np.arange(1, joints + 1)
+    numbers = range(1, joints + 1)
     lists = {
-        "observation.state": ANGLE,
-        "observation.velocity": RATE,
-        "observation.effort": EFFORT,
+        "observation.state": [np.sin(3 * joint * TIME) for joint in numbers],
+        "observation.velocity": [3 * joint * np.cos(3 * joint * TIME) for joint in numbers],
+        "observation.effort": [effort_of(joint) for joint in numbers],
     }
     columns: dict[str, Any] = {
-        name: pa.array([list(values * share) for values in course], kind)
-        for name, course in lists.items()
+        name: pa.array([list(values) for values in np.column_stack(courses)], kind)
+        for name, courses in lists.items()
     }
     return pa.table(
         {
@@ -257,7 +263,7 @@ def test_lists_of_joints_in_parquet_are_columns_and_the_first_joint_is_proposed(
     path = tmp_path / "episode_000000.parquet"
     pq.write_table(lerobot(3, kind), path, row_group_size=100)
     table = read_table(path)
-    assert np.array_equal(table.columns["observation.effort_3"], 3 * EFFORT)
+    assert np.array_equal(table.columns["observation.effort_3"], effort_of(3))
     plan = plan_of(table, ColumnMap())
     assert {question.signal for question in plan.questions} <= {"field"}
     assert "slip is column observation.velocity_1 of one of 3 joints" in plan.doubts[0]

@@ -619,19 +619,16 @@ def two_speeds(folder: Path, speeds: dict[str, np.ndarray]) -> Path:
 
 @pytest.mark.slow
 def test_currents_of_as_many_joints_as_torques_are_no_field(tmp_path: Path) -> None:
-    measured = np.tanh(4 * RATE) + 0.3 * ANGLE
     columns = {"time": TIME}
     for joint, size in ((1, 0.1), (2, 1.0), (3, 0.2)):
-        columns |= {
-            f"vel{joint}": size * RATE,
-            f"torque{joint}": size * measured,
-            f"cur{joint}": size * measured**3,
-        }
+        rate = size * np.cos((2 + joint) * TIME)
+        torque = np.tanh(12 * rate) + 0.3 * rate
+        columns |= {f"vel{joint}": rate, f"torque{joint}": torque, f"cur{joint}": torque**3}
     path = tmp_path / "arm.csv"
     rows = np.column_stack(list(columns.values()))
     np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9f")
     plan = planned(path)
-    assert any("cur1 is the current of a joint" in note for note in plan.notes)
+    assert any("cur1 is what the drive of a joint gets" in note for note in plan.notes)
     assert "--field none" in plan.command()
     assert not plan_of(read_table(path), told_by(plan)).questions
 
@@ -719,15 +716,18 @@ def written_csv(folder: Path, columns: dict[str, np.ndarray]) -> Path:
 def test_torques_that_the_drives_of_a_robot_estimate_are_offered_where_none_was_measured(
     tmp_path: Path,
 ) -> None:
-    measured = np.tanh(4 * RATE) + 0.3 * ANGLE
     columns = {"time": TIME}
+    measured: list[np.ndarray] = []
     for joint, size in ((0, 0.1), (1, 1.0)):
-        own = {"motor_q": size * ANGLE, "motor_dq": size * RATE, "motor_tauEst": size * measured}
+        rate = size * np.cos((3 + joint) * TIME)
+        measured.append(size * (np.tanh(4 * rate / size) + 0.3 * rate))
+        angle = size / (3 + joint) * np.sin((3 + joint) * TIME)
+        own = {"motor_q": angle, "motor_dq": rate, "motor_tauEst": measured[joint]}
         columns |= {f"{name}_{joint}": values for name, values in own.items()}
     plan = planned(written_csv(tmp_path, columns))
     assert {each.signal: each.column for each in plan.signals if each.column} == {
         "slip": "motor_dq_0",
         "effort": "motor_tauEst_0",
     }
-    plan = planned(written_csv(tmp_path, columns | {"tau_0": 0.1 * measured, "tau_1": measured}))
+    plan = planned(written_csv(tmp_path, columns | {"tau_0": measured[0], "tau_1": measured[1]}))
     assert plan.signal("effort").column == "tau_0"  # type: ignore[union-attr]

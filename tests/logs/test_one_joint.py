@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
+from erclutch.signals.array import Array
 
-TIME = 0.01 * np.arange(600)
+TIME: Array = 0.01 * np.arange(600.0)
 RATE = np.sin(3.0 * TIME)
+NOISE = np.random.default_rng(3).standard_normal(TIME.size)
 SIZES = (0.5, 1.0, 0.4, 0.7, 0.3, 0.6)
 
 
@@ -116,7 +119,6 @@ def test_a_first_joint_at_rest_is_asked_about_with_the_liveliest_proposed() -> N
         ["motor", "load"],
         ["input", "output"],
         ["drive", "test"],
-        ["1", "2"],
         ["motor", "load", "spring"],
         ["x", "y", "z"],
     ],
@@ -125,6 +127,161 @@ def test_sides_of_one_device_and_directions_are_asked_about(parts: list[str]) ->
     plan = planned(robot([f"{part}_speed" for part in parts], [f"{part}_torque" for part in parts]))
     assert plan.questions or plan.doubts
     assert not any("each a device of its own" in doubt for doubt in plan.doubts)
+
+
+#: Speeds, torques and what tells two apart, in the languages that people write.
+TWO = [
+    ("vel{}", "tau{}", "12"),
+    ("n{} [rpm]", "M{} [Nm]", "12"),
+    ("{}_rpm", "Torque_{}", "BC"),
+    ("rpm_{}", "torque_{}", "LR"),
+    ("{} speed", "{} torque", ("left", "right")),
+    ("Drehzahl {}", "Drehmoment {}", ("links", "rechts")),
+    ("vitesse {}", "couple {}", ("gauche", "droite")),
+    ("velocidad_{}", "torque_{}", ("izq", "der")),
+    ("{}轮转速", "{}轮扭矩", "左右"),
+]
+#: The same of joints by name, of which the numbers need not tell.
+LIMBS = [
+    ("{}_vel", "{}_torque", ("knee", "ankle")),
+    ("{} Drehzahl", "{} Drehmoment", ("Knie", "Hüfte")),
+    ("vitesse {}", "couple {}", ("genou", "cheville")),
+    ("{}关节速度", "{}关节力矩", "膝踝"),
+    ("{}Vel", "{}Torque", ("shoulder", "elbow")),
+]
+
+
+def of_two(speed: str, effort: str, parts: Sequence[str], second: str = "apart") -> Plan:
+    """A log of two motions, the second of which goes its own way or is joined to the first."""
+    slow = np.sin(3.0 * TIME)
+    torque = np.tanh(8.0 * slow) + 0.1 * slow
+    courses: dict[str, tuple[Array, Array]] = {
+        "apart": (np.cos(1.7 * TIME), 0.5 * np.tanh(8.0 * np.cos(1.7 * TIME))),
+        "gear": (-0.2 * slow, 4.5 * torque),
+        "clutch": (np.cos(1.7 * TIME), 0.98 * torque),
+        "open clutch": (np.cos(1.7 * TIME), NOISE),
+        "shaft": (slow + 1e-3 * NOISE, -torque),
+        "one way": (1.5 + np.cos(1.7 * TIME), 0.5 * np.tanh(8.0 * np.cos(1.7 * TIME))),
+    }
+    names: dict[str, Array] = {"time": TIME}
+    units: dict[str, str | None] = {"time": None}
+    for part, (rate, effort_of) in zip(parts, ((slow, torque), courses[second]), strict=True):
+        for form, values in ((speed, rate), (effort, effort_of)):
+            name, _, unit = form.format(part).partition(" [")
+            names[name] = values
+            units[name] = unit.rstrip("]") or None
+    return plan_of(Table("log.csv", names, units, "x", path="log.csv"), ColumnMap())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("speed", "effort", "parts"), [*TWO, *LIMBS])
+def test_two_that_go_their_own_ways_are_devices_of_their_own(
+    speed: str, effort: str, parts: Sequence[str]
+) -> None:
+    plan = of_two(speed, effort, parts)
+    assert [joint.slip for joint in plan.joints] == [
+        speed.format(part).partition(" [")[0] for part in parts
+    ]
+    assert not {"slip", "effort"} & {question.signal for question in plan.questions}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joined", ["gear", "clutch", "open clutch", "shaft"])
+@pytest.mark.parametrize(("speed", "effort", "parts"), TWO)
+def test_two_that_one_transmission_may_join_are_asked_about(
+    speed: str, effort: str, parts: Sequence[str], joined: str
+) -> None:
+    plan = of_two(speed, effort, parts, joined)
+    assert not plan.joints
+    assert plan.questions or plan.doubts
+
+
+@pytest.mark.parametrize(
+    ("speed", "effort"), [("v{}", "F{}"), ("x{}_dot", "F{}"), ("vel{}", "force{}")]
+)
+@pytest.mark.parametrize("parts", ["12", "123"])
+def test_dampers_between_the_floors_of_a_frame_are_asked_about(
+    speed: str, effort: str, parts: str
+) -> None:
+    """The second damper moves by what the speeds of two floors differ by."""
+    plan = planned(robot([speed.format(k) for k in parts], [effort.format(k) for k in parts]))
+    if speed != "vel{}" or len(parts) == 2:
+        assert not plan.joints
+    assert plan.questions or plan.doubts
+
+
+def test_two_numbered_shafts_that_never_turn_back_are_asked_about() -> None:
+    assert not of_two("n{}", "M{}", "12", "one way").joints
+    assert of_two("rpm_{}", "torque_{}", "LR", "one way").joints
+
+
+def test_three_shafts_that_share_one_torque_are_asked_about() -> None:
+    """A planetary gear: its torques are in fixed ratios, its speeds are not."""
+    columns = robot([f"n{k}" for k in (1, 2, 3)], [f"M{k}" for k in (1, 2, 3)])
+    columns |= {"M2": 3.0 * columns["M1"], "M3": -4.0 * columns["M1"]}
+    assert not planned(columns).joints
+
+
+def test_two_motors_on_one_shaft_are_asked_about() -> None:
+    plan = of_two("motor {} speed", "motor {} torque", "12", "shaft")
+    assert not plan.joints
+    assert of_two("motor {} speed", "motor {} torque", "12").joints
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "is_field"),
+    [
+        ("q{}", None, False),
+        ("ddq{}", None, False),
+        ("current{}", "A", False),
+        ("pwm{}", None, False),
+        ("temperature{}", None, False),
+        ("q_des{}", None, False),
+        ("field{}", "kV/mm", True),
+        ("coil_current{}", "A", True),
+        ("E{}", None, True),
+    ],
+)
+def test_what_each_joint_has_besides_is_no_field_unless_a_fluid_has_it(
+    name: str, unit: str | None, is_field: bool
+) -> None:
+    columns = robot([f"dq{k}" for k in (1, 2, 3)], [f"tau{k}" for k in (1, 2, 3)])
+    besides = {name.format(k): np.cos((0.7 + 0.2 * k) * TIME) for k in (1, 2, 3)}
+    units = dict.fromkeys(columns) | dict.fromkeys(besides, unit)
+    plan = plan_of(Table("arm.csv", columns | besides, units, "x", path="arm.csv"), ColumnMap())
+    assert len(plan.joints) == 3
+    assert plan.leaves_open_which_joint != is_field
+
+
+def test_currents_of_joints_that_keep_their_sign_may_be_those_of_coils() -> None:
+    columns = robot([f"dq{k}" for k in (1, 2, 3)], [f"tau{k}" for k in (1, 2, 3)])
+    for k in (1, 2, 3):
+        columns[f"current{k}"] = 1.0 + np.cos((0.7 + 0.2 * k) * TIME)
+    assert "field" in {question.signal for question in planned(columns).questions}
+
+
+def test_speeds_on_the_side_of_the_torques_are_those_of_the_joints() -> None:
+    """The motor in front of a gear turns faster, and its speed makes no power with the torque behind it."""
+    joints = [f"joint_velocities_{k}" for k in (1, 2, 3)]
+    columns = robot(joints, [f"joint_torques_{k}" for k in (1, 2, 3)])
+    columns |= {name.replace("joint", "motor"): 100.0 * columns[name] for name in joints}
+    assert [joint.slip for joint in planned(columns).joints] == joints
+
+
+def test_raw_columns_stand_back_behind_those_of_the_bare_name() -> None:
+    columns = robot([f"velocities_{k}" for k in (1, 2, 3)], [f"torques_{k}" for k in (1, 2, 3)])
+    for name in [*columns]:
+        signal, _, joint = name.partition("_")
+        if joint:
+            columns[f"{signal}_raw_{joint}"] = columns[name] + 0.01 * NOISE
+    plan = planned(columns)
+    assert [joint.slip for joint in plan.joints] == [f"velocities_{k}" for k in (1, 2, 3)]
+    assert [joint.effort for joint in plan.joints] == [f"torques_{k}" for k in (1, 2, 3)]
+
+
+def test_a_slow_joint_is_proposed_beside_a_fast_one() -> None:
+    names = [f"vel{k}" for k in (1, 2, 3)], [f"torque{k}" for k in (1, 2, 3)]
+    assert taken(planned(robot(*names, (0.05, 1.0, 0.4)))) == {"slip": "vel1", "effort": "torque1"}
 
 
 def test_joints_of_which_few_have_an_effort_are_asked_about() -> None:

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from erclutch.logs.columns.measured_names import beside_measured_names
 from erclutch.logs.columns.names import headed, spoken_name, words_of
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
-from erclutch.logs.columns.vocabulary import NAMES, TOLD
+from erclutch.logs.columns.vocabulary import NAMES, OF_SEVERAL, TOLD
 
 _MOTIONS = ("slip", "position")
 #: What a drive says of a torque or a motion that it does not measure itself.
@@ -135,5 +135,5 @@ def _named_families(
     several = [bare for bare in several if names[bare] not in beside_measured]
     # A whole name goes before one with further words: qd before ee_qd.
     whole_names = NAMES[signal].split()
-    whole = [bare for bare in several if bare in whole_names]
+    whole = [bare for bare in several if OF_SEVERAL.get(bare, bare) in whole_names]
     return [families[bare] for bare in whole or several]

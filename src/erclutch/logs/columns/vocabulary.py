@@ -99,7 +99,8 @@ BESIDE = set_of(
     "shaft piston angular rotational linear relative total machine cart friction cell du de der des moteur "
     "exp experimental mesure mesuree medida compensate compensated corrected raw value j feedback fb fbk fdb "
     "front rear left right upper lower inner outer fl fr rl rr vorn vorne hinten links rechts avant arriere "
-    "gauche droite straingauge zeroed tared tariert sum summe gesamt somme suma somma"
+    "gauche droite izq izquierda izquierdo derecha derecho sinistra destra sinistro destro esquerda direita esq dir "
+    "sx dx lh rh straingauge zeroed tared tariert sum summe gesamt somme suma somma"
 )
 #: Those of them that say that it was measured.
 MEASURED = set_of("measured meas mea msr actual act ist gemessen")
@@ -151,6 +152,7 @@ OTHER = set_of(
     "orient orientation orientacion ausrichtung quat quaternion "
     "horsepower count counts cycle cycles index sample samples no nr number frame packet seq row rows point points "
     "acceleration accelerazione accel acc accx accy accz beschleunigung aceleracion jerk humidity energy efficiency "
+    "accelerations "
     "wirkungsgrad leistung puissance potencia temperatur temperatura stiffness hardness harte haerte durete dureza "
     "durezza modulus emodul gradient gradiente coefficient coeff mu density inertia "
     "longitud longueur comprimento lunghezza masa masse massa segmento odkształcenie odksztalcenie laps "

@@ -55,6 +55,7 @@ class Draft:
         questions: what only the user can say, by the signal that it is about.
         examples: options that answer the questions.
         joints: of a log of several, each of which is a device; the proposed joint is the first.
+        no_fields: why columns are no field that may be, for all that they say by themselves.
         supply: in V, that feeds a motor under test all through the log; None where no number tells it.
     """
 
@@ -76,6 +77,7 @@ class Draft:
     questions: dict[str, Question] = field(default_factory=dict[str, Question])
     examples: list[str] = field(default_factory=list[str])
     joints: list[Joint] = field(default_factory=list[Joint])
+    no_fields: dict[str, str] = field(default_factory=dict[str, str])
     supply: float | None = None
 
     @property

@@ -89,7 +89,7 @@ def settle_the_field(draft: Draft) -> None:
         label = str(choice.column)
         name, _ = split_label(label)
         inputs += [label, name]
-    open_ones = maybe_field(draft.seen, [*taken, *inputs])
+    open_ones = maybe_field(draft.seen, [*taken, *inputs, *draft.no_fields])
     # A v may be a voltage, but beside a stated current it is none that is needed.
     have_short_names = all(
         not column.unit and has_short_name(column, "field") for column in open_ones
@@ -101,7 +101,7 @@ def settle_the_field(draft: Draft) -> None:
         return
     alike: dict[str, list[str]] = {}  # why -> the columns that are no field for it
     for column in draft.seen.without(taken):
-        why = _why_no_field(draft.seen, column, taken)
+        why = draft.no_fields.get(column.name) or _why_no_field(draft.seen, column, taken)
         if why:
             alike.setdefault(why, []).append(column.name)
     whys: list[str] = []

@@ -29,7 +29,8 @@ _ONE_SPEED = 0.01  # share of a speed by which two sensors of one shaft differ
 def doubt_one_of_twin_speeds(draft: Draft) -> None:
     """Doubt a guessed slip beside a speed of the same name but for its last letter, in the same unit."""
     slip = draft.guessed("slip")
-    if slip is None or slip.column in draft.table.made:
+    # Joints were told from the sides of a clutch.
+    if slip is None or slip.column in draft.table.made or draft.joints:
         return
     own = draft.seen.columns[slip.column]
     stem, letter = _parted(own)
