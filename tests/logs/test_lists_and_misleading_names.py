@@ -37,7 +37,7 @@ def test_lists_of_joints_are_called_in_the_plural(words: tuple[str, str, str]) -
         log |= {
             f"{position}_{joint}": joint * MOVED,
             f"{speed}_{joint}": joint * SPEED,
-            f"{effort}_{joint}": RUBS,
+            f"{effort}_{joint}": np.roll(RUBS, 40 * joint),
         }
     asked = _asked(_plan(log))
     assert f"slip is column {speed}_1 of one of 3 joints" in asked[0]
