@@ -207,7 +207,7 @@ def test_inspect_says_that_nothing_can_be_fitted_where_a_signal_stands_still(
 def test_inspect_tells_what_its_command_confirms_beside_what_it_answers(tmp_path: Path) -> None:
     """The field is asked about, and the command takes one of several joints too: it must not do so in silence."""
     time = np.arange(1500) / 500.0
-    columns = {"time": time}
+    columns = {"time": time, "aux": np.repeat([0.0, 1.0, 2.0], 500)}
     for joint in (1, 2, 3, 4):
         speed = (0.5 + 0.1 * joint) * np.sin((3.0 + 0.4 * joint) * time)
         columns |= {
