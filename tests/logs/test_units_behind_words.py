@@ -40,6 +40,8 @@ TORQUE = (0.2 + CURRENT) * np.tanh(3.0 * SPEED) + 0.05 * SPEED  # N m
         ("Сила", "кН"),
         ("阻尼力", "千牛"),
         ("Ток", "мА"),
+        ("Current", "Ampere"),
+        ("Strom", "milliamperes"),
     ],
 )
 def test_a_word_bears_the_unit_behind_it_out(mark: str, word: str, unit: str) -> None:

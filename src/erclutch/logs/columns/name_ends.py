@@ -35,7 +35,7 @@ _TURNS_A_TIME = (
 _FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kVmm=kV/mm kA_m=kA/m kA_per_m=kA/m A_per_m=A/m kAm=kA/m kApm=kA/m Oe=Oe"
 _OTHERS = (
     "Upm=rpm UPM=rpm RPM=rpm Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% "
-    "percent=% psi=psi mph=mph ampere=A amperes=A"
+    "percent=% psi=psi mph=mph"
 )
 _TORQUES = (
     "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m cNm=cN*m dNm=dN*m daNm=daN*m uNm=uN*m kNm=kN*m "

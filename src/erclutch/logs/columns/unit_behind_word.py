@@ -20,6 +20,8 @@ _MARK = re.compile(r"\s*[,:;=|]\s*|\s+[-–—]\s+|[\s_.]")
 _SIGN = re.compile(r"[/·*^.⁻⁰¹²³°²\-−]|[^\x00-\x7f]")
 #: Units of words alone are told behind such a mark, if any: ``Velocity, mph``.
 _CLEAR_MARKS = frozenset(",:;=|")
+#: Units that are no other words, behind a mark of any kind.
+_WRITTEN_OUT = set_of("ampere amperes milliampere milliamperes milliamps pond")
 #: Letters that tell no phase and no side: of newtons, seconds, minutes, hours, amperes and volts.
 _LETTERS = frozenset("Нсмч牛秒分时時安伏")
 _NUMBER = re.compile(r"[\s_][\d.,]+$")
@@ -63,7 +65,7 @@ def split_behind_word(label: str) -> tuple[str, str | None]:
         # A number in front makes a level of it: I=0.5A.
         is_written = end in _LETTERS or (len(end) > 1 and not re.match(r"[\d.,+-]+(?!/)", end))
         is_clear = mark[0].strip() in _CLEAR_MARKS
-        has_sign = _SIGN.search(end) or " " in end
+        has_sign = _SIGN.search(end) or " " in end or end.lower() in _WRITTEN_OUT
         is_level = not is_clear and _NUMBER.search(front)  # Torque 5 N·m
         if not is_written or is_level or not (has_sign or is_clear):
             continue
