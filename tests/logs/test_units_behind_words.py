@@ -42,6 +42,7 @@ TORQUE = (0.2 + CURRENT) * np.tanh(3.0 * SPEED) + 0.05 * SPEED  # N m
         ("Ток", "мА"),
         ("Current", "Ampere"),
         ("Strom", "milliamperes"),
+        ("Winkel", "Grad"),
     ],
 )
 def test_a_word_bears_the_unit_behind_it_out(mark: str, word: str, unit: str) -> None:
@@ -156,3 +157,15 @@ def test_a_speed_a_minute_counts_turns(name: str) -> None:
         assert own_unit(f"{name}: {unit}", unit, ("rad/s",)) == "turn/min"
     for rate in ("strain rate", "omega"):
         assert own_unit(rate, "1/min", ("1/s",)) == "1/min"
+
+
+@pytest.mark.parametrize("unit", ["Umdrehungen", "обороты", "tours", "giri", "vueltas", "圈"])
+def test_an_angle_in_turns_is_no_speed(unit: str, tmp_path: Path) -> None:
+    """Their words are names of a speed as well: an angle was read as a slip, in silence."""
+    turns = np.cumsum(SPEED) * (TIME[1] - TIME[0]) / (2.0 * np.pi)
+    path = tmp_path / "log.csv"
+    columns = np.column_stack([TIME, turns, TORQUE, CURRENT])
+    header = f"Time [s];Angle ({unit});Torque [Nm];Current [A]"
+    np.savetxt(path, columns, "%.9g", ";", header=header, comments="", encoding="utf-8")
+    recording = read(path)
+    np.testing.assert_allclose(recording.signals["position"], 2.0 * np.pi * turns, atol=1e-6)

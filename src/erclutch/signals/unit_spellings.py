@@ -171,6 +171,13 @@ SPELLINGS = (
     (re.compile(r"(?<![\w.])([munkMµμ]?Pa)\s?s(?![\w^])"), r"\1*s"),
     (re.compile(r"-¹"), "^-1"),
     (re.compile(r"(?<![\w.])(?:revs?|REV|rotations?)(?!\w)"), "turn"),
+    (
+        re.compile(
+            r"(?<![\w.])(?:[Uu]mdrehung(?:en)?|[Uu]mdr\.?|revolu(?:tion|ciones)|vueltas|tours|giri|obroty|otáčky|varv"
+            r"|оборот(?:ы|ов)?|圈|바퀴)(?!\w)"
+        ),
+        "turn",
+    ),
     (re.compile(r"(?<![\w.])[Aa]mps?(?!\w)"), "ampere"),  # pint reads amps as attometers per second
     (re.compile(r"(?<![\w.])([mkuµμ]?V)[\s_]?(?:DC|AC|dc|ac|RMS|rms|eff)(?!\w)"), r"\1"),
     # ADC without a blank may be the counts of a converter.

@@ -21,7 +21,9 @@ _SIGN = re.compile(r"[/·*^.⁻⁰¹²³°²\-−]|[^\x00-\x7f]")
 #: Units of words alone are told behind such a mark, if any: ``Velocity, mph``.
 _CLEAR_MARKS = frozenset(",:;=|")
 #: Units that are no other words, behind a mark of any kind.
-_WRITTEN_OUT = set_of("ampere amperes milliampere milliamperes milliamps pond")
+_WRITTEN_OUT = set_of(
+    "ampere amperes milliampere milliamperes milliamps pond grad gradi grados degre degres umdrehungen arcmin"
+)
 #: Letters that tell no phase and no side: of newtons, seconds, minutes, hours, amperes and volts.
 _LETTERS = frozenset("Нсмч牛秒分时時安伏")
 _NUMBER = re.compile(r"[\s_][\d.,]+$")
