@@ -83,6 +83,7 @@ _CYRILLIC = (
     ("мНм", "mN*m"),
     ("Па", "Pa"),
     ("кПа", "kPa"),
+    ("мПа", "mPa"),
     ("МПа", "MPa"),
     ("А", "A"),
     ("мА", "mA"),
@@ -111,7 +112,8 @@ SPELLINGS = (
     *((re.compile(written), means) for written, means in _FRACTIONS),
     *((re.compile(rf"(?<![\w.]){written}(?!\w)"), means) for written, means in _OVER_A_SECOND),
     *((re.compile(written), means) for written, means in _EASTERN),
-    *((re.compile(rf"(?<!\w){written}(?!\w)"), means) for written, means in _CYRILLIC),
+    # A power may stand behind: кгс/см², Н/м2.
+    *((re.compile(rf"(?<!\w){written}(?![^\W\d²³])"), means) for written, means in _CYRILLIC),
     (re.compile(r"\b(?:oz|ozf|ounces?)\s*[-.*·]?\s*in(?:ch|ches)?\b"), "ounce_force*inch"),
     (re.compile(r"\bin\s*[-.*·]?\s*(?:oz|ozf)\b"), "ounce_force*inch"),
     *(

@@ -27,6 +27,7 @@ _SPELLED: Mapping[Role, Mapping[str, str]] = {
     "stress": {
         "Pa": r"pa|pascals?|па",
         "kPa": r"kpa|кпа",
+        "mPa": r"mpa|мпа",
         "dyn/cm^2": r"(?:d(?:yne?s?)?|дин)/(?:sq\.?cm|[cс][mм]\^?2)",
         "lbf/(100*ft^2)": r"lb[fs]?/100(?:ft\^?2|sqft|sq\.ft\.?)",
     },
@@ -37,9 +38,10 @@ _SPELLED: Mapping[Role, Mapping[str, str]] = {
         "P": r"poises?|п(?:з|уаз)",
     },
 }
-_AT_THE_END = re.compile(
-    r"(?:[\s,_]*[\[(](?P<inside>[^\[\]]+)[\])]|[\s,_/]+(?P<bare>[^\s,_\[\]()]+))\s*"
-)
+_MARK = re.compile(r"\s*[(\[{<]\s*|\s*[,:;=|]\s*|\s+in\s+|\s+[-–—]\s+|[\s_./]+")
+_BRACKETS = " ()[]{}<>"
+_IN_BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
+_LONGEST = 100  # letters of a name with a unit at its end
 
 
 def in_plain_units(quantity: Role, unit: str) -> str:
@@ -86,24 +88,35 @@ def unit_of(table: Table, name: str) -> str | None:
     """The unit of a column in its file, or the end of its name (``Viscosity_cP``) where that measures a flow curve."""
     named = said_by_name(name)
     unit = table.units.get(name)
-    if unit:
+    at_the_end = _unit_at_the_end(name, named)
+    # Of Viscosity, Pa.s a reader of labels may have seen the s alone.
+    if unit and not (at_the_end and said_by_unit(unit) != named and at_the_end.endswith(unit)):
         return in_plain_units(named, unit)
     if named == "unknown":  # the whole name may be a unit: cP, D/cm2
         for quantity in SI:
             plain = in_plain_units(quantity, name)
             if plain in _SPELLED[quantity]:
                 return plain
-    match = _AT_THE_END.search(name)
-    while match and match.end() < len(name):
-        match = _AT_THE_END.search(name, match.start() + 1)
-    if match:
-        end = match["inside"] or match["bare"]
-        plain = in_plain_units(named, end)
-        measured = said_by_unit(plain)
-        if measured == named or (named == "unknown" and measured == "rate"):  # rate_1/s
-            return plain
+    if at_the_end:
+        return at_the_end
     _, end = split_end(name)
     return end if end and said_by_unit(end) in SI else None
+
+
+def _unit_at_the_end(name: str, named: Role) -> str | None:
+    """The longest end of a name that is a unit of its quantity: ``mPa s`` of ``Viscosity - mPa s``; None for none."""
+    if len(name) > _LONGEST:
+        return None
+    for mark in _MARK.finditer(name):
+        end = name[mark.end() :].strip(_BRACKETS)
+        # The slash of Shear rate, /s is of the unit.
+        ends = [f"/{end}", end] if mark[0].endswith("/") and mark[0] != "/" else [end]
+        for each in ends:
+            plain = in_plain_units(named, each)
+            measured = said_by_unit(plain)
+            if measured == named != "unknown" or (named == "unknown" and measured == "rate"):
+                return plain  # rate_1/s
+    return None
 
 
 def unit_or_end(table: Table, name: str) -> str | None:
@@ -113,9 +126,8 @@ def unit_or_end(table: Table, name: str) -> str | None:
     _, _, end = name.rpartition("_")
     if end != name and is_known_unit(end):
         return end
-    in_brackets = _AT_THE_END.search(name)
-    inside = in_brackets["inside"] if in_brackets else None
-    return inside if is_temperature(inside) else None
+    in_brackets = _IN_BRACKETS.search(name)
+    return in_brackets[1] if in_brackets and is_temperature(in_brackets[1]) else None
 
 
 def without_a_unit(viscosities: Sequence[str]) -> str:

@@ -43,6 +43,7 @@ _VISCOSITIES = ("mPa*s", "Pa*s")
 #: What only a unit has within brackets, whether the whole is a unit that we know or not.
 _OF_A_UNIT = re.compile(
     r"(?<![^\W\d_])(?:[kKMmµu]?Pa|m?N|dyne?s?|lb[fs]?|psi|bar|poise|[mc]P|sec|min)(?![^\W\d_])"
+    r"|Па|кгс|дин|^[^\W\d_]{1,5}/[^\W\d_]{1,5}[\d²³^]*$"
     r"|\bs ?\^?[-⁻]|10 ?[\^⁰-⁹¹²³]|\bunits?\b|\barb|\ba\.?u\b|\bskt\b|skalen|\bdiv|\bcounts?\b|°|\bdeg|%"
 )
 _IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]")

@@ -1,0 +1,68 @@
+"""A flow curve is read in the units behind its quantities, in any form; a unit that nobody knows is asked about."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from erclutch.errors import UnitError
+from erclutch.wings.rheology.flow_curve_file import read_flow_curves
+
+RATE = np.geomspace(0.1, 500.0, 25)  # 1/s
+STRESS = 12.0 + 3.0 * RATE**0.6  # Pa
+MARKS = ["{} [{}]", "{} ({})", "{}, {}", "{}: {}", "{} - {}", "{} {}", "{}_{}", "{}.{}"]
+
+
+def written(path: Path, rate: str, stress: str, values: np.ndarray) -> Path:
+    columns = np.column_stack([RATE, values])
+    np.savetxt(path, columns, "%.9g", ";", header=f"{rate};{stress}", comments="", encoding="utf-8")
+    return path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("mark", MARKS)
+@pytest.mark.parametrize(
+    ("quantity", "unit", "pascals"),
+    [
+        ("Shear stress", "mPa", 1e-3),  # was Pa behind a point
+        ("Напряжение сдвига", "мПа", 1e-3),  # was Pa
+        ("Напряжение сдвига", "кгс/см²", 98066.5),  # was Pa
+        ("Schubspannung", "mbar", 100.0),  # was Pa behind a point
+        ("Shear stress", "N/m^2", 1.0),
+        ("Viscosity", "mPa.s", 1e-3),
+        ("Viscosity", "Pa s", 1.0),
+        ("Viskosität", "mPa s", 1e-3),
+        ("粘度", "kg/m/s", 1.0),
+        ("Viscosité", "N·s/m²", 1.0),
+    ],
+)
+def test_a_flow_curve_is_read_in_the_unit_behind_its_quantity(
+    quantity: str, unit: str, pascals: float, mark: str, tmp_path: Path
+) -> None:
+    is_viscosity = quantity.lower().startswith(("vis", "粘"))
+    values = (STRESS / RATE if is_viscosity else STRESS) / pascals
+    path = written(
+        tmp_path / "curve.csv",
+        mark.format("Shear rate", "1/s"),
+        mark.format(quantity, unit),
+        values,
+    )
+    (curve,) = read_flow_curves(path).curves
+    np.testing.assert_allclose(curve.rate, RATE, rtol=1e-6)
+    np.testing.assert_allclose(curve.stress, STRESS, rtol=1e-6)
+
+
+@pytest.mark.parametrize("unit", ["xyz/abc", "скПа", "дин/л", "kPaa/b"])
+def test_a_unit_in_brackets_that_nobody_knows_is_asked_about(unit: str, tmp_path: Path) -> None:
+    path = written(tmp_path / "curve.csv", "Shear rate [1/s]", f"Shear stress ({unit})", STRESS)
+    with pytest.raises(UnitError, match="unit"):
+        read_flow_curves(path)
+
+
+@pytest.mark.parametrize("remark", ["average", "measured", "run 1"])
+def test_a_remark_in_brackets_is_no_unit(remark: str, tmp_path: Path) -> None:
+    path = written(tmp_path / "curve.csv", "Shear rate [1/s]", f"Shear stress ({remark})", STRESS)
+    (curve,) = read_flow_curves(path).curves
+    np.testing.assert_allclose(curve.stress, STRESS, rtol=1e-6)
