@@ -28,8 +28,11 @@ from erclutch.logs.readers.names_and_cells import (
     width_of_names,
     without_a_header,
 )
+from erclutch.logs.readers.numerals import is_grouped
 from erclutch.logs.readers.stated_units import units_of_a_comment, units_of_a_list
 
+#: Three digits behind a blank that are no number of their own.
+_GROUP_OF_THREE = re.compile(r"\d(?: 0\d\d|[\u00a0\u202f]\d{3})(?!\d)")
 #: Characters looked at: they hold any header block seen so far, and cost a few milliseconds.
 SAMPLE = 1 << 18
 # Lines at the end of the sample, where data is purest; few, for short tables under long prose.
@@ -142,7 +145,7 @@ def _sniffed(sample: str, goes_on: bool, asked: str | None) -> Dialect:
 
     for size in _TAILS:
         tail = full[-size:]
-        marks = _marks(tail, asked)
+        marks = _marks(tail, asked, full)
         rows = [marks.cells(line) for line in tail]
         # A spreadsheet fills all lines up to the longest, which may stand above the table.
         width = max((len(row) for row in rows), default=0)
@@ -179,7 +182,7 @@ def _sniffed(sample: str, goes_on: bool, asked: str | None) -> Dialect:
     )
 
 
-def _marks(tail: Sequence[str], asked: str | None) -> Marks:
+def _marks(tail: Sequence[str], asked: str | None, full: Sequence[str]) -> Marks:
     """The delimiter and decimal mark under which most cells are numbers, then the most numbers a row."""
     best = (0.0, 0.0)
     best_marks = Marks(",", asked or ".")
@@ -203,12 +206,12 @@ def _marks(tail: Sequence[str], asked: str | None) -> Marks:
                 best_marks = Marks(delimiter, decimal)
     # Of a short table the first lines name columns, perhaps with blanks in the names.
     rows = tail[len(tail) // 2 :]
-    if best_marks.delimiter is None and _are_cut_at_tabs(rows, best_marks):
+    if best_marks.delimiter is None and _are_cut_at_tabs(rows, best_marks, full):
         return Marks("\t", best_marks.decimal)
     return best_marks
 
 
-def _are_cut_at_tabs(rows: Sequence[str], blanks: Marks) -> bool:
+def _are_cut_at_tabs(rows: Sequence[str], blanks: Marks, full: Sequence[str]) -> bool:
     """Whether rows that blanks cut into more numbers are cut at tabs: a blank is in words only, as in "step 2"."""
     cells = [cells_of(row, "\t") for row in rows]
     if all(row == line.split() for row, line in zip(cells, rows, strict=True)):
@@ -216,9 +219,14 @@ def _are_cut_at_tabs(rows: Sequence[str], blanks: Marks) -> bool:
     widths = {len(row) for row in cells}
     if len(widths) != 1 or widths == {1}:
         return False
+    # Blanks between thousands leave rows of unequal widths (1 008,5 below 804,2), or numbers that begin with a 0.
+    alike = [line for line in full if "\t" in line and _BEGINS_A_NUMBER.match(line)]
+    at_blanks = {len(row.split()) for row in alike}
+    has_groups = len(at_blanks) > 1 or any(map(_GROUP_OF_THREE.search, alike))
     for cell in chain(*cells):
         first, *others = cell.split() or [""]
-        if others and blanks.is_number(first):
+        is_one_number = has_groups and is_grouped(cell, blanks.decimal)
+        if others and blanks.is_number(first) and not is_one_number:
             return False
     return True
 

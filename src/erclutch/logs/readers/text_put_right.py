@@ -10,6 +10,7 @@ import re
 from erclutch.logs.readers.declared_attributes import with_declared_names
 from erclutch.logs.readers.formula_cells import without_formula_marks
 from erclutch.logs.readers.keyed_heads import with_keyed_heads
+from erclutch.logs.readers.ledger_numbers import with_leading_minus
 from erclutch.logs.readers.lists_in_cells import with_lists_in_cells
 from erclutch.logs.readers.loose_text import (
     with_a_line_of_names,
@@ -53,6 +54,8 @@ def put_right(text: str) -> tuple[str, list[str]]:
     if not text.isascii():
         text, other_minus = with_plain_minus(text)
         notes.append(other_minus)
+    text, negative = with_leading_minus(text)
+    notes.append(negative)
     if ("=" in text or "'" in text) and _FORMULA_MARK.search(text):
         text, formulas = without_formula_marks(text)
         notes.append(formulas)
