@@ -32,10 +32,14 @@ def with_levels_of_marks(table: Table) -> Table:
     """The table with one column in place of those that mark levels by 0 and 1; else as it is."""
     by_kind: dict[str, list[str]] = {}
     for name, values in table.columns.items():
-        is_of_zeros_and_ones = set(np.unique(values).tolist()) == {0.0, 1.0}
-        kind = _kind_of(name) if is_of_zeros_and_ones else ""
-        if kind:
-            by_kind.setdefault(kind, []).append(name)
+        if set(np.unique(values).tolist()) != {0.0, 1.0}:
+            continue
+        # A mark tells a field with its unit, or the number of a word for a field.
+        match = _MARK.fullmatch(name)
+        if stated_in(name) is not None or open_field_in(name):
+            by_kind.setdefault(_FIELD, []).append(name)
+        elif match is not None and "field" in spoken_name(match["front"]).may_be:
+            by_kind.setdefault(match["front"], []).append(name)
     for kind, names in by_kind.items():
         marked = np.column_stack([table.columns[name] for name in names])
         marks_of_row = marked.sum(axis=1)
@@ -62,13 +66,3 @@ def with_levels_of_marks(table: Table) -> Table:
         said = f"{note}: column {kind} has their numbers"
         return replace(bare, columns={**others, kind: column}, notes=(*table.notes, said))
     return table
-
-
-def _kind_of(name: str) -> str:
-    """What a mark tells: a field with its unit, or the number of a word for a field; "" for something else."""
-    if stated_in(name) is not None or open_field_in(name):
-        return _FIELD
-    match = _MARK.fullmatch(name)
-    if match is None or "field" not in spoken_name(match["front"]).may_be:
-        return ""
-    return match["front"]

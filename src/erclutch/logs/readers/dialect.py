@@ -6,6 +6,7 @@ import re
 from bisect import bisect_left
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from itertools import chain, pairwise
@@ -112,19 +113,14 @@ def sniff(text: str, asked: str | None = None) -> Dialect:
         dialect = _sniffed(sample, goes_on, asked)
     except LogError:
         # The last rows may read as whole numbers in thousands, 700,000; the others, 0,123, then tell the decimal comma.
-        with_comma = _sniffed_with_comma(sample, goes_on) if asked is None else None
+        with_comma: Dialect | None = None
+        if asked is None and "," in sample:
+            with suppress(LogError):  # the error of the text as it is says more
+                with_comma = _sniffed(sample, goes_on, ",")
         if with_comma is None:
             raise
         dialect = with_comma
     return replace(dialect, metadata={**dialect.metadata})
-
-
-def _sniffed_with_comma(sample: str, goes_on: bool) -> Dialect | None:
-    """The dialect of a text with decimal commas; None where it has none."""
-    try:
-        return _sniffed(sample, goes_on, ",") if "," in sample else None
-    except LogError:
-        return None
 
 
 # A text is sniffed by each who wants to know its columns: tables beside each other, one table, its marks weighed.

@@ -156,23 +156,15 @@ def sample_period(pairs: dict[str, str]) -> tuple[float, str] | None:
                 unit = units.parse(written or usual_unit)
             except UnitError:
                 continue
-            is_of_samples = not _may_be_another(name.strip(), number * unit.factor, states_a_motion)
+            size = number * unit.factor  # in s or Hz
+            if _MAY_BE_A_DURATION.fullmatch(name.strip()):  # of the whole log
+                is_of_samples = size <= LONGEST_PERIOD
+            elif _MAY_BE_OF_A_MOTION.fullmatch(name.strip()):
+                is_of_samples = size >= _SLOWEST_OF_SAMPLES and not states_a_motion
+            else:
+                is_of_samples = True
             may_be_in_ms = not written and power == 1 and number > LONGEST_PERIOD
             is_a_time = unit.dimension == (("second", float(power)),)
             if number > 0 and is_a_time and is_of_samples and not may_be_in_ms:
-                return (number * unit.factor) ** power, key
+                return size**power, key
     return None
-
-
-def _may_be_another(name: str, size: float, states_a_motion: bool) -> bool:
-    """Whether a time may be that of a whole log, or a frequency that of a motion.
-
-    Args:
-        name: what it is called.
-        size: in s or Hz.
-        states_a_motion: whether the size or the form of a motion is stated beside it.
-    """
-    if _MAY_BE_A_DURATION.fullmatch(name):
-        return size > LONGEST_PERIOD
-    may_be_of_a_motion = _MAY_BE_OF_A_MOTION.fullmatch(name) is not None
-    return may_be_of_a_motion and (size < _SLOWEST_OF_SAMPLES or states_a_motion)

@@ -327,7 +327,16 @@ def _dataset(objects: Objects, properties: Fields) -> Fields:
             continue
         values = cast("Fields", values)
         if is_streamed(values):
-            values = _streamed(objects, values)
+            # Its samples lie in a stream of the file; from here on it is a timeseries like the others.
+            in_seconds = _SECONDS.get(unit_of_time(values))
+            try:
+                signal = signal_of_a_stream(values, objects.records)
+            except ValueError:
+                values = {"data": np.full(2, None, object)}  # without a time, where no samples are
+            else:
+                time = signal.pop("time")
+                with_unit = {"time": time} if in_seconds is None else {"time_s": time * in_seconds}
+                values = {**with_unit, **signal}
         labels = [key for key in values if key not in _TIMES]
         labels_of_numbers = [key for key in labels if isinstance(values[key], np.ndarray)]
         own_label = labels_of_numbers[0] if len(labels_of_numbers) == 1 else ""
@@ -380,19 +389,6 @@ def _together(signals: Fields) -> Fields:
                 return signals
             together[key] = node
     return together | unread
-
-
-def _streamed(objects: Objects, values: Fields) -> Fields:
-    """A signal whose samples lie in a stream of the file, as a timeseries is read; no time where they are not there."""
-    in_seconds = _SECONDS.get(unit_of_time(values))
-    try:
-        signal = signal_of_a_stream(values, objects.records)
-    except ValueError:
-        return {"data": np.full(2, None, object)}
-    time = signal.pop("time")
-    if in_seconds is None:
-        return {"time": time, **signal}
-    return {"time_s": time * in_seconds, **signal}
 
 
 def _output(objects: Objects, properties: Fields) -> Any:
