@@ -265,6 +265,16 @@ def test_headers_of_further_languages_are_understood(tmp_path: Path, language: s
     assert si == {"field": "A", "slip": "rad/s", "effort": "N*m"}
 
 
+def test_a_byte_that_is_no_sign_of_its_encoding_ends_no_reading(tmp_path: Path) -> None:
+    # 0x81 is none of Windows' signs: in a remark it made a traceback of a log with Polish names.
+    head = "Czas [s];Prędkość obrotowa [obr/min];Siła [N]\n".encode("cp1250")
+    rows = b"0.1;2;3\n0.2;4;5\n0.3;5;7\n"
+    (tmp_path / "log.csv").write_bytes(b"# \x81\n" + head + rows)
+    table = read_table(tmp_path / "log.csv")
+    assert table.rows == 3
+    assert len(table.columns) == 3
+
+
 @pytest.mark.parametrize(
     "text", ["Zeit;Größe [°C];Kraft [N]", "temps;déplacé à é;force", "tempo;ação [µm];força"]
 )

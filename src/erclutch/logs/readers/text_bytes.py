@@ -126,7 +126,11 @@ def _central(data: bytes) -> str:
     best = 0  # Polish letters
     best_encoding = ""
     for encoding in ("cp1250", "iso8859_2"):
-        letters = inside.decode(encoding, "replace")
+        try:
+            data.decode(encoding)
+        except UnicodeDecodeError:
+            continue  # a sign elsewhere is none of this encoding
+        letters = inside.decode(encoding)
         others: list[str] = []  # letters that are others in Latin-1
         were_signs = False
         for letter, sign in zip(letters, latin, strict=True):
