@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from erclutch.errors import ErclutchError, LogError
-from erclutch.logs import read
+from erclutch.logs import ColumnMap, Table, read, table_of_log
 from erclutch.logs.readers.numbers_in_texts import numbers_in_texts
 from erclutch.signals.recording import Recording
 
@@ -109,3 +109,33 @@ def test_last_rows_in_thousands_below_a_decimal_comma(tmp_path: Path) -> None:
     path.write_text("\n".join(["row\tTorque [Nm]\tSpeed [rad/s]", *rows, ""]), encoding="utf-8")
     log = read(path, rate=100.0, field="none")
     assert log.signals["effort"].max() == pytest.approx(700.0)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("decimal", "first"), [(",", 1.5), (".", 1500.0)])
+def test_a_mark_that_the_user_names_is_taken(
+    kind: str, decimal: str, first: float, tmp_path: Path
+) -> None:
+    frame = with_texts("Current [A]", lambda value: f"{1.5 + value:.3f}".replace(".", ","))
+    path = tmp_path / f"log.{kind}"
+    if kind == "frame":
+        log = read(frame, decimal=decimal)
+    else:
+        WRITERS[kind](frame, path)
+        log = read(path, decimal=decimal)
+    assert log.signals["field"][0] == first
+
+
+@pytest.mark.parametrize("name", ["Current [A]", "Current"])
+def test_two_columns_of_texts_with_one_name_are_both_kept(name: str) -> None:
+    """The last alone was kept, in silence."""
+    frame = FRAME.assign(more=[f"{0.25 * value:.3f}".replace(".", ",") for value in ROWS % 7])
+    first = [f"{value:.3f}".replace(".", ",") for value in FRAME["Current [A]"]]
+    frame["Current [A]"] = pd.Series(first, dtype=object)
+    frame.columns = [*frame.columns[:2], name, frame.columns[3], name]
+    table = table_of_log(frame, ColumnMap(), None)
+    np.testing.assert_allclose(table.columns["Current"], FRAME["Current [A]"])
+    np.testing.assert_allclose(table.columns["Current (2)"], 0.25 * (ROWS % 7))
+    assert table.units["Current (2)"] == table.units["Current"]
+    assert any("renamed 'Current (2)'" in note for note in table.notes)

@@ -7,6 +7,7 @@ from contextlib import suppress
 from functools import lru_cache
 
 from erclutch.errors import UnitError
+from erclutch.logs.columns.glued_speeds import is_glued_speed, split_glued_speed
 from erclutch.logs.columns.quantities_in_words import is_of
 from erclutch.logs.columns.unit_behind_word import split_behind_word
 from erclutch.logs.columns.vocabulary import set_of
@@ -35,7 +36,7 @@ _TURNS_A_TIME = (
 _FIELDS = "kV_m=kV/m V_mm=V/mm kV_mm=kV/mm kVmm=kV/mm kA_m=kA/m kA_per_m=kA/m A_per_m=A/m kAm=kA/m kApm=kA/m Oe=Oe"
 _OTHERS = (
     "Upm=rpm UPM=rpm RPM=rpm Hz=Hz kHz=kHz C=°C degC=°C lbf=lbf lb=lbf lbs=lbf kgf=kgf gf=gf pct=% "
-    "percent=% psi=psi mph=mph"
+    "percent=% psi=psi mph=mph kA=kA"
 )
 _TORQUES = (
     "Nm=N*m N_m=N*m Nmm=N*mm Ncm=N*cm mNm=mN*m cNm=cN*m dNm=dN*m daNm=daN*m uNm=uN*m kNm=kN*m "
@@ -122,7 +123,7 @@ _BARE = {
 _LOWER_ENDS = {
     end.lower(): unit
     for end, unit in ENDS.items()
-    if end not in ("mA", "mV", "mT", "mN", "MPa", "T", "C", "kAm", "Oe")
+    if end not in ("mA", "kA", "mV", "mT", "mN", "MPa", "T", "C", "kAm", "Oe")
 }
 #: ``Torque (N.m)`` and ``Torque(N.m)`` as R writes them: each sign is a dot.
 _BY_R = re.compile(r"(\w[\w.]*?)\.\.?(\w[\w.]*)\.")
@@ -199,7 +200,7 @@ _WORD = 5  # letters of a unit that is written out
 #: A unit in front of a name, where no unit ends the name: ``ms_time``, ``mA current``, ``kN:force``.
 _IN_FRONT = re.compile(r"([^\s_:\d]{2,12})[ _:.]([^\W\d_]{3,20})(?:[ _.]\w{1,30})?")
 #: Units that stand right behind the word of their quantity (``currentmA``).
-_RIGHT_BEHIND = "ms us ns mA mV kV kN mm cm mNm kNm Ncm Nmm Nm".split()
+_RIGHT_BEHIND = "ms us ns mA kA mV kV kN mm cm mNm kNm Ncm Nmm Nm".split()
 #: What is a unit behind a word for the time alone: pos_min is the least position, and x_h a height.
 _BEHIND_A_TIME = {"min": "min", "h": "h", "hr": "h", "sec": "s", "sek": "s", "sekunden": "s"}
 #: Units that are words in front of another: the smallest, the input, the back, the gravity.
@@ -217,6 +218,8 @@ def split_end(name: str) -> tuple[str, str | None]:
     coils. Words that tell what was done with the numbers may stand behind the unit (``Force_kN_filtered``).
     """
     written = name.strip()
+    if is_glued_speed(written):
+        return split_glued_speed(written)
     angle = written.removesuffix("°").rstrip(_BEFORE_DEGREES)
     if written.endswith("°") and angle[-1:].isalpha():
         return angle, "deg"
@@ -355,7 +358,8 @@ def _split_at_capital(name: str) -> tuple[str, str | None]:
             continue
         # ``torquem`` and ``Nm`` are a torque in mN*m.
         prefix = next(filter(stem.endswith, _PREFIXES), "")
-        prefixed = ENDS.get(prefix + end) if prefix else None
+        whole = "Nm" if end == "NM" else end
+        prefixed = ENDS.get(prefix + whole) if prefix else None
         if prefixed is None:
             return stem, unit
         shorter = stem.removesuffix(prefix)
@@ -378,9 +382,10 @@ def _split_at_front(name: str) -> tuple[str, str | None]:
     unit = match[1]
     # The act of act_force is a unit to pint, as the foot of foot.position is.
     is_another_word = unit in _WORDS_IN_FRONT or (unit.isalpha() and unit not in ENDS)
+    unit = ENDS.get(unit, unit)
     if is_another_word or not is_of(unit, match[2].lower()):
         return name, None
-    return name.strip()[len(unit) + 1 :], ENDS.get(unit, unit)
+    return name.strip()[len(match[1]) + 1 :], unit
 
 
 def _last_word(name: str) -> str:

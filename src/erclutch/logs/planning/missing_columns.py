@@ -20,7 +20,7 @@ from erclutch.logs.columns.two_courses import is_rate_of
 from erclutch.logs.columns.vocabulary import MEASURED, NAMES, NEED_UNIT, NOT_MEASURED, TOLD
 from erclutch.logs.plan import Question
 from erclutch.signals.recording import SIGNALS
-from erclutch.signals.units import in_other_words, is_unit
+from erclutch.signals.units import fits, in_other_words, is_unit
 
 #: Words for counts at the end of a name; a step there may be one of a test.
 _COUNTED = ("count", "counts", "tick", "ticks")
@@ -60,6 +60,7 @@ _OUTPUTS = ("%", *COUNTS)
 _FRACTION_IN_BRACKETS = re.compile(
     r"(?P<name>[^(]{1,60}?)\s*\((?P<unit>[^()/\s]{1,20}/[^()/\s]{1,20})\)"
 )
+_SPEEDS_WITHOUT_A_STROKE = ("rads", "degs", "ms", "mms", "cms")
 #: How a signal's column may be written, where nothing in the log looks like it.
 EXAMPLES = {
     "field": "I [A]",
@@ -126,6 +127,10 @@ def missing(
         answers = []
     elif refused is not None:
         doubt += f"; column {refused.name} is called so, but its unit {refused.unit} does not fit"
+        a_second = _a_second(refused.unit or "") if signal == "slip" else ""
+        if a_second:
+            answers = [f"--slip {shell_word(f'{refused.name} [{a_second}]')}"]
+            remedy = f"If it is a speed, give its unit: {answers[0]}"
     presses = pressing_loads(seen, signal)
     if presses:
         doubt += (
@@ -218,6 +223,13 @@ def _short_named(seen: SeenColumns, free: Iterable[SeenColumn], signal: str) -> 
                 continue
         return column
     return None
+
+
+def _a_second(unit: str) -> str:
+    """The unit of a speed that the unit of an angle or a length lacks a stroke for: ``rads``, ``deg``, ``ms``."""
+    if unit in _SPEEDS_WITHOUT_A_STROKE:
+        return f"{unit.removesuffix('s')}/s"
+    return f"{unit}/s" if is_unit(unit) and fits(unit, ("rad", "m")) is not None else ""
 
 
 def with_an_unreadable_unit(free: Iterable[SeenColumn], signal: str) -> str:

@@ -104,6 +104,7 @@ from erclutch.logs.planning.twin_speeds import (
     doubt_a_speed_before_a_gear,
     doubt_one_of_twin_speeds,
 )
+from erclutch.logs.planning.units_in_names import doubt_units_in_names
 from erclutch.logs.planning.unsure_names import doubt_what_unsure_names_say
 from erclutch.logs.planning.valve_in_flow_mode import propose_flow_and_pressure
 from erclutch.logs.table import A_COLUMN_EACH, Table
@@ -215,6 +216,7 @@ STEPS = (
     Step("the slip is no shear rate beside a torque", doubt_a_shear_rate_beside_a_torque),
     Step("the effort is no size of an oscillation", doubt_an_oscillation),
     Step("whether the file is called a plan or a simulation", doubt_what_was_planned),
+    Step("whether a name holds a unit that nobody read", doubt_units_in_names),
     Step("whether the names stand over their columns", doubt_what_unsure_names_say),
     # What only the user can say.
     Step("which columns without names may be asked about", propose_columns_without_names),

@@ -28,6 +28,7 @@ def table_of_arrow(
     digest: str,
     unchecked: bool,
     origin: int | None = None,
+    decimal: str | None = None,
 ) -> Table:
     """The columns of numbers and the first of dates, what else there is in notes.
 
@@ -37,6 +38,7 @@ def table_of_arrow(
         digest: of the file.
         unchecked: whether a column that was read has no checksums.
         origin: tick from which dates count; None: the first row.
+        decimal: the decimal mark of numbers that are texts, where the user named it.
     """
     import pyarrow
     from pyarrow import types
@@ -82,7 +84,7 @@ def table_of_arrow(
     texts_left = {label: cells for label, cells in texts.items() if label not in columns}
     unreadable = {label: f"column {label} holds text" for label in texts_left}
     if origin is None:  # the cells of one window cannot tell how those of another are written
-        in_texts = numbers_in_texts(texts_left)
+        in_texts = numbers_in_texts(texts_left, decimal)
         columns |= in_texts.columns
         columns = {label: columns[label] for label in names if label in columns}
         units_of |= {

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from erclutch.errors import LogError, printable
-from erclutch.logs.columns.labels import name_columns
+from erclutch.logs.columns.labels import name_columns, split_label
 from erclutch.logs.columns.word_columns import only_words, parting_columns, parting_note
 from erclutch.logs.log_reader import LogReader, LogSource, claims_nothing
 from erclutch.logs.readers.numbers_in_texts import numbers_in_texts
@@ -60,6 +60,7 @@ def read_frame(source: LogSource) -> Table:
     of_numbers: list[tuple[int, str, Array]] = []  # place, label and numbers
     place_of: dict[str, int] = {}  # of those without numbers
     texts: dict[str, Any] = {}
+    renamed: list[str] = []
     for place, (label, values) in enumerate(series):
         if timed and values is timed[0][1]:
             continue
@@ -67,9 +68,18 @@ def read_frame(source: LogSource) -> Table:
         if numbers is not None:
             of_numbers.append((place, label, numbers))
             continue
-        place_of[printable(label)] = place
+        own = printable(label)
+        before = sum(each == label for each, _ in series[:place])
+        if before:  # each of two columns of one name has its own cells
+            name, unit = split_label(own)
+            number = before + 1
+            own = f"{name} ({number}) [{unit}]" if unit else f"{name} ({number})"
+            renamed.append(
+                f"column {place + 1} has the name {name!r} of an earlier one: renamed '{name} ({number})'"
+            )
+        place_of[own] = place
         if pandas.api.types.is_string_dtype(values):
-            texts[printable(label)] = values.reset_index(drop=True)
+            texts[own] = values.reset_index(drop=True)
     in_texts = numbers_in_texts(texts, source.decimal)
     of_numbers += [(place_of[label], label, values) for label, values in in_texts.columns.items()]
     of_numbers.sort(key=itemgetter(0))
@@ -87,7 +97,7 @@ def read_frame(source: LogSource) -> Table:
     units_of |= {of_cells[label]: unit for label, unit in in_texts.units.items()}
     words = parting_columns(texts_left)
     only = only_words(texts_left)
-    notes += in_texts.notes
+    notes += renamed + in_texts.notes
     notes += [parting_note(label, parting) for label, parting in words.items()]
     if others := [label for label in left if label not in words]:
         notes.append(f"columns without numbers left out: {', '.join(others)}")

@@ -18,6 +18,11 @@ _MAGIC = b"ARROW1\0\0"
 
 def find(path: str, variable: str | None) -> Table:
     """The child's work."""
+    return find_with_mark(path, variable, None)
+
+
+def find_with_mark(path: str, variable: str | None, decimal: str | None) -> Table:
+    """The child's work, where the user named the decimal mark of numbers that are texts."""
     from pyarrow import ipc
 
     file = Path(path)
@@ -32,7 +37,7 @@ def find(path: str, variable: str | None) -> Table:
     budget = budget_of(file)
     budget.take_names(table.num_columns)
     budget.take_cells(table.num_rows * table.num_columns)
-    return table_of_arrow(table, file.name, "", unchecked=True)
+    return table_of_arrow(table, file.name, "", unchecked=True, decimal=decimal)
 
 
 READER = LogReader(

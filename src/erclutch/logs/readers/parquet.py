@@ -70,7 +70,7 @@ def read_parquet(source: LogSource) -> Table:
         read = _numbers_and_times(file)
         pages = io.BytesIO(data)
         unchecked = not all(_has_checksums(pages, metadata, group, read) for group in groups)
-        return table_of_arrow(read, source.name, source.digest, unchecked)
+        return table_of_arrow(read, source.name, source.digest, unchecked, decimal=source.decimal)
 
 
 def _numbers_and_times(file: Any) -> Any:
@@ -230,7 +230,12 @@ def parquet_extent(path: Path) -> tuple[int, int]:
 
 def find(path: str, variable: str | None) -> Table:
     """The child's work where a file is read whole."""
-    return read_parquet(LogSource(Path(path), Path(path).read_bytes(), ""))
+    return find_with_mark(path, variable, None)
+
+
+def find_with_mark(path: str, variable: str | None, decimal: str | None) -> Table:
+    """The child's work, where the user named the decimal mark of numbers that are texts."""
+    return read_parquet(LogSource(Path(path), Path(path).read_bytes(), "", decimal=decimal))
 
 
 def _asked(path: str, *asked: str) -> Iterator[child_process.Answer]:

@@ -1,13 +1,15 @@
 """A reader may work in a child with limits: its module finds the recordings of a file, and one comes back as a table.
 
-The reader's module has ``find(path, variable) -> Table``. This module, run with -m, is the child that calls it;
-`in_child` starts the child and fetches the table.
+The reader's module has ``find(path, variable) -> Table``. Where its files hold numbers as texts it has
+``find_with_mark(path, variable, decimal)`` too, for a decimal mark that the user named. This module, run with -m, is
+the child that calls them; `in_child` starts the child and fetches the table.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -72,7 +74,8 @@ def in_child(
             raise LogError(problem, remedy='Install it: pip install "erclutch[formats]"')
         path = source.path.resolve()
         with unchanged(source.states or states_of([path])):
-            return child_process.run(_CHILD, path, reader, variable or "", memory=memory(path))
+            words = (reader, variable or "", *([source.decimal] if source.decimal else []))
+            return child_process.run(_CHILD, path, *words, memory=memory(path))
 
     # The tables of the last file whose recordings were all read at once, by its digest.
     kept: dict[str, Mapping[str, Table | LogError]] = {}
@@ -163,13 +166,15 @@ def answer_of_each(tables: Mapping[str, Table | LogError]) -> child_process.Answ
     return arrays, {"each": each}
 
 
-def answer_of(path: str, reader: str, variable: str) -> child_process.Answer:
+def answer_of(path: str, reader: str, variable: str, decimal: str = "") -> child_process.Answer:
     """The child's side of `in_child`.
 
     A reader may bring ``find_each(path)``, which reads all recordings of a file at once; else they are found in turn.
     """
     module = import_module(f"erclutch.logs.readers.{reader}")
     find: Callable[[str, str | None], Table] = module.find
+    if decimal and hasattr(module, "find_with_mark"):
+        find = partial(module.find_with_mark, decimal=decimal)
     asked, *names = variable.split("\n") if variable.startswith(EACH) else [variable]
     try:
         if asked != EACH:
