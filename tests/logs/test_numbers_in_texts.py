@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from erclutch.errors import ErclutchError, LogError
-from erclutch.logs import ColumnMap, Table, read, table_of_log
+from erclutch.logs import ColumnMap, read, table_of_log
 from erclutch.logs.readers.numbers_in_texts import numbers_in_texts
 from erclutch.signals.recording import Recording
 

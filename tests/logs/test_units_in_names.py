@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from erclutch.logs import ColumnMap, Plan, Table, plan_of
+from erclutch.logs.columns.name_ends import split_end
 from erclutch.signals.array import Array
 
 TIME: Array = 0.01 * np.arange(600.0)
@@ -87,6 +88,28 @@ def test_a_current_in_kiloamperes_is_one(field: str, factor: float) -> None:
     chosen = planned("omega", "torque", field).signal("field")
     assert chosen is not None
     assert chosen.factor == pytest.approx(factor)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("CurrentMilliAmps", "mA"),
+        ("Current milli ampere", "mA"),
+        ("Current_milli_amps", "mA"),
+        ("MilliAmps", "mA"),
+        ("ForceKiloNewton", "kN"),
+        ("Force kilo newtons", "kN"),
+        ("VoltageKiloVolts", "kV"),
+        ("TorqueMilliNewtonMeter", "mN*m"),
+        ("position_milli_metres", "mm"),
+        ("ForceNewton", "N"),
+        ("Force_kilonewton", "kN"),
+        ("kilo", None),
+    ],
+)
+def test_a_prefix_in_a_word_of_its_own_belongs_to_the_unit(name: str, unit: str | None) -> None:
+    """``CurrentMilliAmps`` was a current in A, in silence."""
+    assert split_end(name)[1] == unit
 
 
 @pytest.mark.parametrize("effort", ["Force G", "Force_G", "ForceMN", "FORCE_G", "LoadMN"])

@@ -54,7 +54,7 @@ def test_the_option_for_a_slip_has_the_unit_of_its_name(slip: str, option: str) 
 
 
 @pytest.mark.parametrize(
-    ("field", "unit"), [("Coil_microamperes", "microamperes"), ("Voltage_millivolts", "millivolts")]
+    ("field", "unit"), [("Coil_picoamperes", "picoamperes"), ("Voltage_decivolts", "decivolts")]
 )
 def test_the_option_for_a_field_has_the_unit_of_its_name(field: str, unit: str) -> None:
     assert f'--field "{field} [{unit}]"' in planned("torque", "speed", field).command()

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 from erclutch.errors import UnitError
 from erclutch.logs.columns.glued_speeds import is_glued_speed, split_glued_speed
+from erclutch.logs.columns.prefixes_in_words import split_written_out
 from erclutch.logs.columns.quantities_in_words import is_of
 from erclutch.logs.columns.unit_behind_word import split_behind_word
 from erclutch.logs.columns.vocabulary import set_of
@@ -220,6 +221,9 @@ def split_end(name: str) -> tuple[str, str | None]:
     written = name.strip()
     if is_glued_speed(written):
         return split_glued_speed(written)
+    front, written_out = split_written_out(written)
+    if written_out:
+        return front, written_out
     angle = written.removesuffix("°").rstrip(_BEFORE_DEGREES)
     if written.endswith("°") and angle[-1:].isalpha():
         return angle, "deg"
