@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from erclutch.logs.columns.joints import ESTIMATED, of_joints
+from erclutch.logs.columns.machines_in_names import is_of_a_drive
 from erclutch.logs.columns.measured_names import (
     measured_beside_frictions,
     of_whole_names,
@@ -27,6 +28,7 @@ from erclutch.logs.columns.two_courses import follows, is_rate_of
 from erclutch.logs.columns.two_shafts import between_shafts
 from erclutch.logs.columns.vocabulary import (
     COMMANDS,
+    CURRENTS,
     DRIVES,
     NEED_UNIT,
     OTHER,
@@ -394,16 +396,21 @@ def _beside_a_gear(
 def _beside_a_drive(
     signal: str, named: Iterable[SeenColumn], fitting: Iterable[SeenColumn]
 ) -> list[str]:
-    """Columns that may be the device's, where all whole names are those of a drive: its ``flange torque``."""
+    """Columns that may be the device's, where all whole names are a drive's: ``flange torque``, ``magnet current``."""
     own = [*named]
     names = {column.name for column in own}
-    are_of_drives = bool(own) and all(not DRIVES.isdisjoint(each.spoken.words) for each in own)
-    if signal not in ("slip", "effort") or not are_of_drives:
+    are_of_drives = bool(own) and all(
+        is_of_a_drive(each.spoken) or not DRIVES.isdisjoint(each.spoken.words) for each in own
+    )
+    if signal not in ("slip", "effort", "field") or not are_of_drives:
         return []
     others: list[str] = []
     for column in fitting:
         speaks = signal in column.spoken.may_be and signal not in column.spoken.turned
-        if speaks and not column.spoken.says(TOLD) and column.name not in names:
+        is_no_current = not column.spoken.says(CURRENTS) or column.fits(("A",)) is False
+        if column.name in names or (signal == "field" and is_no_current):
+            continue
+        if speaks and not column.spoken.says(TOLD):
             others.append(column.name)
     return others
 

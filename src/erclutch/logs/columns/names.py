@@ -61,7 +61,7 @@ _TIME = re.compile(
     r"(?:ros|bag|rosbag|test|run|total|sample|row|relative|local|system|log|rec|elapsed|unix|epoch|date)?time(?:stamp)?s?|"
     rf"время|{plain('시간')}|czas|cas|tid|zaman|aika|süre|sure|"
     r"stamp|zeitstempel|tempsecoule|tiempotranscurrido|.{0,4}时间戳?|时刻|.{0,4}時間|時刻|millis|micros|"
-    r"time\d+\w{0,12}samplerate|milliseconds|microseconds|time(?:arr|array|vec|vector)",
+    r"xvalue|time\d+\w{0,12}samplerate|milliseconds|microseconds|time(?:arr|array|vec|vector)",
     re.IGNORECASE,
 )
 _TIMES = set_of("time timestamp timestamps stamp zeit temps tiempo tempo tijd sec secs seconds")

@@ -28,6 +28,7 @@ from erclutch.signals.array import Array
 
 #: Units of plain numbers.
 NO_UNITS = ("", "-", "1", "%")
+_OF_HALL = frozenset({"hall", "hallsensor"})
 _SAMPLE_NUMBER = "samplenumber"
 _RATE = re.compile(r"(?:dq|qd|dtheta|dx)\d*")
 _FEWEST_SHARING = 3
@@ -313,6 +314,12 @@ def seen_columns(table: Table, *, whole: bool = True) -> SeenColumns:
         bare = without_unit(name, unit)
         stem, end = split_end(bare)
         columns[name] = SeenColumn(name, spoken(bare, stem, end), unit, values, shape_of(values))
+
+    # The volts of a Hall sensor are no field; where they were turned into mT they are the field.
+    for name, column in columns.items():
+        if column.spoken.says(_OF_HALL) and column.fits(("T",)):
+            said = spoken("flux density", "flux density", column.spoken.end)
+            columns[name] = replace(column, spoken=said)
 
     for name, stem in told_by_company(
         {name: column.spoken for name, column in columns.items()}

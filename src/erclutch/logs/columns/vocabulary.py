@@ -188,6 +188,7 @@ MODELS = set_of("dahl lugre stribeck boucwen svm svr pinn lstm gru mlp ann gms m
 # Words that turn the head of a name to another thing than the device's own signal.
 AGAINST = {
     "field": set_of("battery supply bus link sensor cell strain batt bat psu vbat cc dark leak shunt hall lvdt gauge "
+    "hallsensor hallsonde "
                   "gage potentiometer pot poti tacho tachometer transducer thermocouple thermistor photodiode adc "
                   "led lamp fan heater payload leakage capteur straingauge stromsensor stromwandler spannungssensor "
                   "mains netz netzstrom batteriestrom loop ripple mode enable enabled status"),

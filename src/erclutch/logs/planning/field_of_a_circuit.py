@@ -12,20 +12,22 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from erclutch.errors import shell_word
+from erclutch.logs.columns.machines_in_names import is_of_a_drive
 from erclutch.logs.columns.seen_columns import SeenColumn, SeenColumns
 from erclutch.logs.columns.shapes import takes_both_signs
 from erclutch.logs.columns.two_courses import (
+    correlation_of,
     go_straight,
     goes_along,
     is_course_times_a_number,
 )
-from erclutch.logs.columns.vocabulary import COMMANDS, CURRENTS, EASTERN_TOLD, VOLTAGES
+from erclutch.logs.columns.vocabulary import COMMANDS, CURRENTS, EASTERN_TOLD, VOLTAGES, set_of
 from erclutch.signals import units
 
 _OHMS_OF_A_COIL = 1000.0  # at most; an electrorheological fluid has megohms
 #: What a current is called that makes the field.
-COILS = frozenset(
-    {"coil", "magnet", "brake", "clutch", "spule", "bobine", "bobina", "field", "excitation"}
+COILS = set_of(
+    "coil magnet electromagnet em solenoid brake clutch damper mr er mrf erf spule bobine bobina field excitation exc"
 )
 #: The same inside words that are written together.
 _INCOILS = re.compile(
@@ -34,6 +36,8 @@ _INCOILS = re.compile(
 )
 #: What a measured current of zero lies below it, as a share of the largest.
 _NOISE = 0.05
+#: How far at least a measured current goes with the current that was told, which it lags behind.
+_FOLLOWS = 0.8
 
 
 def one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequence[str]) -> list[str]:
@@ -58,13 +62,18 @@ def one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequence
             driving.add(voltage.name)
     columns = [column for column in columns if column.name not in driving]
 
-    # Nor is a command (a duty, say) that a measured current goes straight with.
+    # Nor is a command (a duty, say) that a measured current goes straight with, or follows where both are in A.
     currents = [column for column in columns if column.fits(("A",))]
     without_commands: list[SeenColumn] = []
     for column in columns:
-        is_command = column.spoken.forms["field"] in COMMANDS and column.written_unit in (None, "%")
-        is_followed = is_command and any(
-            go_straight(current.values, column.values) for current in currents
+        is_command = column.spoken.forms["field"] in COMMANDS
+        is_a_number = is_command and column.written_unit in (None, "%")
+        is_told_in_amperes = is_command and column.fits(("A",))
+        is_followed = any(
+            (is_a_number and go_straight(current.values, column.values))
+            or (is_told_in_amperes and correlation_of(current.values, column.values) >= _FOLLOWS)
+            for current in currents
+            if current is not column
         )
         if not is_followed:
             without_commands.append(column)
@@ -87,7 +96,28 @@ def one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequence
             continue
         if any(go_straight(column.values, seen.columns[each].values) for each in efforts):
             wander.add(column.name)
-    return [column.name for column in left if column.name not in wander]
+    left = [column for column in left if column.name not in wander]
+
+    # Beside the current of a coil that was set, the current of a motor is none.
+    amperes = [column for column in left if column.fits(("A",)) or _is_called_a_current(column)]
+    of_coils = [column for column in amperes if not is_of_a_drive(column.spoken)]
+    are_all_currents = len(amperes) == len(left)
+    if are_all_currents and len(of_coils) == 1 and _was_set_in_a_coil(of_coils[0]):
+        return [of_coils[0].name]
+    return [column.name for column in left]
+
+
+def _is_called_a_current(column: SeenColumn) -> bool:
+    return column.unit is None and column.spoken.says(CURRENTS)
+
+
+def _was_set_in_a_coil(column: SeenColumn) -> bool:
+    keeps_its_sign = not takes_both_signs(column.values)
+    return _is_of_a_coil(column) and column.shape.keeps_levels and keeps_its_sign
+
+
+def _is_of_a_coil(column: SeenColumn) -> bool:
+    return column.spoken.says(COILS) or _INCOILS.search(column.name.lower()) is not None
 
 
 def _circuit(column: SeenColumn, quantity: Collection[str]) -> frozenset[str]:
@@ -124,7 +154,7 @@ def of_a_coil(seen: SeenColumns, names: Sequence[str]) -> str:
     coils: list[str] = []
     for name in names:
         column = seen.columns[name]
-        if not column.spoken.says(COILS) and not _INCOILS.search(name.lower()):
+        if not _is_of_a_coil(column):
             continue
         # A machine's current turns its sign with the torque, whatever the machine is called.
         ends = sorted((abs(np.nanmin(column.values)), abs(np.nanmax(column.values))))
