@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import shlex
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
@@ -326,7 +326,13 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             tables = [file for file in tables if file not in no_logs]
         folders = [folder for folder in path.iterdir() if folder.is_dir() and folder_reader(folder)]
         if not folders and (len(words) == len(tables) or are_notes_above(tables)):
-            below = _folders_with_logs(path, suffixes)
+            # The folders below that hold logs, by their ways from here; hidden ones are none of the user's.
+            below: list[str] = []
+            for folder, inner, inside in itertools.islice(os.walk(path), _MOST_LOOKED_AT):
+                inner[:] = sorted(name for name in inner if not name.startswith("."))
+                holds_logs = any(may_be_log(Path(folder, name), suffixes) for name in inside)
+                if holds_logs and Path(folder) != path:
+                    below.append(Path(folder).relative_to(path).as_posix())
             if pattern_among(below, called_so=True):  # 0A, 0.5A, 1A: one device at several fields
                 files.extend(expand([path / folder for folder in below]))
                 continue
@@ -339,16 +345,3 @@ def expand(paths: Sequence[Path]) -> list[Path]:
             raise LogError("the folder holds no log", where=str(path), remedy=named)
         files.extend(sorted([*tables, *folders]))
     return files
-
-
-def _folders_with_logs(path: Path, suffixes: Container[str]) -> list[str]:
-    """The folders below a folder that hold logs, by their ways from it; hidden ones are none of the user's."""
-    from erclutch.logs.log_reader import may_be_log
-
-    ways: list[str] = []
-    for folder, inner, names in itertools.islice(os.walk(path), _MOST_LOOKED_AT):
-        inner[:] = sorted(name for name in inner if not name.startswith("."))
-        holds_logs = any(may_be_log(Path(folder, name), suffixes) for name in names)
-        if holds_logs and Path(folder) != path:
-            ways.append(Path(folder).relative_to(path).as_posix())
-    return ways

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -54,10 +53,19 @@ def tried_answer(command: str, look: LogLook, reading: LogOptions) -> str:
     if not is_of_inspect or cannot_be_tried or reading.each or table.rows > _MOST_ROWS:
         return command
     from erclutch.logs import apply
+    from erclutch.logs.keywords import LISTS
 
     given = [*words]
     for _ in range(_MOST_QUESTIONS):
-        told = replace(reading, **_options(given, reading))
+        # The options by their names, each with its value; an option that may stand several times has all its values.
+        options: dict[str, Any] = {}
+        for option, value in zip(given[::2], given[1::2], strict=False):
+            name = option.removeprefix("--").replace("-", "_")
+            if name in LISTS:
+                options[name] = (*options.get(name, getattr(reading, name)), value)
+            else:
+                options[name] = value
+        told = replace(reading, **options)
         try:
             plan = told.plan(table, look.log)
             further: list[str] = []
@@ -81,20 +89,6 @@ def tried_answer(command: str, look: LogLook, reading: LogOptions) -> str:
         given += new
     added = given[len(words) :]
     return f"{command.rstrip()} {shlex.join(added)}" if added else command
-
-
-def _options(words: Sequence[str], reading: LogOptions) -> dict[str, Any]:
-    """Options of a command line by their names, each with its value; those that may stand several times with all."""
-    from erclutch.logs.keywords import LISTS
-
-    options: dict[str, Any] = {}
-    for option, value in zip(words[::2], words[1::2], strict=False):
-        name = option.removeprefix("--").replace("-", "_")
-        if name in LISTS:
-            options[name] = (*options.get(name, getattr(reading, name)), value)
-        else:
-            options[name] = value
-    return options
 
 
 def answer_to(error: ErclutchError, plan: Plan) -> str:

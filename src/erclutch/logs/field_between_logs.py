@@ -74,8 +74,23 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
     """
     without = [log for log in logs if any(note.startswith(f"{NO_FIELD}:") for note in log.notes)]
     for log in without:
-        if any(BEGINS_ANEW in note for note in log.notes):
-            _require_one_field_throughout(log)
+        begins_anew = any(BEGINS_ANEW in note for note in log.notes)
+        if not begins_anew or not 1 < len(log.spans) <= _MOST_STRETCHES:
+            continue
+        stretches: list[CourseOfLog] = []
+        for span in log.spans:
+            rows = slice(span.start, span.stop)
+            stretches.append(log._replace(slip=log.slip[rows], effort=log.effort[rows]))
+        more, less, times = _furthest_apart(_courses(stretches))
+        if times > _APART:
+            problem = (
+                f"no field is logged, and at the same slip stretch {more + 1} has {times:.2g} times the effort of "
+                f"stretch {less + 1}: a field that no column holds may tell them apart"
+            )
+            numbers = ", ".join(["NUMBER"] * len(log.spans))
+            option = f"--constant {shell_word(f'field={numbers} A')}"
+            remedy = f"Give the field of each stretch: {option}; else --field none"
+            raise UnloggedFieldError(problem, where=log.name, remedy=remedy, option=option)
     if len(without) < 2:
         return
     courses = _courses(without)
@@ -96,26 +111,6 @@ def require_one_field(logs: Sequence[CourseOfLog]) -> None:
             return
         problem = f"no field is logged, and the effort rises with the number in the names: {listed(names)}"
     raise _settled(pattern, names[0], names).error(problem)
-
-
-def _require_one_field_throughout(log: CourseOfLog) -> None:
-    """Ask for the field of each stretch of a log, where two have much more effort, one than another, at one slip."""
-    if not 1 < len(log.spans) <= _MOST_STRETCHES:
-        return
-    stretches: list[CourseOfLog] = []
-    for span in log.spans:
-        rows = slice(span.start, span.stop)
-        stretches.append(log._replace(slip=log.slip[rows], effort=log.effort[rows]))
-    more, less, times = _furthest_apart(_courses(stretches))
-    if times > _APART:
-        problem = (
-            f"no field is logged, and at the same slip stretch {more + 1} has {times:.2g} times the effort of "
-            f"stretch {less + 1}: a field that no column holds may tell them apart"
-        )
-        numbers = ", ".join(["NUMBER"] * len(log.spans))
-        option = f"--constant {shell_word(f'field={numbers} A')}"
-        remedy = f"Give the field of each stretch: {option}; else --field none"
-        raise UnloggedFieldError(problem, where=log.name, remedy=remedy, option=option)
 
 
 def efforts_of_two_devices(logs: Sequence[CourseOfLog]) -> EffortsApart | None:

@@ -58,8 +58,18 @@ def write_log(
         if needed > free:
             problem = f"about {needed / 1e6:.2g} MB are needed and {free / 1e6:.2g} MB are free"
             raise RunError(problem, remedy="Give a folder on a disk with room, or a shorter log")
+
+    def counted() -> Iterable[Array]:
+        """The chunks, and a word on each that is written."""
+        done = 0
+        for chunk in chunks:
+            yield chunk
+            done += chunk.shape[0]
+            if progress is not None:
+                progress(done / rows)
+
     with whole_file(path, partial(unwritable, problem="the log cannot be written")) as unfinished:
-        _WRITERS[suffix](unfinished, columns, _counted(chunks, rows, progress), about)
+        _WRITERS[suffix](unfinished, columns, counted(), about)
     return path
 
 
@@ -83,19 +93,6 @@ def is_prediction(path: Path) -> bool:
         return read_table(path).origin == PREDICTED  # in a child, within a budget
     except Exception:  # the libraries raise anything on files of others
         return False
-
-
-def _counted(
-    chunks: Iterable[Array],
-    rows: int,
-    progress: Callable[[float], None] | None,
-) -> Iterable[Array]:
-    done = 0
-    for chunk in chunks:
-        yield chunk
-        done += chunk.shape[0]
-        if progress is not None:
-            progress(done / rows)
 
 
 def _parquet(

@@ -43,8 +43,9 @@ def why_no_fields(
     for name, own in words.items():
         joint = _joint_in(own, joints)
         if joint is not None:
-            family = families.setdefault(_without(own, joint), {})
-            family[joint] = name
+            (place,) = _places(own, joint)
+            shared = own[:place] + own[place + len(joint) :]
+            families.setdefault(shared, {})[joint] = name
     whys: dict[str, str] = {}
     for shared, family in families.items():
         columns = [seen.columns[name] for name in family.values()]
@@ -66,11 +67,6 @@ def _places(words: Sequence[str], joint: OwnWords) -> list[int]:
     """Where the words of a joint begin in a name."""
     ends = range(len(words) - len(joint) + 1)
     return [place for place in ends if tuple(words[place : place + len(joint)]) == joint]
-
-
-def _without(words: OwnWords, joint: OwnWords) -> OwnWords:
-    (place,) = _places(words, joint)
-    return words[:place] + words[place + len(joint) :]
 
 
 def _why_no_field(said: SpokenName, columns: Sequence[SeenColumn]) -> str:

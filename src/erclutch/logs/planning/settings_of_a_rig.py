@@ -58,8 +58,15 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
         if place is not None and settings == [place.column]:
             draft.take_back("position")
     how = "the effort goes with the levels of"
-    if not settings:
-        settings = _forces_that_wander(draft)
+    slip, measured = slip_and_effort(draft)
+    if not settings and slip is not None and measured is not None:
+        # A pressure or a clamping force keeps no levels.
+        pressing: dict[str, Array] = {}
+        for column in draft.seen.without(draft.taken):
+            clamps = column.fits(("N",)) and column.spoken.says(_SETTINGS)
+            if column.unit and (column.fits(("Pa",)) or clamps):
+                pressing[column.name] = column.values
+        settings = strengths_of_efforts(pressing, slip, measured, _MUCH_STRONGER)
         how = "at the same slip the effort is larger under more"
     if len(settings) != 1:
         return
@@ -69,16 +76,3 @@ def ask_about_a_setting_of_the_rig(draft: Draft) -> None:
     remedy = f"Give {option} if it sets the effort as a field does, else --field none"
     draft.ask("field", MappingError(problem, remedy=remedy), option)
     del draft.signals["field"]
-
-
-def _forces_that_wander(draft: Draft) -> list[str]:
-    """The pressure or clamping force with which the effort goes, though it keeps no levels; none where several do."""
-    slip, effort = slip_and_effort(draft)
-    if slip is None or effort is None:
-        return []
-    pressing: dict[str, Array] = {}
-    for column in draft.seen.without(draft.taken):
-        presses = column.fits(("Pa",)) or (column.fits(("N",)) and column.spoken.says(_SETTINGS))
-        if presses and column.unit:
-            pressing[column.name] = column.values
-    return strengths_of_efforts(pressing, slip, effort, _MUCH_STRONGER)

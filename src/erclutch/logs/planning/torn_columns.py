@@ -21,7 +21,18 @@ _DROP = "--invalid drop"
 def read_torn_columns(draft: Draft) -> None:
     """Put torn columns that a signal needs back into the table, and ask whether the damaged rows are dropped."""
     table = draft.table
-    wanted = {*unreadable_signals(draft), *_headed(draft)}
+    wanted = {*unreadable_signals(draft)}
+    # Names that may be those of a signal that nobody named, and that no other name may be of.
+    settled = {*draft.told.columns, *draft.told.constants}
+    if settled & {"slip", "position"}:
+        settled |= {"slip", "position"}
+    in_other_names = {signal for name in table.columns for signal in spoken_name(name).may_be}
+    open_signals = draft.needed - settled - in_other_names
+    for name in table.torn:
+        said = spoken_name(name)
+        if said.may_be & open_signals and not said.says(TOLD | OTHER):
+            wanted.add(name)
+    # Those that the user named.
     for choice in (*draft.told.columns.values(), draft.told.time):
         if choice is not None:
             label = str(choice.column).strip().removeprefix("-").strip()
@@ -52,18 +63,3 @@ def read_torn_columns(draft: Draft) -> None:
         return
     remedy = f"Leave such rows out: {_DROP}; or correct them"
     draft.ask("invalid", MappingError(problem, remedy=remedy), _DROP)
-
-
-def _headed(draft: Draft) -> list[str]:
-    """Torn columns whose names may be those of a signal that nobody named, and that no other name may be of."""
-    settled = {*draft.told.columns, *draft.told.constants}
-    if settled & {"slip", "position"}:
-        settled |= {"slip", "position"}
-    in_other_names = {signal for name in draft.table.columns for signal in spoken_name(name).may_be}
-    open_ones = draft.needed - settled - in_other_names
-    names: list[str] = []
-    for name in draft.table.torn:
-        said = spoken_name(name)
-        if said.may_be & open_ones and not said.says(TOLD | OTHER):
-            names.append(name)
-    return names
