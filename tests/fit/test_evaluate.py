@@ -23,6 +23,7 @@ from erclutch.fit.choice.scoring import (
     information_criteria,
     score,
 )
+from erclutch.fit.choice.standing import standing
 from tests.support.examples import examples
 
 Array = NDArray[np.float64]
@@ -38,6 +39,17 @@ def test_an_effort_that_stands_still_in_a_resample_has_figures_without_a_warning
     figures = score(measured, measured + 5.0, block=3)  # warnings are errors
     assert figures.rmse.value == pytest.approx(5.0)
     assert figures.r2.high < 0.0
+
+
+def test_an_effort_that_stands_still_has_figures_in_order_and_words_for_it() -> None:
+    """The ends of its R2 were printed with two hundred digits, and the lower one lay above the upper one."""
+    figures = score(np.zeros(400), 0.5 + 0.1 * ar1(3, 0.9, 400))
+    assert figures.r2.low <= figures.r2.value <= figures.r2.high < 0.0
+    assert figures.share.low <= figures.share.value <= figures.share.high
+    said = standing({"sound": True, "test": figures.to_dict()}, set())
+    assert said.why_none.endswith(
+        "nothing of the rows held out, over which the measured effort stands still"
+    )
 
 
 # --- figures ----------------------------------------------------------------------------------------------------------

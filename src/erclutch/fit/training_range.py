@@ -10,7 +10,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from erclutch.logs.dataset import Dataset
 from erclutch.models.model import CELLS, Range
-from erclutch.signals.array import Array
+from erclutch.signals.array import Array, Mask
 from erclutch.signals.device import Element
 
 
@@ -22,6 +22,15 @@ def range_of(data: Dataset) -> Range:
         effort=span_of([data.effort]),
     )
     return replace(whole, near=near_cells(whole, data.elements, swept=data.in_no_time))
+
+
+def share_beyond(data: Dataset, part: Mask) -> float:
+    """Share of the rows of a part that no other row comes near by field and slip; 0 where there are no others."""
+    others = data.take(~part)
+    if not others.rows:
+        return 0.0
+    outside = range_of(others).outside(data.take(part))
+    return float(outside.mean()) if outside.size else 0.0
 
 
 def near_cells(

@@ -8,26 +8,26 @@ be at the fast ones. Field and slip decide; the effort has no say.
 from __future__ import annotations
 
 from erclutch.fit.checks.finding import Finding
-from erclutch.fit.training_range import range_of
+from erclutch.fit.training_range import share_beyond
 from erclutch.logs.covering_stretches import STRETCHES, USUAL_SHARE
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import hold_out
 from erclutch.signals.percent import percent
 
 #: Share of the rows of the ends that no row before comes near, from which stretches are held out in their place.
-_BEYOND = 0.1
+BEYOND = 0.1
 #: They have to leave that part of it at most.
-_WORTH = 0.5
+WORTH = 0.5
 
 
 def usual_hold_out(data: Dataset) -> tuple[float | tuple[str, ...], tuple[Finding, ...]]:
     """What to hold out, as `hold_out` takes it, and what the user is told where that is not the end of each log."""
     if data.in_no_time:  # points all over the table are held out as it is
         return USUAL_SHARE, ()
-    beyond = _without_rows_near(data, USUAL_SHARE)
-    if beyond < _BEYOND:
+    beyond = share_beyond(data, hold_out(data, USUAL_SHARE))
+    if beyond < BEYOND:
         return USUAL_SHARE, ()
-    if _without_rows_near(data, STRETCHES) > _WORTH * beyond:
+    if share_beyond(data, hold_out(data, STRETCHES)) > WORTH * beyond:
         return USUAL_SHARE, ()
     message = (
         f"{percent(beyond, 1)} of the last {percent(USUAL_SHARE)} of the rows have a field and slip that no row before "
@@ -35,13 +35,3 @@ def usual_hold_out(data: Dataset) -> tuple[float | tuple[str, ...], tuple[Findin
     )
     remedy = f"--test {USUAL_SHARE:g} holds out the end"
     return (STRETCHES,), (Finding("note", "held out", message, remedy),)
-
-
-def _without_rows_near(data: Dataset, test: float | str) -> float:
-    """Share of the rows held out that no training row comes near."""
-    held = hold_out(data, test)
-    train = data.take(~held)
-    if not train.rows:  # the log is too short to leave any
-        return 0.0
-    outside = range_of(train).outside(data.take(held))
-    return float(outside.mean()) if outside.size else 0.0

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from erclutch.fit.choice.points_left_out import fields_left_out, points_left_out
+from erclutch.fit.choice.stretches_left_out import stretches_left_out
 from erclutch.fit.log_groups import FEWEST_GROUPS, STEADY, groups_of
 from erclutch.logs.dataset import Dataset
 from erclutch.logs.held_out import FEWEST_ROWS_OF_A_BLOCK, time_folds
@@ -34,6 +35,8 @@ class LeftOut:
             have less than no field, so nothing like a fit without these rows will be asked for.
         in_time: whether they are blocks of one log in time, which are alike but for how much happens in each.
         of_points: whether they are points all over a table.
+        stretches: how many of the parts, the last ones, are sets of stretches, beside blocks in time that go beyond one
+            another: errors on both are of their own size.
     """
 
     words: str
@@ -43,6 +46,12 @@ class LeftOut:
     lowest: int = 0
     in_time: bool = False
     of_points: bool = False
+    stretches: int = 0
+
+    @property
+    def in_a_row(self) -> int:
+        """How many of the parts, the first ones, are no sets of stretches."""
+        return len(self.masks) - self.stretches
 
     @property
     def alike(self) -> bool:
@@ -103,8 +112,18 @@ def parts_of_training(train: Dataset) -> LeftOut | None:
     blocks = min(_BLOCKS, train.rows // FEWEST_ROWS_OF_A_BLOCK)
     if blocks < 2:
         return None
+    in_time = time_folds(train, blocks)
+    named = f"{blocks} blocks in time"
+    sources = sum(stop > start for start, stop in train.source_rows)
+    stretches = stretches_left_out(train, in_time) if sources == 1 else []
+    if stretches:
+        named += f" and {len(stretches)} sets of stretches all over"
     return LeftOut(
-        f"{blocks} blocks in time", time_folds(train, blocks), further=False, in_time=count == 1
+        named,
+        [*in_time, *stretches],
+        further=False,
+        in_time=count == 1,
+        stretches=len(stretches),
     )
 
 

@@ -176,7 +176,7 @@ def _banded(
     bias: float,
 ) -> Score:
     """A score of the mean square of the error and the variance of the effort, each with its resamples (resamples,)."""
-    ratio = mse / spread
+    ratio = min(mse / spread, _LARGEST_RATIO)
     with np.errstate(over="ignore"):  # an effort that stands still in a resample
         ratios = np.minimum(mses / spreads, _LARGEST_RATIO)
     return Score(

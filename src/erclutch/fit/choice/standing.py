@@ -14,6 +14,8 @@ from erclutch.fit.checks.effort_and_slip import SIGN
 
 #: Error as a share of the standard deviation from which a model explains next to nothing.
 NEXT_TO_NOTHING = 0.95
+#: The same that nothing but an effort which stands still over these rows makes.
+_STANDS_STILL = 1e100
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,8 @@ def standing(chosen: Mapping[str, Any], subjects: set[str]) -> Standing:
         little = share is not None and share <= NEXT_TO_NOTHING
         what = "cannot be told from a constant on" if little else "explains nothing of"
         why_none = f"{what} the rows held out"
+        if share is not None and share > _STANDS_STILL:
+            why_none += ", over which the measured effort stands still"
     return Standing(bool(chosen["sound"]), why_none)
 
 

@@ -2,7 +2,8 @@
 
 What is left out of a fit is what the model will be asked for later: where logs have fields of their own, whole fields;
 where they differ in motion, whole motions; else whole logs, as each of two logs of two motions, or blocks of one log in
-time. Only models that the training rows leave in question are fitted again.
+time, beside stretches all over it where these go beyond one another. Only models that the training rows leave in
+question are fitted again.
 """
 
 from __future__ import annotations
@@ -118,7 +119,8 @@ def chosen(
         rmse[name] = score(effort, estimated, seed=seed).rmse
 
     # What is compared has each field and each motion count the same.
-    weights = _weights(asked, parts)
+    freedom = {name: outcomes[name].freedom for name in usable}
+    weights = _weights(asked, parts, freedom)
     weighed = {name: _times(weights, own) for name, own in asked.items()}
     weighed_effort = np.concatenate(_times(weights, measured))
     whole: dict[str, Array] = {}
@@ -127,7 +129,6 @@ def chosen(
         whole[name] = np.concatenate(own)
         estimated = weighed_effort - whole[name]
         scores[name] = score(weighed_effort, estimated, seed=seed)
-    freedom = {name: outcomes[name].freedom for name in usable}
     worth = worth_their_freedom(weighed, freedom, seed, parts.may_lose)
     best = min(worth, key=lambda name: scores[name].rmse.value)
     scores_of_worth = {name: scores[name] for name in worth}
@@ -200,7 +201,9 @@ def _growth_on_parts(
     growth: dict[str, float] = {}
     for name, own in errors.items():
         seen_by_fit: Array = train.effort - outcomes[name].model.predict(train)
-        growth[name] = growth_of_errors(own, [seen_by_fit[mask] for mask in parts.masks])
+        # Stretches lie between rows that are fitted: by them bands were too narrow for a next log.
+        masks = parts.masks[: parts.in_a_row]
+        growth[name] = growth_of_errors(own, [seen_by_fit[mask] for mask in masks])
     return growth
 
 
@@ -271,10 +274,19 @@ def counted_parameters(outcome: AnyOutcome) -> int:
     return outcome.parameters - further
 
 
-def _weights(asked: Mapping[str, Sequence[Array]], parts: LeftOut) -> list[float]:
-    """Factors of the errors on the parts that choose: blocks of one log in time are pooled as they are."""
+def _weights(
+    asked: Mapping[str, Sequence[Array]], parts: LeftOut, freedom: Mapping[str, int]
+) -> list[float]:
+    """Factors of the errors on the parts that choose: blocks of one log in time alone are pooled as they are.
+
+    Beside stretches all over the log, such blocks are measured by the models that physics binds most: a freer one that
+    errs by next to nothing on stretches would else be forgiven whatever it does beyond its rows.
+    """
     if parts.further:
         return part_weights(asked)
+    if parts.in_a_row < len(parts.masks):
+        least = min(freedom[name] for name in asked)
+        return part_weights({name: own for name, own in asked.items() if freedom[name] == least})
     return [1.0] * (len(parts.masks) - parts.lowest)
 
 
@@ -331,9 +343,10 @@ def _errors_on_parts(
     for place, level in enumerate(levels):
         # Of the models that may be recommended so far the best, which a freer one must not lose to.
         best: str | None = None
+        weights: list[float] = []
         if usable:
             of_parts_that_choose = {name: own[parts.lowest :] for name, own in usable.items()}
-            weights = _weights(of_parts_that_choose, parts)
+            weights = _weights(of_parts_that_choose, parts, freedom)
             weighed = {name: _times(weights, own) for name, own in of_parts_that_choose.items()}
             own_freedom = {name: freedom[name] for name in usable}
             worth = worth_their_freedom(weighed, own_freedom, seed, parts.may_lose)
@@ -362,9 +375,12 @@ def _errors_on_parts(
                     continue
 
                 errors[name].append(error)
+                if best is None:
+                    continue
                 asked = errors[name][parts.lowest :]
-                bound = None if best is None else usable[best][parts.lowest :]
-                if bound is not None and loses(asked, bound, parts.may_lose):
+                bound = usable[best][parts.lowest :]
+                so_far = _times(weights[: len(asked)], asked)
+                if loses(so_far, _times(weights, bound), parts.may_lose):
                     given_up[name] = errors.pop(name)
         usable |= errors
     return usable, given_up
