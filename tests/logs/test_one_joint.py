@@ -159,13 +159,20 @@ def of_two(speed: str, effort: str, parts: Sequence[str], second: str = "apart")
         "apart": (np.cos(1.7 * TIME), 0.5 * np.tanh(8.0 * np.cos(1.7 * TIME))),
         "gear": (-0.2 * slow, 4.5 * torque),
         "clutch": (np.cos(1.7 * TIME), 0.98 * torque),
+        "clutch behind a motor": (
+            np.cos(1.7 * TIME),
+            2.0 * np.tanh(8.0 * (slow - np.cos(1.7 * TIME))),
+        ),
         "open clutch": (np.cos(1.7 * TIME), NOISE),
         "shaft": (slow + 1e-3 * NOISE, -torque),
         "one way": (1.5 + np.cos(1.7 * TIME), 0.5 * np.tanh(8.0 * np.cos(1.7 * TIME))),
     }
     names: dict[str, Array] = {"time": TIME}
     units: dict[str, str | None] = {"time": None}
-    for part, (rate, effort_of) in zip(parts, ((slow, torque), courses[second]), strict=True):
+    first = (slow, torque)
+    if second == "clutch behind a motor":
+        first = (slow, 30.0 * np.cos(3.0 * TIME) + courses[second][1])
+    for part, (rate, effort_of) in zip(parts, (first, courses[second]), strict=True):
         for form, values in ((speed, rate), (effort, effort_of)):
             name, _, unit = form.format(part).partition(" [")
             names[name] = values
@@ -186,7 +193,9 @@ def test_two_that_go_their_own_ways_are_devices_of_their_own(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("joined", ["gear", "clutch", "open clutch", "shaft"])
+@pytest.mark.parametrize(
+    "joined", ["gear", "clutch", "clutch behind a motor", "open clutch", "shaft"]
+)
 @pytest.mark.parametrize(("speed", "effort", "parts"), TWO)
 def test_two_that_one_transmission_may_join_are_asked_about(
     speed: str, effort: str, parts: Sequence[str], joined: str

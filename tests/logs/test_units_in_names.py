@@ -167,3 +167,12 @@ def test_a_speed_in_the_unit_of_an_angle_is_offered_as_a_speed(unit: str, likely
     plan = plan_of(Table("a.csv", columns, known, "x", path="a.csv"), ColumnMap())
     assert f'--slip "Speed [{likely}]"' in plan.command()
     assert "--position" not in plan.command()
+
+
+@pytest.mark.parametrize(
+    ("effort", "unit"),
+    [("TORQUE_MNM", "UNIT"), ("TorqueMNm", "UNIT"), ("ForcedaN", "daN"), ("Loadlbf", "lbf")],
+)
+def test_the_command_has_the_unit_of_a_name_that_is_not_read(effort: str, unit: str) -> None:
+    """As printed, it took such a column as logged."""
+    assert f'--effort "{effort} [{unit}]"' in planned("velocity", effort).command()

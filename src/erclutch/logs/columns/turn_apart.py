@@ -1,7 +1,8 @@
 """Two motions with an effort each are of two devices, or of the two sides of one: the numbers may tell.
 
-The sides of a gear turn in a fixed ratio. The sides of a clutch turn by themselves, and carry the same torque. Joints
-of a robot do neither. A side that hardly carries a torque tells nothing: it may belong to an open clutch.
+The sides of a gear turn in a fixed ratio. The sides of a clutch turn by themselves, and carry the same torque; where a
+motor's inertia hides it on one side, the torque on the other has the sign of the slip. Joints of a robot do neither. A
+side that hardly carries a torque tells nothing: it may belong to an open clutch.
 """
 
 from __future__ import annotations
@@ -20,6 +21,11 @@ _IN_A_RATIO = 0.9  # correlation of two speeds, from which on a gear may join th
 _JOINED = 0.95  # correlation of both, from which on a shaft or a gear joins them
 _RUNS_ON = 0.8  # correlation of a measured course with itself a row later; noise has none
 _SWINGS = 0.2  # of the largest speed, which a joint that turns back reaches the other way
+_KEEPS_THE_SIGN = 0.8  # share of the rows in which the torque of a clutch has the sign of its slip
+_BETTER = (
+    0.02  # share of the rows, by which it keeps that sign in more of them than its own speed's
+)
+_LARGE = 0.05  # of the largest speed and effort, from which on their signs tell
 _ONE_TORQUE = 0.95  # correlation of efforts of three and more shafts that one gear joins
 
 
@@ -35,7 +41,16 @@ def turn_apart(speeds: Sequence[SeenColumn], efforts: Sequence[SeenColumn]) -> b
         return False
     if abs(correlation_of(first, second)) > _FOLLOWS:
         return False
-    return abs(correlation_of(speeds[0].values, speeds[1].values)) <= _IN_A_RATIO
+    if abs(correlation_of(speeds[0].values, speeds[1].values)) > _IN_A_RATIO:
+        return False
+    # What a clutch carries has the sign of its slip, whatever the inertia of a motor adds on the other side.
+    slip = speeds[0].values - speeds[1].values
+    for speed, effort in zip(speeds, efforts, strict=True):
+        of_slip = along(effort.values, slip)
+        of_speed = along(effort.values, speed.values)
+        if of_slip >= _KEEPS_THE_SIGN and of_slip > of_speed + _BETTER:
+            return False
+    return True
 
 
 def are_joined(speeds: Sequence[SeenColumn], efforts: Sequence[SeenColumn]) -> bool:
@@ -74,3 +89,18 @@ def _runs_on(values: Array) -> bool:
     if not f.size or np.ptp(f) == 0.0:
         return False
     return correlation_of(f[:-1], f[1:]) > _RUNS_ON
+
+
+def along(effort: Array, speed: Array) -> float:
+    """The share of the rows in which an effort has the sign of a speed, or all the other sign, where both are large."""
+    known = np.isfinite(effort) & np.isfinite(speed)
+    f = effort[known]
+    v = speed[known]
+    if not f.size:
+        return 0.0
+    is_large = (np.abs(f) > _LARGE * np.abs(f).max()) & (np.abs(v) > _LARGE * np.abs(v).max())
+    rows = np.count_nonzero(is_large)
+    if not rows:
+        return 0.0
+    along = np.count_nonzero(np.sign(f[is_large]) == np.sign(v[is_large])) / rows
+    return max(along, 1.0 - along)

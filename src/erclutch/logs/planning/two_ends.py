@@ -12,13 +12,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from erclutch.logs.columns.seen_columns import SeenColumns
+from erclutch.logs.columns.turn_apart import along
 from erclutch.logs.table import MINUS
-from erclutch.signals.array import Array
 
 _ENDS = (("1", "2"), ("0", "1"))
 _NUMBER = re.compile(r"\d+")
 _ALONG_A_LINE = re.compile(r"d?[xyzv]", re.IGNORECASE)
-_LARGE = 0.05  # of the largest speed and effort, from which on their signs tell
 _BETTER = 0.02  # share of the rows, by which one end's motion keeps the sign in more of them
 
 
@@ -44,23 +43,8 @@ def motion_between(seen: SeenColumns, names: Sequence[str], efforts: Sequence[st
     is_speed = "slip" in may_be
     moves = [first.values, second.values, first.values - second.values]
     speeds = moves if is_speed else [np.gradient(each) for each in moves]
-    of_first, of_second, of_both = (_along(effort, speed) for speed in speeds)
+    of_first, of_second, of_both = (along(effort, speed) for speed in speeds)
     if max(of_first, of_second) > of_both + _BETTER:
         return seen.table.label(first.name if of_first >= of_second else second.name)
     difference = f"{first.name}{MINUS}{second.name}"
     return f"{difference} [{first.unit}]" if first.unit else difference
-
-
-def _along(effort: Array, speed: Array) -> float:
-    """The share of the rows in which an effort has the sign of a speed, or all the other sign, where both are large."""
-    known = np.isfinite(effort) & np.isfinite(speed)
-    f = effort[known]
-    v = speed[known]
-    if not f.size:
-        return 0.0
-    is_large = (np.abs(f) > _LARGE * np.abs(f).max()) & (np.abs(v) > _LARGE * np.abs(v).max())
-    rows = np.count_nonzero(is_large)
-    if not rows:
-        return 0.0
-    along = np.count_nonzero(np.sign(f[is_large]) == np.sign(v[is_large])) / rows
-    return max(along, 1.0 - along)

@@ -51,12 +51,20 @@ def doubt_units_in_names(draft: Draft) -> None:
             continue
         if chosen.unit is not None or column.unit is not None:
             continue
-        piece = _unread(column.name, signal)
+        piece = unread_unit(column.name, signal)
         if piece:
-            is_a_quotient = _PER_A_TIME.search(piece)
-            likely = "UNIT" if is_a_quotient else _BY_WEIGHT.get(piece, piece)
-            answer = shell_word(f"{column.name} [{likely}]")
+            answer = shell_word(f"{column.name} [{likely_unit(piece)}]")
             draft.doubt(signal, f"whose name says {piece}, which may be its unit", answer)
+
+
+def likely_unit(piece: str) -> str:
+    """The unit that what looks like a unit is likely to be; ``UNIT``, a place to fill in, where nobody can tell."""
+    if piece in ENDS:
+        return ENDS[piece]
+    is_open = (
+        _PER_A_TIME.search(piece) or piece.upper() == "MNM"
+    )  # mega, or milli with a large letter
+    return "UNIT" if is_open else _BY_WEIGHT.get(piece, piece)
 
 
 def _contradicted(column: SeenColumn, signal: str) -> str:
@@ -75,7 +83,7 @@ def _contradicted(column: SeenColumn, signal: str) -> str:
     return ""
 
 
-def _unread(name: str, signal: str) -> str:
+def unread_unit(name: str, signal: str) -> str:
     """What looks like a unit of a signal in a name that no unit was read from; "" for none."""
     quotient = _PER_A_TIME.search(name)
     if signal == "slip" and quotient is not None:

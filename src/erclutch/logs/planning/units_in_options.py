@@ -9,6 +9,7 @@ from erclutch.errors import shell_word
 from erclutch.logs.columns.name_ends import split_end
 from erclutch.logs.columns.seen_columns import SeenColumns
 from erclutch.logs.columns.words_behind_units import without_words_behind
+from erclutch.logs.planning.units_in_names import likely_unit, unread_unit
 from erclutch.logs.table import MINUS
 from erclutch.signals import units
 from erclutch.signals.recording import SIGNALS
@@ -38,7 +39,12 @@ def with_unit_of_name(seen: SeenColumns, option: str) -> str:
     if MINUS in words[1]:  # of two columns, each in its unit
         return option
     name = words[1]
-    unit = _unit_at_end(name, SIGNALS[signal].si_units) if seen.columns[name].unit is None else ""
+    if seen.columns[name].unit is not None:
+        return option
+    unit = _unit_at_end(name, SIGNALS[signal].si_units)
+    piece = unread_unit(name, signal) if not split_end(name)[1] else ""
+    if not unit and piece:
+        unit = likely_unit(piece)
     return f"{words[0]} {shell_word(f'{name} [{unit}]')}" if unit else option
 
 
