@@ -88,7 +88,8 @@ def unread_unit(name: str, signal: str) -> str:
     quotient = _PER_A_TIME.search(name)
     if signal == "slip" and quotient is not None:
         return quotient[0]
-    known = sorted({*NAMES[signal].split(), *_WORDS[signal]}, key=len, reverse=True)
+    words = {*NAMES[signal].split(), *_WORDS.get(signal, ())}
+    known = sorted(words, key=len, reverse=True)
     for word in re.split(r"[\W_]+", name):
         glued = next(
             (each for each in known if len(each) > 2 and word.lower().startswith(each)), ""
