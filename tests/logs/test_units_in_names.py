@@ -176,3 +176,11 @@ def test_a_speed_in_the_unit_of_an_angle_is_offered_as_a_speed(unit: str, likely
 def test_the_command_has_the_unit_of_a_name_that_is_not_read(effort: str, unit: str) -> None:
     """As printed, it took such a column as logged."""
     assert f'--effort "{effort} [{unit}]"' in planned("velocity", effort).command()
+
+
+def test_a_shear_stress_beside_the_speed_of_a_rotor_is_asked_about() -> None:
+    """The rotor of a viscometer turns at a speed; its shear rate is another number."""
+    units = {"Rotor": "rpm", "Напряж": "mN/m^2"}
+    assert planned("Rotor", "Напряж", units=units).doubts
+    of_a_rate = {"shear_rate": "1/s", "Напряж": "mN/m^2"}
+    assert not doubted(planned("shear_rate", "Напряж", units=of_a_rate), "effort")

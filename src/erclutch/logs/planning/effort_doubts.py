@@ -47,7 +47,8 @@ _OF_MASSES = frozenset({"inertia", "inertial", "traegheit", "tragheit", "traghei
 #: Words for the part of a controller's output that its error makes; behind a drive it may be what was measured.
 _FEEDBACKS = frozenset({"feedback", "fb", "fbk", "fdb", "pd", "pid"})
 _LAST_DIGITS = 1e-3  # of the range, within which two forces make up a third
-_NO_POWER = (("N", "rad/s"), ("N*m", "m/s"))  # units of effort and slip
+# Units of effort and slip. A stress makes a power with a shear rate, which the speed of a rotor is not.
+_NO_POWER = (("N", "rad/s"), ("N*m", "m/s"), ("Pa", "rad/s"))
 
 
 def doubt_a_force_at_a_stated_arm(draft: Draft) -> None:
