@@ -196,7 +196,8 @@ def test_progress_says_how_much_is_done_and_how_far_each_model_is_off(data: Data
             np.sqrt(np.mean(error**2)) / np.std(train.effort), rel=1e-6
         )
     assert {step.fitted for step in steps} == {"", "quadratic", "bingham"}
-    assert steps[-1].doing == "choosing: part 4 of 4 is left out"
+    # Blocks in time, and stretches: the field of this log is switched in an order that never comes again.
+    assert steps[-1].doing == "choosing: part 8 of 8 is left out"
 
 
 @pytest.mark.slow
