@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from erclutch.errors import MappingError
-from erclutch.logs import read
+from erclutch.logs import ColumnMap, plan_of, read, read_table
 
 TIME = np.arange(2000) / 250.0
 SPEED = 6.0 * np.sin(5.0 * TIME) + 2.0 * np.sin(13.2 * TIME + 1.0)  # rad/s
@@ -83,3 +83,14 @@ def test_the_time_of_labview_is_its_x_value(tmp_path: Path) -> None:
     path = written(tmp_path / "log.csv", {"I [A]": CURRENT})
     path.write_text(path.read_text(encoding="utf-8").replace("t [s]", "X_Value"), encoding="utf-8")
     assert read(path).duration == pytest.approx(TIME[-1], abs=0.01)
+
+
+def test_a_stress_beside_the_speed_of_a_rotor_is_no_effort_by_a_word(tmp_path: Path) -> None:
+    """The fluid of a rheometer shears at another rate than its rotor turns: a column of such a kind is asked for."""
+    path = tmp_path / "log.csv"
+    rows = np.column_stack([TIME, 10.0 * SPEED, TORQUE])
+    header = "Время [с],Скорость [об/мин],Напряж сдвига [мН/м²]"
+    np.savetxt(path, rows, "%.7g", ",", header=header, comments="", encoding="utf-8")
+    plan = plan_of(read_table(path), ColumnMap())
+    assert any("makes no power" in doubt for doubt in plan.doubts)
+    assert "COLUMN [" in plan.command()

@@ -230,7 +230,12 @@ def doubt_effort_without_power(draft: Draft) -> None:
         if draft.seen.columns[guessed.column].spoken.forms[guessed.signal]:
             continue  # its whole name says it
         why = f"in {guessed.si}, which makes no power with the {other.signal} in {other.si}"
-        draft.doubt(guessed.signal, why)
+        # A rheometer's rotor turns at another speed than its fluid shears: nobody confirms such a pair by a word.
+        is_a_rotors = "Pa" in (effort.si, slip.si)
+        answer = (
+            shell_word(f"COLUMN [{'1/s' if guessed is slip else 'N*m'}]") if is_a_rotors else ""
+        )
+        draft.doubt(guessed.signal, why, answer)
         return
 
 
