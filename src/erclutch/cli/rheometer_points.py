@@ -138,9 +138,7 @@ def without_their_unit(table: Table) -> str:
 
     if named := viscosities_without_a_unit(table):
         return without_a_unit(named)
-    return (
-        "pairs of columns without a unit: the second falls as the first grows, as a viscosity does"
-    )
+    return "pairs of columns without a unit: only you know whether the second of each holds stresses or viscosities"
 
 
 def is_of_a_rheometer(plan: Plan) -> bool:

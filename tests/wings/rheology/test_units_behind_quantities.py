@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from erclutch.errors import UnitError
+from erclutch.errors import MappingError, UnitError
 from erclutch.wings.rheology.flow_curve_file import read_flow_curves
 
 RATE = np.geomspace(0.1, 500.0, 25)  # 1/s
@@ -66,3 +66,38 @@ def test_a_remark_in_brackets_is_no_unit(remark: str, tmp_path: Path) -> None:
     path = written(tmp_path / "curve.csv", "Shear rate [1/s]", f"Shear stress ({remark})", STRESS)
     (curve,) = read_flow_curves(path).curves
     np.testing.assert_allclose(curve.stress, STRESS, rtol=1e-6)
+
+
+def swept_pairs(path: Path, second: np.ndarray) -> Path:
+    """Three pairs without any name, the rates of each a little off the others."""
+    columns = np.column_stack(
+        [column for k in range(3) for column in (RATE * (1.0 + 0.01 * k), second * (1.0 + k))]
+    )
+    np.savetxt(path, columns, "%.9g", ",")
+    return path
+
+
+def test_pairs_without_names_are_asked_about_where_their_first_columns_are_swept(
+    tmp_path: Path,
+) -> None:
+    path = swept_pairs(tmp_path / "curves.csv", STRESS)
+    with pytest.raises(MappingError, match="goes through decades") as asked:
+        read_flow_curves(path)
+    assert "--stress '[Pa]'" in asked.value.answers
+    curves = read_flow_curves(path, stress=["[Pa]"]).curves
+    assert [curve.label for curve in curves] == ["curve 1", "curve 2", "curve 3"]
+    np.testing.assert_allclose(curves[1].stress, 2.0 * STRESS, rtol=1e-6)
+    of_viscosities = swept_pairs(tmp_path / "viscosities.csv", 1e3 * STRESS / RATE)
+    curves = read_flow_curves(of_viscosities, stress=["[mPa*s]"]).curves
+    np.testing.assert_allclose(curves[0].stress, STRESS, rtol=1e-6)
+
+
+def test_pairs_without_names_whose_first_columns_are_no_sweeps_are_no_curves(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "other.csv"
+    rows = np.column_stack([np.arange(25.0), STRESS, np.arange(25.0) + 1.0, 2.0 * STRESS])
+    np.savetxt(path, rows, "%.9g", ",")
+    with pytest.raises(MappingError) as asked:
+        read_flow_curves(path)
+    assert "goes through decades" not in str(asked.value)

@@ -19,6 +19,7 @@ from erclutch.signals.units import parse
 UNKNOWN_UNIT = "?"
 #: Decades of the stress in a decade of the rate, at most: a fluid that thins or has a yield stress has below 1.
 _STEEPEST = 1.2
+_SWEPT = 100.0  # the last shear rate of a sweep over the first, at least, where no name says that they are rates
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,8 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
             where all of several fall, they are viscosities in a unit that nobody says.
 
     Raises:
-        MappingError: a second column falls as the rate grows, as viscosities do, and not all of several fall.
+        MappingError: a second column falls as the rate grows, as viscosities do, and not all of several fall; or pairs
+            have no names at all, and no option gives their unit.
         UnitError: a unit of neither.
     """
     names = list(table.columns)
@@ -95,12 +97,9 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
     if are_axes:
         labels = [names[1]]  # a test's only curve is called after the test
     elif all(unnamed):
-        # Labels that are numbers, such as volume fractions, stand in the first row of the table.
-        first_row = [table.columns[name][0] for name in names]
-        numbers = first_row[::2]
-        if not np.isfinite(numbers).all() or not np.isnan(first_row[1::2]).all():
+        labels = _labels_of_nameless_pairs(table, unit)
+        if not labels:
             return ()
-        labels = [f"{number:g}" for number in numbers]
     else:
         for number, (name, is_unnamed) in enumerate(
             zip(over_rates, unnamed[::2], strict=True), start=1
@@ -141,6 +140,43 @@ def labelled_pairs(table: Table, unit: str = "") -> tuple[CurvePlan, ...]:
         times_rate = are_viscosities or quantity == "viscosity"
         pairs.append(CurvePlan(label, rate, stress, times_rate, is_labelled=not are_axes))
     return tuple(pairs)
+
+
+def _labels_of_nameless_pairs(table: Table, unit: str) -> list[str]:
+    """What curves in pairs of columns without names are called; none for other columns.
+
+    Raises:
+        MappingError: nothing but the numbers says that they are curves, and no option says in which unit.
+    """
+    names = list(table.columns)
+    # Labels that are numbers, such as volume fractions, stand in the first row of the table.
+    first_row = [table.columns[name][0] for name in names]
+    numbers = first_row[::2]
+    if np.isfinite(numbers).all() and np.isnan(first_row[1::2]).all():
+        return [f"{number:g}" for number in numbers]
+    if not _are_swept(table, names[::2]):
+        return []
+    if not unit:
+        answers = ["--stress '[Pa]'", "--stress '[mPa*s]'"]
+        raise MappingError(
+            "pairs of columns without names: the first of each goes through decades, as shear rates in 1/s do",
+            where=table.name,
+            remedy=f"If they are, say what the second columns are, such as {answers[0]}, or {answers[1]}",
+            answers=answers,
+        )
+    return [f"curve {number}" for number in range(1, len(numbers) + 1)]
+
+
+def _are_swept(table: Table, over_rates: Sequence[str]) -> bool:
+    """Whether the first columns of two pairs or more go up through decades, as shear rates are swept."""
+    if len(over_rates) < 2:
+        return False
+    for name in over_rates:
+        known = table.columns[name][np.isfinite(table.columns[name])]
+        rises = known.size > 2 and known[0] > 0.0 and bool(np.all(np.diff(known) > 0.0))
+        if not rises or known[-1] < _SWEPT * known[0]:
+            return False
+    return True
 
 
 def _which_fall(table: Table, over_rates: Sequence[str], beside: Sequence[str]) -> list[bool]:
