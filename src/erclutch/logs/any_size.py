@@ -38,7 +38,7 @@ from erclutch.signals.recording import Recording
 #: Of a fit with all models, in bytes. The same on each machine, so that a log has the same rows and figures everywhere.
 MEMORY = 1_500_000_000
 #: Bytes that a fit with all models takes for each byte of its rows, at most; and without any row.
-_FOR_EACH_BYTE, _WITHOUT_ROWS = 60, 450_000_000
+_FOR_EACH_BYTE, _WITHOUT_ROWS = 62, 450_000_000
 _BYTES = 8  # of a number
 _TASK = 4_000_000  # rows of the file after which the next gap may begin a task of its own
 

@@ -56,7 +56,7 @@ for _word in _TIMES:
     _SIGNALS.setdefault(_bare(_word), set()).add("time")
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=1 << 14)  # as many names as `name_ends` keeps
 def split_behind_word(label: str) -> tuple[str, str | None]:
     """``Velocity`` and ``mm.s-1`` of ``Velocity, mm.s-1``; the whole label and None where no such unit ends it."""
     label = label.strip()
