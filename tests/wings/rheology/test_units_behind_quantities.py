@@ -101,3 +101,31 @@ def test_pairs_without_names_whose_first_columns_are_no_sweeps_are_no_curves(
     with pytest.raises(MappingError) as asked:
         read_flow_curves(path)
     assert "goes through decades" not in str(asked.value)
+
+
+@pytest.mark.parametrize(
+    ("rate", "stress"),
+    [
+        ("Shear rate [1/s]", "Shear stress 10 Pa"),
+        ("Shear rate [1/s]", "Stress run 2 Pa"),
+        ("Shear rate 2 1/s", "Shear stress [Pa]"),
+        ("Shear rate [1/s]", "Shear stress_3_Pa"),
+    ],
+)
+def test_a_number_of_a_run_in_front_of_a_unit_is_no_factor(
+    rate: str, stress: str, tmp_path: Path
+) -> None:
+    (curve,) = read_flow_curves(written(tmp_path / "curve.csv", rate, stress, STRESS)).curves
+    np.testing.assert_allclose(curve.rate, RATE, rtol=1e-6)
+    np.testing.assert_allclose(curve.stress, STRESS, rtol=1e-6)
+
+
+@pytest.mark.parametrize("stress", ["Shear stress (25 Pa)", "Shear stress [2 Pa]", "τ [1.5 Pa]"])
+def test_a_number_in_front_of_a_unit_in_brackets_is_asked_about(
+    stress: str, tmp_path: Path
+) -> None:
+    """It was a factor, in silence; it may be a level or the range of a sensor."""
+    path = written(tmp_path / "curve.csv", "Shear rate [1/s]", stress, STRESS)
+    with pytest.raises(UnitError, match="or steps of it") as asked:
+        read_flow_curves(path)
+    assert len(asked.value.answers) == 2

@@ -40,6 +40,8 @@ _SPELLED: Mapping[Role, Mapping[str, str]] = {
 }
 _MARK = re.compile(r"\s*[(\[{<]\s*|\s*[,:;=|]\s*|\s+in\s+|\s+[-–—]\s+|[\s_./]+")
 _BRACKETS = " ()[]{}<>"
+#: In front of a unit; 1/s has none.
+_NUMBER_IN_FRONT = re.compile(r"[\d.,+-]+(?!/)")
 _IN_BRACKETS = re.compile(r"[(\[]([^()\[\]]+)[)\]]\s*$")
 _LONGEST = 100  # letters of a name with a unit at its end
 
@@ -109,6 +111,9 @@ def _unit_at_the_end(name: str, named: Role) -> str | None:
         return None
     for mark in _MARK.finditer(name):
         end = name[mark.end() :].strip(_BRACKETS)
+        # The 2 of Stress run 2 Pa tells this column from others; in brackets a number is a part of the unit.
+        if _NUMBER_IN_FRONT.match(end) and not mark[0].strip().startswith(tuple("([{<")):
+            continue
         # The slash of Shear rate, /s is of the unit.
         ends = [f"/{end}", end] if mark[0].endswith("/") and mark[0] != "/" else [end]
         for each in ends:

@@ -22,9 +22,7 @@ _JOINED = 0.95  # correlation of both, from which on a shaft or a gear joins the
 _RUNS_ON = 0.8  # correlation of a measured course with itself a row later; noise has none
 _SWINGS = 0.2  # of the largest speed, which a joint that turns back reaches the other way
 _KEEPS_THE_SIGN = 0.8  # share of the rows in which the torque of a clutch has the sign of its slip
-_BETTER = (
-    0.02  # share of the rows, by which it keeps that sign in more of them than its own speed's
-)
+_BETTER = 0.02  # share of the rows, by which the sign of the slip is kept in more of them than that of the speed
 _LARGE = 0.05  # of the largest speed and effort, from which on their signs tell
 _ONE_TORQUE = 0.95  # correlation of efforts of three and more shafts that one gear joins
 
@@ -102,5 +100,5 @@ def along(effort: Array, speed: Array) -> float:
     rows = np.count_nonzero(is_large)
     if not rows:
         return 0.0
-    along = np.count_nonzero(np.sign(f[is_large]) == np.sign(v[is_large])) / rows
-    return max(along, 1.0 - along)
+    have_one_sign = np.count_nonzero(np.sign(f[is_large]) == np.sign(v[is_large])) / rows
+    return max(have_one_sign, 1.0 - have_one_sign)

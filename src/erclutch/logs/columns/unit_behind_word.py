@@ -27,6 +27,7 @@ _WRITTEN_OUT = set_of(
 #: Letters that tell no phase and no side: of newtons, seconds, minutes, hours, amperes and volts.
 _LETTERS = frozenset("Нсмч牛秒分时時安伏")
 _NUMBER = re.compile(r"[\s_][\d.,]+$")
+_BEGINS_WITH_A_NUMBER = re.compile(r"[\d.,+-]+(?!/)")  # 1/min does not
 _AXES = frozenset("xyzr")
 _UNITS = {
     "field": ("A", "V", "T", "V/m", "A/m"),
@@ -39,8 +40,6 @@ _TIMES = set_of(
     "t time zeit temps tiempo tempo tijd timestamp elapsed elapsedtime timeelapsed время czas cas tid zaman aika ido "
     "时间 時間 시간"
 )
-#: Signals by the words for them, without accents; a letter alone is the symbol of a quantity.
-_SIGNALS: dict[str, set[str]] = {}
 
 
 def _bare(text: str) -> str:
@@ -49,11 +48,18 @@ def _bare(text: str) -> str:
     return re.sub(r"[\W\d_]", "", letters).lower()
 
 
-for _signal in SINGLE:
-    for _word in NAMES[_signal].split():
-        _SIGNALS.setdefault(_bare(_word), set()).add(_signal)
-for _word in _TIMES:
-    _SIGNALS.setdefault(_bare(_word), set()).add("time")
+def _signals_by_word() -> dict[str, set[str]]:
+    signals: dict[str, set[str]] = {}
+    for signal in SINGLE:
+        for word in NAMES[signal].split():
+            signals.setdefault(_bare(word), set()).add(signal)
+    for word in _TIMES:
+        signals.setdefault(_bare(word), set()).add("time")
+    return signals
+
+
+#: Signals by the words for them, without accents; a letter alone is the symbol of a quantity.
+_SIGNALS = _signals_by_word()
 
 
 @lru_cache(maxsize=1 << 14)  # as many names as `name_ends` keeps
@@ -63,15 +69,15 @@ def split_behind_word(label: str) -> tuple[str, str | None]:
     if len(label) > _LONGEST:
         return label, None
     for mark in _MARK.finditer(label):  # the first mark first, for the longest unit: ``Torque N m``
-        front, end = label[: mark.start()], label[mark.end() :].strip()
-        # A number in front makes a level of it: I=0.5A.
-        is_written = end in _LETTERS or (len(end) > 1 and not re.match(r"[\d.,+-]+(?!/)", end))
+        front = label[: mark.start()]
+        end = label[mark.end() :].strip()
         is_clear = mark[0].strip() in _CLEAR_MARKS
-        has_sign = _SIGN.search(end) or " " in end or end.lower() in _WRITTEN_OUT
-        is_level = not is_clear and _NUMBER.search(front)  # Torque 5 N·m
-        if not is_written or is_level or not (has_sign or is_clear):
+        # A number makes a level of what stands behind it: I=0.5A, Torque 5 N·m.
+        has_number = _BEGINS_WITH_A_NUMBER.match(end) or (not is_clear and _NUMBER.search(front))
+        if has_number or (len(end) < 2 and end not in _LETTERS):
             continue
-        if bears_out(front, end):
+        is_no_word = _SIGN.search(end) or " " in end or end.lower() in _WRITTEN_OUT
+        if (is_clear or is_no_word) and bears_out(front, end):
             return front.rstrip(" _.,:;=|-"), end
     return label, None
 

@@ -231,10 +231,9 @@ def doubt_effort_without_power(draft: Draft) -> None:
             continue  # its whole name says it
         why = f"in {guessed.si}, which makes no power with the {other.signal} in {other.si}"
         # A rheometer's rotor turns at another speed than its fluid shears: nobody confirms such a pair by a word.
-        is_a_rotors = "Pa" in (effort.si, slip.si)
-        answer = (
-            shell_word(f"COLUMN [{'1/s' if guessed is slip else 'N*m'}]") if is_a_rotors else ""
-        )
+        answer = ""
+        if effort.si == "Pa":
+            answer = shell_word("COLUMN [1/s]" if guessed is slip else "COLUMN [N*m]")
         draft.doubt(guessed.signal, why, answer)
         return
 

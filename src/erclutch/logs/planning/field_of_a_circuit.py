@@ -100,10 +100,10 @@ def one_of_a_circuit(seen: SeenColumns, fields: Sequence[str], efforts: Sequence
 
     # Beside the current of a coil that was set, the current of a motor is none.
     amperes = [column for column in left if column.fits(("A",)) or _is_called_a_current(column)]
-    of_coils = [column for column in amperes if not is_of_a_drive(column.spoken)]
+    of_no_motor = [column for column in amperes if not is_of_a_drive(column.spoken)]
     are_all_currents = len(amperes) == len(left)
-    if are_all_currents and len(of_coils) == 1 and _was_set_in_a_coil(of_coils[0]):
-        return [of_coils[0].name]
+    if are_all_currents and len(of_no_motor) == 1 and _was_set_in_a_coil(of_no_motor[0]):
+        return [of_no_motor[0].name]
     return [column.name for column in left]
 
 

@@ -61,9 +61,8 @@ def likely_unit(piece: str) -> str:
     """The unit that what looks like a unit is likely to be; ``UNIT``, a place to fill in, where nobody can tell."""
     if piece in ENDS:
         return ENDS[piece]
-    is_open = (
-        _PER_A_TIME.search(piece) or piece.upper() == "MNM"
-    )  # mega, or milli with a large letter
+    # MNM is mega, or milli with a large letter.
+    is_open = _PER_A_TIME.search(piece) or piece.upper() == "MNM"
     return "UNIT" if is_open else _BY_WEIGHT.get(piece, piece)
 
 

@@ -47,6 +47,8 @@ _OF_A_UNIT = re.compile(
     r"|\bs ?\^?[-⁻]|10 ?[\^⁰-⁹¹²³]|\bunits?\b|\barb|\ba\.?u\b|\bskt\b|skalen|\bdiv|\bcounts?\b|°|\bdeg|%"
 )
 _IN_BRACKETS = re.compile(r"[\[(]([^\[\]()]+)[\])]")
+#: A number in front of a unit; 10 and 100 are taken for factors there.
+_NUMBER_IN_FRONT = re.compile(r"\s*(\d{1,6}(?:\.\d+)?)\s*(?=[^\W\d_])(?![eE]\d)")
 
 
 def missing_column(table: Table, roles: dict[str, Role], rates: Sequence[str]) -> MappingError:
@@ -202,6 +204,19 @@ def require_plain_heads(
                     where=table.name,
                     remedy=f"Say which: {multiplied} if they were multiplied by it, or {over}",
                     answers=[multiplied, over],
+                )
+            number = _NUMBER_IN_FRONT.match(column.unit)
+            if number and float(number[1]) > 1.0 and number[1].rstrip("0") != "1":
+                bare = column.unit[number.end() :].strip()
+                answers = [
+                    f"{option} {shell_word(f'{name} [{each}]')}" for each in (bare, column.unit)
+                ]
+                may_be = f"{bare} with a level or a range in front, or steps of it"
+                raise UnitError(
+                    f"the unit of column {name!r} is {column.unit}: {may_be}",
+                    where=table.name,
+                    remedy=f"Say which: {', or '.join(answers)}",
+                    answers=answers,
                 )
             inside = _IN_BRACKETS.search(name)
             if column.unit_is_assumed and inside and _OF_A_UNIT.search(inside[1]):
